@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks import random_boxes
 from benchmarks.rows import Row, at_most
 from compare.processes import TimeIsUpError, limited
-from fem3d.compact.find import compact, instants
+from fem3d.runs.compact import compact, instants
 from fem3d.runs.scene import solve
 from scenes.errors import NumericsError, SceneError
 from statespace.runtime import CompactModel

@@ -50,8 +50,7 @@ def _read(sink: Sink, result: Result) -> dict[str, Any]:
 
 def _device(options: dict[str, Any]) -> Prepared:
     """The device to an ``end_time``, by the accurate scheme at an ``accuracy`` or by the paper's ``scheme``."""
-    from reduced1d.device.accurate import solve_accurate
-    from reduced1d.device.paper import PaperScheme, paper_traces
+    from reduced1d.device.schemes import PaperScheme, paper_traces, solve_accurate
     from scenes.keys import DEVICE
 
     device = replace(load("device", [], scene_type=DEVICE), end_time=options["end_time"])

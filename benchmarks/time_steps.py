@@ -14,7 +14,7 @@ from benchmarks import sdirk
 from benchmarks.rows import Row
 from fem3d.solution.exponential import integrate
 from reduced1d.device.lumped import Lumped, Slab, lump
-from reduced1d.device.paper import PaperScheme, layer_step, stability_limit
+from reduced1d.device.schemes import PaperScheme, layer_step, stability_limit
 from scenes.device import Device
 
 RATES = np.geomspace(1e-6, 1e12, 400)  # decay rates times the step

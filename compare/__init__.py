@@ -22,7 +22,7 @@ def __getattr__(name: str) -> Any:
     if name in _NAMES:
         return getattr(import_module("compare.interface"), name)
     if name == "sweep":
-        from compare.plugins import plugin
+        from compare.pipeline import plugin
 
         return plugin(name)
     if name == "testing":

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from compare import quantities, windows
+from compare import course as courses
+from compare import quantities
 from compare.course import overshoot
 from compare.verdict import COVERS, Check, Comparison, judged, part
 from scenes.errors import SceneError, quoted
@@ -136,7 +137,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
 
     The largest distance is that at the file's own times at which 3D's errors hold; the error adds how far the distance
     may be larger between rows (`compare.course.overshoot`). Of data with an uncertainty it is the largest mean over a
-    window (`compare.windows`), and u_data covers how far the largest distance may exceed it.
+    window (`compare.course`), and u_data covers how far the largest distance may exceed it.
     """
     catalogue = quantities.of(scene, fem3d)
     sure = np.flatnonzero(catalogue.sure(data.time))
@@ -149,9 +150,9 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
     ours, error = simulated(fem3d, key, data.time)
     off = data.values[key] - ours
     if key in data.u:
-        cuts = windows.cut(ours[sure])
-        means = windows.windows(data.time[sure], off[sure], data.u[key][sure], cuts)
-        i, k = windows.worst(means, [0.0] * len(means))
+        cuts = courses.cut(ours[sure])
+        means = courses.windows(data.time[sure], off[sure], data.u[key][sure], cuts)
+        i, k = courses.worst(means, [0.0] * len(means))
         most = max(abs(w.distance) + k * w.u_data for w in means)
         return sure[cuts[i]], error, (most - abs(means[i].distance)) / COVERS
     if data.at_rest:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from compare.verdict import Comparison, Definitions, compared, relative
-from reduced1d.device.accurate import shown
 from reduced1d.device.design import PXI_4070, delivered
 from reduced1d.device.lumped import at_sample_time, ground_effects, largest_eigenvalue, lump, stability
+from reduced1d.device.schemes import shown
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
@@ -25,7 +25,7 @@ from statespace.result import BAND, SLOW_TIME, Run, Runs
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
-    from fem3d.device.solve import Solved
+    from fem3d.runs.device import Solved
 
 PAPER_SETTLING = 0.1
 """The settling time (s) that the paper gives, "about 0.1 s"."""

@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.equations import end_rise_from_equivalent
-from reduced1d.painted import paint
-from reduced1d.sink import anchor_series_resistance
+from reduced1d.equations import anchor_series_resistance, end_rise_from_equivalent, paint
 from scenes.device import Device
 from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces

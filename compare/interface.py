@@ -12,7 +12,7 @@ from compare import pipeline
 from compare.kinds import KINDS, kind_of
 from compare.options import FREE, check, of_kind, read, settings
 from compare.outcome import Outcome
-from compare.plugins import plugin
+from compare.pipeline import plugin
 from scenes import load, overridden
 from scenes.errors import SceneError, did_you_mean, quoted
 

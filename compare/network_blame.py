@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from compare.blame import Budget, sentence, split
-from fem3d.runs.observed import observe
+from fem3d.runs.scene import observe
 from reduced1d.network.lines import layout
-from reduced1d.network.places import Place, places
-from reduced1d.network.solution import solve_layout
+from reduced1d.network.solution import Place, places, solve_layout
 from scenes.model import UNITS, AnyScene, Probe, Scene
 from scenes.result import Estimate, Result
 

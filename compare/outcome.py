@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from compare.options import Options
-from scenes.plan import Step
+from scenes.result import Step
 
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
     from compare.verdict import Check
-    from fem3d.device.solve import Solved
+    from fem3d.runs.device import Solved
     from reduced1d.device.design import Design
     from scenes.device import Device
     from scenes.model import AnyScene

@@ -2,11 +2,14 @@
 
 Nothing here imports numpy before it solves: the renderer's process, which takes the longest to get ready, is started
 first.
+
+Functions of packages above this one, which register as entry points of the group "compare".
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses import ANALYSES, chosen
@@ -14,7 +17,7 @@ from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.errors import NumericsError, SceneError
-from scenes.plan import Step
+from scenes.result import Step
 
 if TYPE_CHECKING:
     from compare.models import Model
@@ -114,3 +117,17 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
         if each.name in outcome.analyses:
             each.enter(summary, outcome.analyses[each.name], outcome)
     return summary
+
+
+PLUGINS: dict[str, Callable[..., Any]] = {}
+"""By name: "write" writes a results folder, "sweep" solves many designs."""
+
+
+def plugin(name: str) -> Callable[..., Any]:
+    """Return a function by its name. Raises SceneError where no installed package has it."""
+    if name not in PLUGINS:
+        found = next(iter(entry_points(group="compare", name=name)), None)
+        if found is None:
+            raise SceneError(f'no installed package has the function "{name}": pip install this project')
+        PLUGINS[name] = found.load()
+    return PLUGINS[name]

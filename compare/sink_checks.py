@@ -21,7 +21,7 @@ from compare.course import Course, overshoot
 from compare.outcome import Outcome
 from compare.verdict import Comparison, Definitions, ratio, relative, share, spread, unit_of
 from reduced1d import equations
-from reduced1d.sink import anchor_series_resistance
+from reduced1d.equations import anchor_series_resistance
 from scenes import laws
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity, signed

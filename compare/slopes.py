@@ -23,7 +23,7 @@ from scenes.varied import neighbour, numbers, zeros
 
 if TYPE_CHECKING:
     from compare.models import Model
-    from fem3d.device.solve import Model as DeviceModel
+    from fem3d.runs.device import Model as DeviceModel
     from scenes.device import Device
     from scenes.uncertain import Uncertain
 
@@ -229,9 +229,9 @@ def device_1d(device: Device, result: Result) -> Slopes:
 
 def device_3d(device: Device, result: Result, model: DeviceModel, keys: Sequence[str] | None) -> Slopes:
     """The slopes of the device's steady state in 3D, by its model of a few states."""
-    from fem3d.device import sensitivity
+    from fem3d.runs.device import of_device
 
-    by_key, left_out = sensitivity.of_device(device, model, keys)
+    by_key, left_out = of_device(device, model, keys)
     return Slopes({name: e.value for name, e in result.steady.items()}, by_key, left_out=left_out)
 
 

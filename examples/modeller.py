@@ -8,7 +8,7 @@ import numpy as np
 
 import compare
 import scenes
-from reduced1d.sink import anchor_series_resistance
+from reduced1d.equations import anchor_series_resistance
 
 scene = scenes.load("sink")
 material = scene.silicon

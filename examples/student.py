@@ -2,7 +2,7 @@
 
 import compare
 import scenes
-from reduced1d.sink import anchor_series_resistance
+from reduced1d.equations import anchor_series_resistance
 
 run = compare.run(scenes.load("sink"), steady=True)
 sink, steady = run.scene, run.fem3d.steady

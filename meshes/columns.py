@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from meshes import connected
-from meshes.grid import VOID, Grid
+from meshes.grid import VOID, Grid, coarsest
 from meshes.tiles import UNIT, Tiles, share
 from scenes.model import Scene
 
@@ -47,7 +46,7 @@ class Columns:
     @staticmethod
     def of(scene: Scene) -> Columns:
         """The columns of a scene, along the axis with the fewest planes."""
-        breaks = connected.coarsest(scene).breaks
+        breaks = coarsest(scene).breaks
         up = min(range(3), key=lambda d: (len(breaks[d]), -d))
         plan = [d for d in range(3) if d != up]
         tiles = Tiles.of(tuple(breaks[d] for d in plan), _parts(scene)[:, plan])
@@ -56,7 +55,7 @@ class Columns:
 
     @property
     def _grid(self) -> Grid:
-        return connected.coarsest(self.scene)
+        return coarsest(self.scene)
 
     @property
     def _plan(self) -> list[int]:
@@ -179,7 +178,7 @@ class Columns:
 
 def _parts(scene: Scene) -> np.ndarray:
     """(parts, 3, 2): the planes between which boxes, conditions and extended probes lie."""
-    grid = connected.coarsest(scene)
+    grid = coarsest(scene)
     items: list[Any] = [*scene.boxes, *scene.boundaries, *(p for p in scene.probes if p.lower != p.upper)]
     return np.array([[grid.span(d, i.lower[d], i.upper[d]) for d in range(3)] for i in items])
 

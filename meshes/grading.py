@@ -4,6 +4,8 @@ Solutions are smooth but near some planes of each axis, the *features*, where a 
 Towards these, intervals shrink geometrically; where an edge in the plane is singular they go on shrinking, elsewhere
 the degree rises. Both together converge exponentially (Babuska and Guo, The h-p version of the finite element method,
 Computational Mechanics 1, 1986). The three axes are treated alike.
+
+Layers towards faces whose temperature jumps: heat has gone no further than sqrt(D t) from them at a time t.
 """
 
 from __future__ import annotations
@@ -14,9 +16,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from meshes import connected, singular
+from meshes import grid as grids
+from meshes import singular
 from meshes.grid import Grid
-from scenes.model import Scene
+from scenes import faces, laws
+from scenes.model import Boundary, Box, Scene, Schedule, bends
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
 RATIO = 0.15
@@ -60,7 +64,7 @@ class Features:
 
 def features(scene: Scene) -> Features:
     """Return the features of a scene."""
-    planes = tuple(frozenset(connected.scene_planes(scene, d)[1:-1]) for d in range(3))
+    planes = tuple(frozenset(grids.scene_planes(scene, d)[1:-1]) for d in range(3))
     return Features(planes, tuple(singular.edges(scene)))
 
 
@@ -73,7 +77,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     accuracy a constriction counts beyond its reach, too, and is separated from the smooth rest. A layer at most half as
     thick as the features at it are wide is thin: one interval of low degree crosses it.
     """
-    planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
+    planes = [np.array(grids.scene_planes(scene, d)) for d in range(3)]
     thin, reaches = _reaches(scene, planes)
     # About one degree for each further half digit (docs/benchmark.md).
     degree = 4 if accuracy > 3e-4 else 5 if accuracy > FINE else 6 if accuracy > FINE / 2 else 7
@@ -134,10 +138,10 @@ def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], 
 def _faces(scene: Scene) -> list[np.ndarray]:
     """Per axis (planes, cells, cells): a number for the faces across it, of the two materials that meet there and of
     the condition or the contact; 0 where nothing changes."""
-    grid = connected.coarsest(scene)
+    grid = grids.coarsest(scene)
     kinds = list(dict.fromkeys(b.material for b in grid.boxes))
     kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
-    faces, count, graph = [], len(kinds) + 1, connected.graph(scene)
+    faces, count, graph = [], len(kinds) + 1, grids.graph(scene)
     given = [*map(graph.faces, scene.boundaries), *(graph.between(c) for c in scene.contacts if not c.perfect)]
     for d, marks in enumerate(graph.marked((faces, number) for number, faces in enumerate(given, start=1))):
         materials = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
@@ -274,3 +278,69 @@ def raised(grid: Grid) -> Grid:
     breaks = [np.union1d(b, ((b[1:] + b[:-1]) / 2)[h]) for (b, _), h in zip(axes, halved, strict=True)]
     degrees = [np.repeat(np.minimum(p + 1, HIGHEST_DEGREE), 1 + h) for (_, p), h in zip(axes, halved, strict=True)]
     return grid.with_axes(breaks, degrees)
+
+
+REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
+DEGREE = 4  # least degree of the layers
+FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of what the first diffusion length conducts
+
+
+def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
+    """The grid with more intervals towards each face whose temperature jumps, down to the diffusion length of the
+    earliest time of interest (s)."""
+    axes = [_layered_from(grid.breaks[d], grid.degrees[d], _lengths(scene, d, earliest)) for d in range(3)]
+    return grid.with_axes([breaks for breaks, _ in axes], [degrees for _, degrees in axes])
+
+
+def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
+    """The shortest diffusion length (m) at each plane across an axis where a temperature jumps."""
+    lengths: dict[float, float] = {}
+    for b in scene.boundaries:
+        for box in scene.boxes:
+            if b.kind == "voltage" or b.lower[d] != b.upper[d] or not _touch(b, box):
+                continue
+            material = box.material.at(scene.initial_temperature)
+            k = laws.along(material.thermal_conductivity)[d]
+            length = float(np.sqrt(k / material.heat_capacity * earliest))
+            if _jumps(b, scene.initial_temperature, k / length):
+                lengths[b.lower[d]] = min(length, lengths.get(b.lower[d], np.inf))
+    return lengths
+
+
+def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
+    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is the conductance of
+    a diffusion length."""
+    if b.kind == "temperature":
+        steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
+        return steps or _at_start(b.value) != initial
+    if bends(b):
+        return bool(faces.coefficient(b, np.array(max(initial, _at_start(b.ambient)))) > FIRM * conductance)
+    return b.kind == "convection" and _at_start(b.value) > FIRM * conductance
+
+
+def _at_start(value: float | Schedule) -> float:
+    return float(np.interp(0.0, value.times, value.values)) if isinstance(value, Schedule) else value
+
+
+def _touch(b: Boundary, box: Box) -> bool:
+    return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
+
+
+def _layered_from(
+    at: np.ndarray, initial_degrees: np.ndarray, lengths: dict[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    breaks, degrees = at.tolist(), initial_degrees.tolist()
+    for plane, length in lengths.items():
+        i = int(np.abs(np.array(breaks) - plane).argmin())
+        while i + 1 < len(breaks) and breaks[i + 1] - breaks[i] > REACH * length:
+            gap = breaks[i + 1] - breaks[i]
+            degrees[i] = max(degrees[i], DEGREE)
+            breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
+            degrees.insert(i, degrees[i])
+        while i > 0 and breaks[i] - breaks[i - 1] > REACH * length:
+            gap = breaks[i] - breaks[i - 1]
+            degrees[i - 1] = max(degrees[i - 1], DEGREE)
+            breaks.insert(i, breaks[i] - max(RATIO * gap, REACH * length / 2))
+            degrees.insert(i, degrees[i - 1])
+            i += 1
+    return np.array(breaks), np.array(degrees)

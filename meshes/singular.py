@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from meshes import connected
+from meshes import grid as grids
 from meshes.grid import VOID, Grid
 from scenes import faces, laws
 from scenes.model import Boundary, Box, Scene, Value, bends
@@ -45,14 +45,14 @@ def edges(scene: Scene) -> list[dict[float, float]]:
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
-    grid = connected.coarsest(scene)
+    grid = grids.coarsest(scene)
     cold = [b.material.at(scene.initial_temperature) for b in grid.boxes]
     thermal = np.array([laws.along(m.thermal_conductivity) for m in cold]).T
     electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     exponents: list[dict[float, float]] = [{}, {}, {}]
-    solid, live = grid.owner != VOID, connected.live(scene)
+    solid, live = grid.owner != VOID, grids.live(scene)
     held, k = _held(scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
-    graph = connected.graph(scene)
+    graph = grids.graph(scene)
     torn, cut = (_padded(graph.jumps(key)) for key in ("thermal_resistance", "electrical_resistance"))
     _collect(grid, k, held, exponents, _passing(grid, scene))
     if any(faces.any() for faces in torn):
@@ -117,7 +117,7 @@ def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.nd
 
 def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
     """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
-    graph, through = connected.graph(scene), []
+    graph, through = grids.graph(scene), []
     given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
     hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
     for b in scene.boundaries:
@@ -145,7 +145,7 @@ def _across(box: Box, boundary: Boundary) -> float:
 
 def _held(scene: Scene, kind: str) -> list[np.ndarray]:
     """Per axis, the number of the value of a kind that each face across it is given; 0 for none."""
-    graph, numbers = connected.graph(scene), dict[Value, int]()
+    graph, numbers = grids.graph(scene), dict[Value, int]()
     given = [b for b in scene.boundaries if b.kind == kind]
     return _padded(graph.marked((graph.faces(b), numbers.setdefault(b.value, len(numbers) + 1)) for b in given))
 

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from meshes import connected
+from meshes.grid import distinct, scene_planes
 from scenes.free.grid import Grid, grid_on
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
-from scenes.plan import Step
+from scenes.result import Step
 
 Corners = tuple[Point, Point]
 Item = Box | Boundary | Probe
@@ -202,9 +202,9 @@ class _Mirror:
 
     def _both_sides(self, scene: Scene) -> Grid:
         """The grid of all planes of a scene and of their images."""
-        planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
+        planes = [np.array(scene_planes(scene, d)) for d in range(3)]
         along = planes[self.axis]
-        planes[self.axis] = np.array(connected.distinct([*along, *(2 * self.middle - along)], self.small))
+        planes[self.axis] = np.array(distinct([*along, *(2 * self.middle - along)], self.small))
         return grid_on(scene, tuple(planes))
 
     def _keeps_contacts(self, scene: Scene) -> bool:

@@ -4,15 +4,34 @@ SI units; every temperature is a *rise* above room temperature in K. The quantit
 floats or numpy arrays of one common shape, and the result has that shape; sizes and materials are floats. The symbols
 are the paper's: beam length L and cross section A_c, conductivity k, rise of the ends dT_end, rise of the peak above
 the ends dT0, equivalent constant rise dT_c.
+
+The paper's resistance and conductances around the beam of a sink.
+
+The spreading resistance of a substrate: the resistance of a plate from a rectangle on its top to its underside.
+
+Y. S. Muzychka, J. R. Culham and M. M. Yovanovich, Thermal spreading resistance of eccentric heat sources on rectangular
+flux channels, Journal of Electronic Packaging 125, 178 (2003).
+
+The 1D model of the sink painted on the 3D geometry, so that the two can be seen side by side.
 """
 
 from __future__ import annotations
 
+import csv
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
+from scenes.errors import NumericsError, SceneError
+from scenes.loading import from_dict
 from scenes.model import Material
+from scenes.result import Result
+from scenes.sink import Sink
+from scenes.units import LENGTH
 
 Values = TypeVar("Values", float, np.ndarray)
 
@@ -120,3 +139,161 @@ def unequal_peak(dT0: float, dT_end1: float, dT_end2: float) -> float:
     if abs(dT_end2 - dT_end1) >= 4 * dT0:
         return max(dT_end1, dT_end2)
     return dT0 + (dT_end1 + dT_end2) / 2 + (dT_end2 - dT_end1) ** 2 / (16 * dT0)
+
+
+def anchor_series_resistance(sink: Sink) -> float:
+    """Compute eq 14's resistance (K/W) of one anchor: u_o of silicon as wide as the pad, then the oxide block."""
+    return series_resistance(
+        sink.anchor_distance, sink.silicon.thermal_conductivity, sink.pad_width * sink.thickness,
+        sink.oxide_thickness, sink.oxide.thermal_conductivity, sink.oxide_length * sink.oxide_width,
+    )  # fmt: skip
+
+
+def air_conductance(sink: Sink) -> float:
+    """Compute the conductance (W/K) from the beam's top face to the room: coefficient times length times width.
+
+    Our reading: the paper announces the loss to the air and leaves it out of eq 20; as a lumped term h A dT_c with the
+    equivalent rise it is exact for the beam (dT_c is the mean rise). The pads' faces, which the 3D scene cools too,
+    have no temperature in this model.
+    """
+    return sink.convection_coefficient * sink.length * sink.width
+
+
+def gap_conductance(sink: Sink) -> float:
+    """Compute the conductance (W/K) of the gap's gas from the beam to a substrate at room temperature."""
+    return sink.gap_coefficient * sink.length * sink.width
+
+
+_TERMS = 40
+"""Terms of each sum per ratio of plate to source. The rest falls as their square, which half as many terms tell."""
+
+
+def plate_resistance(
+    plate: tuple[float, float, float], source: tuple[float, float], place: tuple[float, float], conductivity: float,
+    other: tuple[float, float] | None = None,
+) -> float:  # fmt: skip
+    """The mean rise (K/W) under a rectangle on a plate whose underside is held, per watt that enters evenly through
+    a rectangle of the same sides: itself, or the one at ``other``.
+
+    ``plate`` are its sides and its thickness (m), ``source`` the rectangle's sides, ``place`` and ``other`` where their
+    middles are, from the plate's corner. With a_m(y) = cos(m pi y / L), whose mean over a rectangle is a_m at its
+    middle times sin(x)/x, x = m pi a / (2 L), the sum over m, n of the source's coefficient, the spreading
+    tanh(b t) / (k b) with b^2 = (m pi / L)^2 + (n pi / W)^2 (t / k for m = n = 0), and the mean of the mode.
+    Sides farther away than the heat spreads are moved there.
+
+    Raises NumericsError where the plate is so much larger than the source that this takes too many terms.
+    """
+    # Sides farther away than six thicknesses don't matter: a reflection falls by exp(-pi) over each, to 6e-9.
+    far, away = 6 * plate[2], other or place
+    length, width = (_near(*axis, far) for axis in zip(plate[:2], source, place, away, strict=True))
+    near = length[0], width[0], plate[2]
+    # Half a thousand million terms take some three seconds: a plate 500 times as wide as the source and as thick.
+    if math.prod(_TERMS * side / extent for side, extent in zip(near[:2], source, strict=True)) > 5e8:
+        sides, under = (" by ".join(LENGTH.show(side) for side in sides) for sides in (plate, source))
+        raise NumericsError(
+            f"a substrate of {sides} is too large to be summed up under an oxide of {under} in 1D: give a smaller one"
+        )
+    middles = (length[1], width[1]), (length[2], width[2])
+    fine, coarse = (_sum(near, source, *middles, terms) for terms in (_TERMS, _TERMS // 2))
+    return (fine + (fine - coarse) / 3) / (conductivity * near[0] * near[1])
+
+
+def _near(side: float, extent: float, place: float, other: float, far: float) -> tuple[float, float, float]:
+    """A side of the plate cut at ``far`` from both sources, and the places of their middles on it."""
+    start = max(min(place, other) - extent / 2 - far, 0.0)
+    end = min(max(place, other) + extent / 2 + far, side)
+    return end - start, place - start, other - start
+
+
+def _sum(
+    plate: tuple[float, float, float], source: tuple[float, float], place: tuple[float, float],
+    other: tuple[float, float], terms: int,
+) -> float:  # fmt: skip
+    """`plate_resistance` times the conductivity and the area, by so many terms."""
+    length, width, thickness = plate
+    along = _modes(length, source[0], place[0], other[0], terms)
+    across = _modes(width, source[1], place[1], other[1], terms)
+    squares = [(np.arange(len(modes)) * math.pi / side) ** 2 for modes, side in ((along, length), (across, width))]
+    total = 0.0
+    for weight, square in zip(along, squares[0], strict=True):
+        b = np.sqrt(square + squares[1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            spread = np.where(b > 0, np.tanh(b * thickness) / b, thickness)
+        total += weight * float(across @ spread)
+    return total
+
+
+def _modes(side: float, extent: float, place: float, other: float, terms: int) -> np.ndarray:
+    """(terms,): how much of each cosine a source along a side makes at one place, as the mean at the other sees it."""
+    m = np.arange(math.ceil(terms * side / extent) + 1)
+    mean = np.sinc(m * extent / (2 * side)) ** 2
+    cosines: np.ndarray = mean * np.cos(m * math.pi * place / side) * np.cos(m * math.pi * other / side)
+    return np.where(m == 0, 1.0, 2.0) * cosines
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """A sink with the 1D model's rises (K) of end and peak, steady and over ``time`` (s, maybe none)."""
+
+    sink: Sink
+    steady: tuple[float, float]
+    time: np.ndarray
+    end: np.ndarray
+    peak: np.ndarray
+
+    def rise(self, points: np.ndarray, time: float | None) -> np.ndarray:
+        """(n,): the rise (K) at points (n, 3) in m; ``time`` (s) is ``None`` for the steady state."""
+        if time is None or not len(self.time):
+            end, peak = self.steady
+        else:
+            end, peak = (float(np.interp(time, self.time, values)) for values in (self.end, self.peak))
+        return paint(self.sink, points, end, peak)
+
+
+def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray:
+    """(n,): the rise at points (n, 3) by the reduction, from its rises of end and peak (K).
+
+    In the beam eq 9's parabola. Beyond it eq 14's series of prisms: falling evenly in the pad from the beam's end to
+    the oxide, at one temperature from there on, and falling evenly through the oxide to none at the substrate.
+    """
+    sink = sink.plain
+    y, z = points[:, 1], points[:, 2]
+    outside = np.maximum(np.maximum(-y, y - sink.length), 0.0)
+    pad = sink.anchor_distance / (sink.silicon.thermal_conductivity * sink.pad_width * sink.thickness)
+    oxide = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.oxide_length * sink.oxide_width)
+    share = pad / (pad + oxide)
+    part = np.minimum(outside / sink.anchor_distance, 1.0) if sink.anchor_distance else (outside > 0).astype(float)
+    rise = np.where(outside > 0, end * (1 - share * part), parabola(y, peak - end, end, sink.length))
+    deep = np.clip(-z / sink.oxide_thickness, 0.0, 1.0)
+    below = deep > 1e-9
+    rise[below] = end * (1 - share) * (1 - deep[below])
+    return rise
+
+
+def of_result(sink: Sink, result: Result) -> Reduction:
+    rises = (result.steady["end_rise_K"].value, result.steady["peak_rise_K"].value)
+    if result.traces is None:
+        return Reduction(sink, rises, *[np.empty(0)] * 3)
+    end, peak = (result.traces.values[name] - sink.room_temperature for name in ("end_K", "peak_K"))
+    return Reduction(sink, rises, result.traces.time, end, peak)
+
+
+def of_run(folder: Path) -> Reduction | None:
+    """The 1D model of a run's folder; ``None`` where there is none, or the run is not one of a sink of one span."""
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        steady = summary["reduced1d"]["steady"]
+        rises = (float(steady["end_rise_K"]["value"]), float(steady["peak_rise_K"]["value"]))
+        sink = from_dict(summary["scene"])
+    except (OSError, ValueError, KeyError, TypeError, SceneError):
+        return None
+    if sink.spans > 1:
+        return None
+    try:
+        with open(folder / "traces.csv", encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        names = ("time_s", "reduced1d_end_K", "reduced1d_peak_K")
+        time, end, peak = (np.array([float(row[name]) for row in rows]) for name in names)
+    except (OSError, ValueError, KeyError, TypeError):
+        time = end = peak = np.empty(0)
+    return Reduction(sink, rises, time, end - sink.room_temperature, peak - sink.room_temperature)

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, overload
 
 from scenes.device import Device
-from scenes.errors import SceneError, did_you_mean, quoted, reason
-from scenes.files import contents, parsed
+from scenes.errors import SceneError, contents, did_you_mean, parsed, quoted, reason
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene

@@ -1,12 +1,17 @@
-"""The answer of a model to a scene: one type for every model."""
+"""The answer of a model to a scene: one type for every model.
+
+The plan of a run: each step with its state, done or skipped, and the reason.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,8 @@ class Traces:
 
     def error_at(self, name: str, times: np.ndarray) -> np.ndarray:
         """Return (n,) the error bound of a quantity at some ``times`` (n,), in s; infinite where none is known."""
+        import numpy as np
+
         return np.where(self.sure(times), self.errors[name], self.early.get(name, np.inf))
 
     def sure(self, times: np.ndarray) -> np.ndarray:
@@ -65,3 +72,32 @@ class Result:
         if self.traces is None:
             raise ValueError(f"{self.model} was not solved over time")
         return self.traces
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of a plan: a step, whether it is done or skipped, and why, in words."""
+
+    step: str
+    state: Literal["done", "skipped"]
+    reason: str
+
+
+def step(name: str, does: str, skipped: str = "") -> Step:
+    """Make a line: skipped for a reason, or else done, with its purpose."""
+    return Step(name, "skipped", skipped) if skipped else Step(name, "done", does)
+
+
+def skipped_together(kind: str, skipped: Mapping[str, str]) -> list[Step]:
+    """Make one line for all that is skipped for the same reason: "checks fig6_peak, fig6_end"."""
+    lines = []
+    for reason in dict.fromkeys(skipped.values()):
+        names = [name for name, why in skipped.items() if why == reason]
+        lines.append(Step(f"{kind} {', '.join(names)}", "skipped", reason))
+    return lines
+
+
+def noted(plan: Iterable[Step], changed: Iterable[Step]) -> tuple[Step, ...]:
+    """Replace the lines of a plan that a run carried out otherwise, by their names."""
+    instead = {line.step: line for line in changed}
+    return tuple(instead.get(line.step, line) for line in plan)

@@ -18,8 +18,7 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws
-from scenes.errors import SceneError, did_you_mean, nearest, printable, quoted
-from scenes.files import parsed
+from scenes.errors import SceneError, did_you_mean, nearest, parsed, printable, quoted
 from scenes.kinds import OUTPUT_TIMES, Kind, Numbers, Quantity
 from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME

@@ -3,13 +3,20 @@
     V_e = R_e I_e + R_ground (I_sink + I_sensor),      measured R_e = V_e/I_e = R_e + R_ground (1 + I_other/I_e)
 
 The power of a film is I_e^2 R_e. Without the lead each film is alone, V_e = R_e I_e.
+
+The settings of a device's controllers, the meter in their loop, and when they sample and the outer temperature
+steps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from scenes.device import Device
 
 
 def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
@@ -129,3 +136,82 @@ def held(
             if part < 1e-3:  # to which the end of the range is known
                 return None
     return z[:2], z[2:]
+
+
+def settings(device: Device, resistance: np.ndarray, coefficient: np.ndarray) -> dict[str, Any]:
+    """Write the document of a device's `statespace.controllers.Controllers`, for R_0 (ohm) and its temperature
+    coefficient (1/K) of (sink, sensor)."""
+    control = device.control
+    return {
+        "sample_time_s": control.sample_time, "gain_V": [control.sink_gain, control.sensor_gain],
+        "resistance_ohm": resistance.tolist(), "change_at_set_temperature": (coefficient * device.set_rise).tolist(),
+        "lowest_V": None if control.allow_negative_voltage else 0.0,
+    }  # fmt: skip
+
+
+def metered(
+    voltage: np.ndarray, resistance: np.ndarray, ground: float, meter: tuple[float, float] = (0.0, 0.0)
+) -> np.ndarray:
+    """(2,): the resistances (ohm) of (sink, sensor) as controllers read them over a common lead, for the voltages (V)
+    that have held until then, rounded to the steps of a ``meter`` (ohm, 0 for an ideal one)."""
+    step = np.array(meter)
+    seen = measured(voltage, resistance, ground)
+    return np.where(step > 0, np.rint(seen / np.where(step > 0, step, 1.0)) * step, seen)
+
+
+@dataclass(frozen=True)
+class Timetable:
+    """Sample time in s, number of samples (the first at 0, the last at or before the end), and the outer steps.
+
+    ``steps`` maps a sample's number to the steps in its interval: (seconds after the sample, new outer rise in K).
+    """
+
+    sample_time: float
+    samples: int
+    steps: dict[int, tuple[tuple[float, float], ...]]
+
+    @property
+    def times(self) -> np.ndarray:
+        return self.sample_time * np.arange(self.samples)
+
+    def stretches(self) -> Iterator[Stretch]:
+        """The run cut at every sample and outer step, in order; the last sample has a piece of length 0."""
+        for k in range(self.samples):
+            end = self.sample_time if k < self.samples - 1 else 0.0
+            start, measure, outer = 0.0, True, None
+            for after, rise in self.steps.get(k, ()):
+                if after > 0.0:
+                    if not end:
+                        break
+                    yield Stretch(k, measure, outer, after - start)
+                    start, measure = after, False
+                outer = rise
+            yield Stretch(k, measure, outer, end - start)
+
+
+class Stretch(NamedTuple):
+    """A stretch of constant voltages: its sample, whether that is at its start, the new outer rise (K) or None for no
+    step at its start, and its length in s."""
+
+    sample: int
+    measure: bool
+    outer: float | None
+    length: float
+
+
+def timetable(device: Device) -> Timetable:
+    """The timetable of a device: its outer face goes from room to the initial temperature at 0, later to the final.
+
+    A step within a billionth of a sample time from a sample is at that sample.
+    """
+    control, external, room = device.control, device.external, device.sink.room_temperature
+    h = control.sample_time
+    samples = int(np.floor(device.end_time / h + 1e-9)) + 1
+    steps: dict[int, tuple[tuple[float, float], ...]] = {}
+    if external.initial_temperature != room and external.step_time > 0:
+        steps[0] = ((0.0, external.initial_temperature - room),)
+    k = int(np.floor(max(external.step_time, 0.0) / h + 1e-9))
+    after = max(external.step_time - k * h, 0.0)
+    after = after if after > 1e-9 * h else 0.0
+    steps[k] = (*steps.get(k, ()), (after, external.final_temperature - room))
+    return Timetable(h, samples, steps)

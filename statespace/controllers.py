@@ -13,7 +13,7 @@ import numpy as np
 
 
 class Controllers:
-    """The controllers of a document (`statespace.sampling.settings`), from their first sample on.
+    """The controllers of a document (`statespace.circuit.settings`), from their first sample on.
 
     A voltage is the one before plus gain (R_req - R)/(R_req - R_0), not below the ``lowest``: R is measured, R_0 the
     ``resistance`` at no rise, and R_req that at the set rise, where it has changed by the part ``change``. The printed

@@ -3,11 +3,17 @@ alone, and FMUs (FMI 2.0, co-simulation) that pythonfmu makes of these.
 
 A Python file is the code that runs the model here, with its numbers. Inputs of an FMU hold from one communication point
 to the next; FMUs run in any importer, with a Python that has numpy.
+
+A compact model as a SPICE subcircuit: an RC pair for every state, behavioural sources for all else.
+
+Temperatures are rises above the initial one in volts, heat in watts is a current in amperes. The terms of z are node
+voltages: constants of given temperatures are folded into constants of rises, so that nothing large cancels out.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -16,8 +22,145 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from statespace.document import facts, fmu_names, names
-from statespace.spice import as_spice
+import numpy as np
+
+from statespace.document import facts, fmu_names, names, spice_names
+from statespace.runtime import CompactModel
+
+PINS = {
+    "voltage": "an electrode: V against node 0, A into it",
+    "temperature": "a boundary: its rise in K, the heat in W that enters there",
+    "ambient": "a boundary's surroundings: their rise in K, the heat in W that enters from there",
+    "heat_flux": "a boundary: heat in W into the pin enters there; its mean rise in K",
+    "heat_source": "a heat source: heat in W into the pin; the mean rise in K of where it is",
+}
+
+
+def as_spice(document: Mapping[str, Any]) -> str:
+    """The subcircuit's text: a pin for every input, in their order, and one for every output that is read."""
+    return _Netlist(document).text()
+
+
+class _Netlist:
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.document, self.model = document, CompactModel(document)
+        start = document["initial_temperature_K"]
+        self.inputs = document["inputs"]
+        self.kelvin = np.array([entry["unit"] == "K" for entry in self.inputs])
+        at_start = np.concatenate([[1.0], np.where(self.kelvin, start, 0.0), np.zeros(self.model.states)])
+        for name in ("A", "S", "F", "Q", "Y", "U", "P"):
+            matrix = getattr(self.model, name)
+            matrix[..., 0] = matrix @ at_start
+        warm = [o["rows"] for o in document["outputs"] if o["unit"] == "K"]
+        warm += [[entry["port"]["row"]] for entry in self.inputs if entry["port"]["unit"] == "K"]
+        self.model.Y[[row for rows in warm for row in rows], 0] -= start
+        self.pins, self.reads = spice_names(document)
+        sources = [entry["kind"] in ("heat_flux", "heat_source") for entry in self.inputs]
+        given = [
+            f"(I(Vin{k + 1})/{_number(entry['port']['size'])})" if is_source else f"V({pin})"
+            for k, (entry, pin, is_source) in enumerate(zip(self.inputs, self.pins, sources, strict=True))
+        ]
+        self.sources = sources
+        self.z = ["", *given, *(f"V(b{k + 1})" for k in range(self.model.states))]
+        self.lines: list[str] = []
+
+    def text(self) -> str:
+        m = self.model
+        self._pins()
+        self._currents()
+        for k in range(m.states):
+            rate = m.decay[k] or 1.0
+            heat = m.F[k].copy()
+            heat[1 + len(self.inputs) + k] += m.decay[k]
+            self.lines.append(f"Cb{k + 1} b{k + 1} 0 {_number(1 / rate)}" if not self.document["steady_only"] else "")
+            self.lines.append(f"Rb{k + 1} b{k + 1} 0 1" if m.decay[k] > 0 else "")
+            terms = self._sum(heat / rate) + self._paired(m.Q[:, k] / rate)
+            self.lines.append(f"Bb{k + 1} 0 b{k + 1} I = {terms or '0'}")
+        for node, entry in zip(self.reads, self.document["outputs"], strict=True):
+            self.lines.append(f"B{node} {node} 0 V = {self._reduced(entry)}")
+        heads = ["* " + line for line in facts(self.document)]
+        heads += ["* Pins (temperatures are rises above the initial one, V for K and A for W):"]
+        heads += [f"*   {pin}: {entry['name']}; {PINS[entry['kind']]}"
+                  for pin, entry in zip(self.pins, self.inputs, strict=True)]  # fmt: skip
+        heads += [f"*   {node}: {entry['name']} ({entry['unit']}), an ideal source"
+                  for node, entry in zip(self.reads, self.document["outputs"], strict=True)]  # fmt: skip
+        heads += [
+            "* For ngspice and other simulators with behavioural (B) sources. From rest: 0 V before a step, or uic."
+        ]
+        body = [f".subckt compact_model {' '.join([*self.pins, *self.reads])}", *filter(None, self.lines),
+                ".ends compact_model"]  # fmt: skip
+        return "\n".join([*heads, *(_wrapped(line) for line in body)]) + "\n"
+
+    def _pins(self) -> None:
+        """The current at each pin, or its rise where heat is given; and the rates of inputs that are used."""
+        moves = self.model.W.any(axis=0) & (not self.document["steady_only"])
+        for k in np.flatnonzero(moves).tolist():
+            self.lines += [f"Ecopy{k + 1} copy{k + 1} 0 {self.pins[k]} 0 1", f"Crate{k + 1} copy{k + 1} rate{k + 1} 1",
+                           f"Vrate{k + 1} rate{k + 1} 0 0"]  # fmt: skip
+        for k, (pin, entry) in enumerate(zip(self.pins, self.inputs, strict=True)):
+            value = self._row(entry["port"]["row"])
+            if self.sources[k]:
+                self.lines += [f"Vin{k + 1} {pin} in{k + 1} 0", f"Bin{k + 1} in{k + 1} 0 V = {value}"]
+            else:
+                self.lines.append(f"Bin{k + 1} {pin} 0 I = {value}")
+
+    def _currents(self) -> None:
+        """A node for each current field, at which its residual must vanish."""
+        m = self.model
+        for i in range(len(m.S)):
+            size = m.A[i, i, 0]
+            taken = "".join(_times(f"-V(c{j + 1})", self._sum(m.A[i, j] / size)) for j in range(len(m.S)))
+            self.lines.append(f"Bc{i + 1} 0 c{i + 1} I = {self._sum(m.S[i] / size)}{taken}")
+
+    def _reduced(self, entry: Mapping[str, Any]) -> str:
+        rows = [self._row(row) for row in entry["rows"]]
+        if entry["reduce"] == "measured":
+            series, drop, current, voltage = rows
+            return f"{series}+(({current})*({voltage}) > 0 ? ({drop})*({current})/max(({current})**2, 1e-40) : 0)"
+        expression = rows[0]
+        for other in rows[1:]:
+            expression = f"{entry['reduce']}({expression}, {other})"
+        return expression
+
+    def _row(self, row: int) -> str:
+        m = self.model
+        terms = self._sum(m.Y[row])
+        terms += "".join(_times(f"+V(c{i + 1})", self._sum(m.U[i, row])) for i in range(len(m.S)))
+        terms += self._paired(m.P[:, row])
+        if not self.document["steady_only"]:
+            terms += "".join(f"{w:+.12g}*I(Vrate{k + 1})" for k, w in enumerate(m.W[row]) if w)
+        return terms or "0"
+
+    def _paired(self, each: np.ndarray) -> str:
+        """The sum over pairs of current fields of their product times a sum."""
+        pairs = zip(self.model.first, self.model.second, each, strict=True)
+        return "".join(_times(f"+{1 if i == j else 2}*V(c{i + 1})*V(c{j + 1})", self._sum(row)) for i, j, row in pairs)
+
+    def _sum(self, row: np.ndarray) -> str:
+        """The terms of z with some factors (z,)."""
+        least = 1e-15 * float(np.abs(row).max(initial=0.0))
+        kept = ((factor, name) for factor, name in zip(row.tolist(), self.z, strict=True) if abs(factor) > least)
+        return "".join(f"{factor:+.12g}*{name}" if name else f"{factor:+.12g}" for factor, name in kept)
+
+
+def _times(factor: str, terms: str) -> str:
+    return f"{factor}*({terms})" if terms else ""
+
+
+def _number(value: float) -> str:
+    return f"{value:.12g}"
+
+
+def _wrapped(line: str) -> str:
+    """A line without leading signs, which not every simulator reads, broken before terms after 100 characters."""
+    width, lines, rest = 100, list[str](), re.sub(r"(\(|= )\+", r"\1", line)
+    while len(rest) > width:
+        at = max(rest.rfind(sign, 20, width) for sign in ("+V(", "-V(", "+0.", "-0.", "*("))
+        at = at if at > 0 else next((m.start() for m in re.finditer(r"[+*]", rest) if m.start() >= 20), len(rest))
+        lines.append(rest[:at])
+        rest = rest[at:]
+    return "\n+ ".join([*lines, rest]) if rest else "\n+ ".join(lines)
+
 
 MISSING = "no FMU, which takes pythonfmu: pip install 'heated-microstructure-validation[fmu]'"
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from scenes.device import Device
 from statespace import circuit
+from statespace.circuit import metered, settings, timetable
 from statespace.controllers import Controllers
-from statespace.modal import Modal
+from statespace.device_model import Modal
 from statespace.result import QUANTITIES, TOP
-from statespace.sampling import metered, settings, timetable
 from statespace.stability import state_of
 
 CEILING = 2000.0

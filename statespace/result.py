@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from scenes.device import Device, External
-from statespace.sampling import timetable
+from statespace.circuit import timetable
 
 QUANTITIES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_power_W", "polymer_flux_W")
 TOP = "polymer_top_W"  # Heat through the polymer's top, which only 3D has.

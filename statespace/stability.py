@@ -11,7 +11,7 @@ import scipy.linalg
 
 from scenes.device import Device
 from statespace import circuit
-from statespace.modal import Modal
+from statespace.device_model import Modal
 from statespace.result import GONE, Steady
 
 CHOICES = ((True, True), (True, False), (False, True), (False, False))

@@ -21,8 +21,7 @@ import pytest
 from compare.options import Options
 from compare.verdict import Check
 from reduced1d import ladder as reduction
-from scenes.plan import Step
-from scenes.result import Estimate, Result, Traces
+from scenes.result import Estimate, Result, Step, Traces
 from scenes.sink import Sink
 from tests.fin import solve_fin
 
@@ -147,7 +146,7 @@ def plan_of_stand_in(sink: Sink, transient: bool) -> tuple[Step, ...]:
 @pytest.fixture(scope="session", autouse=True)
 def _plugins() -> None:
     """The functions that an installation registers as entry points, also in a checkout that is not installed anew."""
-    from compare.plugins import PLUGINS
+    from compare.pipeline import PLUGINS
     from validate.report.output import run
     from validate.sweep.run import sweep
 

@@ -9,7 +9,7 @@ from compare.analyses.uncertainty import by_differences
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style
-from scenes.plan import Step, step
+from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.against import Data

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from compare.options import Options
 from compare.outcome import Progress
-from scenes.plan import Step, step
+from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table, short_key
 from scenes.formats import percent
 from scenes.parameters import SECTION
-from scenes.plan import Step, step
+from scenes.result import Step, step
 from scenes.varied import kind_of
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
-from scenes.plan import Step, step
+from scenes.result import Step, step
 
 
 @dataclass(frozen=True)

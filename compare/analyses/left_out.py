@@ -196,7 +196,7 @@ def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
 
     Raises SceneError for a device that 3D does not take, ArithmeticError where the numerics fail.
     """
-    from fem3d.device.solve import model
+    from fem3d.runs.device import model
     from reduced1d.slopes import OF_DEVICE
     from scenes.result import Estimate, Result
     from scenes.validity import check

@@ -13,7 +13,7 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import MARKS, Row, Section, Style, Table, short_key, stacked
 from scenes.formats import percent
-from scenes.plan import Step, step
+from scenes.result import Step, step
 from scenes.varied import made_of_parameters
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table, short_key
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
-from scenes.plan import Step, step
+from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes

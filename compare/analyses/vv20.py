@@ -2,7 +2,7 @@
 
 The comparison error E = S - D, simulation less data, has the validation uncertainty u_val, u_val^2 = u_num^2 +
 u_input^2 + u_D^2: of the numerics, the inputs and the data. The error of the model itself lies within E -+ k u_val.
-Over time E is the mean over a window of the trace (`compare.windows`), because one of many noisy samples is far off by
+Over time E is the mean over a window of the trace (`compare.course`), because one of many noisy samples is far off by
 chance.
 """
 
@@ -124,12 +124,12 @@ class Course:
 
     def statements(self) -> tuple[Statement, ...]:
         """Return the statements of the worst window and of the last one."""
-        from compare import windows
+        from compare import course as courses
         from compare.verdict import COVERS
 
-        means = windows.windows(self.times, self.error, self.u_data, windows.cut(self.simulated))
+        means = courses.windows(self.times, self.error, self.u_data, courses.cut(self.simulated))
         others = [float(((self.u_num**2 + self.u_input**2) ** 0.5)[window.rows].mean()) for window in means]
-        i, k = windows.worst(means, others)
+        i, k = courses.worst(means, others)
         last = len(means) - 1
         chosen = [(i, "worst", k)] * (i != last) + [(last, "end", COVERS)]
         return tuple(

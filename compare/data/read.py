@@ -13,8 +13,7 @@ import numpy as np
 from compare.against import Data
 from compare.data import raw, text
 from compare.data.columns import ICE_POINT, Column, Table, find_unit, refusing
-from compare.data.match import Match, match_column, read_meanings, refusal
-from compare.data.runs import pick
+from compare.data.match import Match, match_column, pick, read_meanings, refusal
 from compare.data.target import Target, make_target
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS

@@ -14,10 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.data import comsol
+from compare.data import raw
 from compare.data.columns import SHEET_ERROR, Column, Table, find_unit, make_column, parse_number, split_unit
-from scenes.errors import SceneError, printable, quoted, reason
-from scenes.files import contents
+from scenes.errors import SceneError, contents, printable, quoted, reason
 
 _LARGEST = 200  # MB of a file at most.
 _LONGEST_LIST = 100_000  # Bytes of a list of steady values at most; a scene has some hundred probes.
@@ -75,7 +74,7 @@ def read(data: bytes) -> Table:
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
     if of_comsol and any(re.fullmatch(r"(Data\b.*|Grid|Coordinates|X)", remark) for remark in remarks):
-        return Table("COMSOL data export", comsol.arrange(comsol.read_sections(text), remarks))
+        return Table("COMSOL data export", raw.arrange(raw.read_sections(text), remarks))
     if not lines:
         raise SceneError("it has no rows: give a row of names with units, then numbers")
     try:
@@ -169,9 +168,9 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     names, units = _read_names(head, used, width, separator)
     columns = [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
     columns += [Column(name, "", np.array([s.get(name, np.nan) for s in steps])) for name in step]
-    arranged = comsol.arrange(columns, remarks if of_comsol else ())
+    arranged = raw.arrange(columns, remarks if of_comsol else ())
     if of_comsol:
-        kind = "COMSOL data export" if comsol.find_places(columns) else "COMSOL table"
+        kind = "COMSOL data export" if raw.find_places(columns) else "COMSOL table"
     else:
         kind = "SPICE table" if any(c.spice for c in columns) else "table" if separator is None else "CSV"
     return Table("ngspice wrdata" if wrdata else kind, arranged)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
-from scenes.plan import Step, skipped_together, step
+from scenes.result import Step, skipped_together, step
 
 if TYPE_CHECKING:
     import numpy as np
@@ -224,7 +224,7 @@ class Kind(ABC, Generic[S]):
 
     def exportable(self, scene: S, options: Options) -> None:
         """Raise SceneError for a scene that has no compact model."""
-        from fem3d.compact.find import check
+        from fem3d.runs.compact import check
 
         check(self.exported(scene, options))
 
@@ -236,7 +236,7 @@ class Kind(ABC, Generic[S]):
             from reduced1d.network.compact import compact
 
             return compact(scene, states, accuracy, progress)
-        from fem3d.compact.find import compact as compact_3d
+        from fem3d.runs.compact import compact as compact_3d
 
         return compact_3d(scene, states, accuracy, progress, progress.processor_time.get("fem3d"))
 

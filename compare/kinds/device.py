@@ -11,7 +11,7 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.plan import Step, step
+from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
@@ -59,12 +59,12 @@ class DeviceKind(Kind[Device]):
     def _runs(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
         """The 1D runs."""
         with progress.stage("imports"):
-            from reduced1d.device import runs
+            from reduced1d.device import design as designs
             from reduced1d.slopes import OF_DEVICE
             from scenes.result import Estimate, Result
         slow, steps = self.runs_for(scene, options, "figure11"), self.runs_for(scene, options, "figure12", "figure13")
         with progress.stage("device"):
-            made = runs.make(scene, options.scheme, options.meter, slow, steps, progress)
+            made = designs.make(scene, options.scheme, options.meter, slow, steps, progress)
         exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in OF_DEVICE}
         return {"reduced1d": Result("reduced1d", exact, None, {"runs": made})}
 
@@ -73,7 +73,7 @@ class DeviceKind(Kind[Device]):
         from reduced1d.device import design
 
         if options.in_3d:
-            from fem3d.device.solve import make
+            from fem3d.runs.device import make
             from scenes.result import Estimate, Result
 
             with progress.stage("device in 3D"):
@@ -177,11 +177,11 @@ class DeviceKind(Kind[Device]):
 
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
         """Return the compact model with its controllers, of 3D where it was solved, else of 1D."""
-        from reduced1d.device import runs
+        from reduced1d.device import design as designs
         from statespace.device_reduction import compact
 
         export, solved = outcome.options.export, outcome.device_3d
-        whole = runs.exported(outcome.runs.base) if solved is None else solved.exported
+        whole = designs.exported(outcome.runs.base) if solved is None else solved.exported
         return compact(whole, export.states, export.accuracy, progress)
 
     @property

@@ -12,7 +12,7 @@ from compare.outcome import Outcome, Progress
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, listed, quoted
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
-from scenes.plan import Step, step
+from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.models import Model
@@ -65,7 +65,7 @@ class FreeKind(Kind[AnyScene]):
             except RunawayInTimeError as error:
                 if options.export is not None or own is not None:
                     raise
-                from fem3d.runs.runaway import until
+                from fem3d.runs.scene import until
 
                 ended, result, runs_away = until(scene, error, progress, whole=options.follows_keys)
                 result = replace(result, details=result.details | {"scene": ended, "runs_away": runs_away})
@@ -110,7 +110,7 @@ class FreeKind(Kind[AnyScene]):
     def answer(self, outcome: Outcome[AnyScene], progress: Progress) -> str:
         if outcome.reduced1d is None:
             return ""
-        from compare.answer import answer, claim
+        from compare.blame import answer, claim
         from compare.probes import Probes
         from compare.quantities import called
 

@@ -12,13 +12,12 @@ from compare.outcome import Outcome, Progress
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
 from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity, sink_text
-from scenes.plan import Step, noted, step
+from scenes.result import Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
-    from compare.answer import Claim
-    from compare.blame import Budget
+    from compare.blame import Budget, Claim
     from compare.models import Model
     from compare.slopes import Slopes
     from compare.verdict import Comparison
@@ -144,8 +143,7 @@ class SinkKind(Kind[Sink]):
         return said
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
-        from compare.answer import answer
-        from compare.blame import causes
+        from compare.blame import answer, causes
         from compare.verdict import PAPERS
 
         fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
@@ -244,7 +242,7 @@ class SinkKind(Kind[Sink]):
 
 def _claims(outcome: Outcome[Sink], fem3d: Result, reduced1d: Result) -> list[Claim]:
     """The differences of peak and ends; that of the current where it is the only one."""
-    from compare.answer import Claim, claim
+    from compare.blame import Claim, claim
     from compare.verdict import judge, ratio
 
     checks, claims = {check.id: check for check in outcome.checks}, []

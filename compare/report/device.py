@@ -12,12 +12,12 @@ import numpy as np
 from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.quantities import OF_A_DEVICE
 from compare.report import checks
-from compare.report import document as entries
+from compare.report import table as entries
 from compare.report.table import Section, Style, Table, sentences, wrapped
 from compare.verdict import Check
-from reduced1d.device.accurate import shown
 from reduced1d.device.lumped import ground_effects, largest_eigenvalue
 from reduced1d.device.lumped import shielding as shielding_1d
+from reduced1d.device.schemes import shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, QUANTITIES, Run, settling
 

@@ -1,4 +1,7 @@
-"""The report of a free scene: its probes."""
+"""The report of a free scene: its probes.
+
+The report of a network: every line, joint and condition with its formula, to check by hand.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,50 @@ import numpy as np
 from compare.course import at as interpolated
 from compare.outcome import Outcome
 from compare.report import checks
-from compare.report import document as entries
-from compare.report.table import Section, Style, Table, stacked, wrapped
+from compare.report import table as entries
+from compare.report.table import Row, Section, Style, Table, stacked, wrapped
 from compare.verdict import Check
+from reduced1d.network.lines import layout
+from reduced1d.network.model import Row as Entry
+from reduced1d.network.model import table
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe
 from scenes.result import Estimate, Traces
 from scenes.units import TIME
+
+MOST = 30
+"""Rows of a part that a terminal has room for; the page and summary.json have all."""
+
+
+def network_entries(scene: AnyScene) -> dict[str, list[Entry]]:
+    """Lines, joints and conditions with formulas and values in SI units, as summary.json has them."""
+    return table(layout(scene))
+
+
+def section(scene: AnyScene, style: Style) -> Section:
+    """Return a table of lines, joints and conditions, each with its formulas below."""
+    parts: list[Table | str] = []
+    for name, rows in network_entries(scene).items():
+        shown = rows if style.page else rows[:MOST]
+        units = [unit for unit in ("W/K", "J/K", "ohm", "W") if any(unit in row for row in shown)]
+        if shown:
+            parts.append(Table((name, *units), [_row(row, units) for row in shown]))
+        if len(shown) < len(rows):
+            parts.append(f"{len(rows) - len(shown)} more {name} are in report.html and summary.json.")
+    return Section("The network, to check by hand", parts, headed=False)
+
+
+def _row(row: Entry, units: list[str]) -> Row:
+    values = [quantity(row[unit]["value"], unit) if _known(row, unit) else "" for unit in units]
+    formulas = [f"{row[unit]['formula']} = {quantity(row[unit]['value'], unit)}" if _known(row, unit)
+                else row[unit]["formula"] for unit in units if unit in row]  # fmt: skip
+    return Row([row["what"], *values], below="; ".join([row["how"], *formulas]))
+
+
+def _known(row: Entry, unit: str) -> bool:
+    value: Any = row.get(unit, {}).get("value")
+    return value is not None
+
 
 NAME = 30
 """Characters of a probe's name that a table has room for."""
@@ -50,9 +90,7 @@ def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     judged = checks.sections(outcome.checks, contrary, style)
     parts = [_probes(outcome, style), *_at_times(outcome, style), *judged]
     if _is_network(outcome):
-        from compare.report import network
-
-        parts.append(network.section(outcome.scene, style))
+        parts.append(section(outcome.scene, style))
     return parts
 
 
@@ -168,9 +206,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     if reduced1d.traces is not None:
         model["errors"] = reduced1d.traces.errors
     if _is_network(outcome):
-        from compare.report import network
-
-        model["network"] = network.entries(scene)
+        model["network"] = network_entries(scene)
     return {"answer": outcome.answer, "fem3d": in_3d, "reduced1d": model, "checks": judged}
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.report import checks
-from compare.report import document as entries
+from compare.report import table as entries
 from compare.report.table import Section, Style, Table, wrapped
 from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION

@@ -1,4 +1,7 @@
-"""Tables and sections of reports: as text at most 80 columns wide, as HTML and as Markdown."""
+"""Tables and sections of reports: as text at most 80 columns wide, as HTML and as Markdown.
+
+Entries of summary.json that all kinds of scenes share.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,17 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from html import escape
+from typing import TYPE_CHECKING, Any
 
 from scenes.errors import columns
 from scenes.formats import cut
+
+if TYPE_CHECKING:
+    from compare.outcome import Outcome
+    from scenes.result import Result
+
 
 WIDTH = 80  # Columns of a terminal that texts are written for.
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
@@ -221,3 +230,20 @@ def _html_row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int]
 def _html_class(*names: str) -> str:
     classes = " ".join(filter(None, names))
     return f' class="{classes}"' * bool(classes)
+
+
+def in_3d(result: Result, *details: str) -> dict[str, Any]:
+    """Return steady values with their errors, and some of the details of a 3D result."""
+    named = {"dofs" if name == "unknowns" else name: result.details.get(name) for name in details}
+    return {"steady": {key: asdict(estimate) for key, estimate in result.steady.items()}, **named}
+
+
+def checks(outcome: Outcome[Any]) -> list[dict[str, Any]]:
+    """Return the checks without the uncertainties that they lack."""
+    entries = [asdict(check) for check in outcome.checks]
+    for entry in entries:
+        entry["time_s"] = entry.pop("time")
+        for name in ("u_input", "u_data", "time_s"):
+            if entry[name] is None:
+                del entry[name]
+    return entries

@@ -13,15 +13,15 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import field_error, nested, reach, transient_base
+from fem3d.adaptivity import marched, nested, reach
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
+from fem3d.adaptivity.mesh import Answer, Indicators, Mesh, improved
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response
-from fem3d.results.study import Study
+from fem3d.results.outputs import Study
 from fem3d.solution import transient
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
@@ -93,7 +93,7 @@ def adapt(
             assert verdict.answer is not None
             if study.field is None or verdict.level is None or with_transient:
                 return verdict.answer
-            return field_error.improved(study, verdict.answer, verdict.level, progress)
+            return improved(study, verdict.answer, verdict.level, progress)
         finer: Mesh | None
         if verdict.action == "refine":
             assert verdict.answer is not None
@@ -178,7 +178,7 @@ class Search:
         shift = transient.shift(min(study.end, self.slowest), study.earliest)
         bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]
         linear = not bare[0].follows
-        bases = transient_base.nested(problems, shift, study.end, study.accuracy) if linear else bare
+        bases = marched.nested(problems, shift, study.end, study.accuracy) if linear else bare
         response = mesh.respond(study, problems, bases, shift, None, self.generations)
         self.slowest, self.generations = response.slowest, response.generations
         return response

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from fem3d.adaptivity import field_error, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import goal_errors, mesh, nested, reach, trace_errors
 from fem3d.adaptivity.estimator import Estimator, Spread, total, worst_of
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Indicators, less_accurate
@@ -15,16 +15,16 @@ from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.study import Study
+from fem3d.results.outputs import Study
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.size import foreseen
-from meshes import diffusion, edgewise, grading
+from meshes import edgewise, grading
 from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.model import Scene
-from scenes.plan import Step
+from scenes.result import Step
 
 # A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
@@ -57,7 +57,7 @@ class Bricks:
         reach.check_planes(scene)
         marks = grading.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
-        grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
+        grid = grading.graded(grid, scene, study.earliest) if over_time else grid
         return Bricks(scene, grid, accuracy, marks)
 
     @cached_property
@@ -114,7 +114,7 @@ class Bricks:
         return None if finer.same(self.grid) else replace(self, grid=finer)
 
     def refine_for_field(self, level: Level) -> Bricks:
-        return replace(self, grid=field_error.refined(level, self.aim))
+        return replace(self, grid=mesh.refined(level, self.aim))
 
     def with_scene(self, scene: Scene) -> Bricks:
         return replace(self, scene=scene)

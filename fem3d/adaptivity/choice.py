@@ -18,15 +18,15 @@ from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.brick_mesh import LARGE, Bricks
 from fem3d.adaptivity.cell_mesh import CellMesh, fitting
 from fem3d.adaptivity.mesh import Answer, Mesh
-from fem3d.results.study import Study
+from fem3d.results.outputs import Study
 from fem3d.spaces.domain import Boxes, box_cells
 from fem3d.spaces.size import Size, foreseen
-from meshes import connected
 from meshes.columns import Columns
+from meshes.grid import coarsest
 from scenes.errors import NumericsError, TooLargeError
 from scenes.free.grid import crowding
 from scenes.model import Scene
-from scenes.plan import Step
+from scenes.result import Step
 
 # Growth of the unknowns from the first tetrahedra to an accuracy of 1e-2, and per further decade. A platinum meander on
 # a membrane grows 2.5 times with 10 to 50 pads beside it, random plates 2.3, stacks with vias more; with 10 pads the
@@ -49,7 +49,7 @@ class BoxLayout:
 
     @property
     def name(self) -> str:
-        crowded = crowding(self.scene, connected.coarsest(self.scene).breaks)
+        crowded = crowding(self.scene, coarsest(self.scene).breaks)
         return f"{crowded}: {self.cells.t.shape[1]:,} tetrahedra of the scene"
 
     @property
@@ -151,7 +151,7 @@ def on_tetrahedra(scene: Scene, grid: Size) -> CellMesh:
     """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
-        crowded = crowding(scene, connected.coarsest(scene).breaks)
+        crowded = crowding(scene, coarsest(scene).breaks)
         unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
         why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
     return fitting(BoxLayout(Columns.of(scene), why), scene.accuracy)

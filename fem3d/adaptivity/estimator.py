@@ -24,7 +24,7 @@ dual solution (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
 
 On the cells of a mesh the measured rate is used, at least SLOWEST or the theoretical rate at an edge if that is slower.
 A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. The change that
-theory expects of later degrees is added to goals (`fem3d.adaptivity.later`).
+theory expects of later degrees is added to goals (`fem3d.adaptivity.nested`).
 """
 
 from __future__ import annotations

@@ -2,11 +2,24 @@
 
 The space of degree p of each interval contains the spaces of degrees p - 1 and p - 2; their matrices are leading parts
 of its matrix. The space of degree 3 on tetrahedra has the same structure.
+
+Extrapolate readings in the polynomial degree, and bound the deviation.
+
+On one mesh the error beside an edge of exponent s falls like p^-4s with the degree p (Gui and Babuska, Numer. Math. 49,
+1986), with a factor that keeps its sign. So later degrees move a reading further in the same direction. The exponent s
+gives the ratio to its last change; energies are extrapolated likewise (Szabo and Babuska, Finite Element Analysis,
+Wiley 1991, section 4.3). Each cell has its own exponent, and its own dual-weighted contribution to the change.
+
+Energy products of a field's change with a dual solution, cell by cell, for the heat and the current problem.
+
+On bricks contributions are separated by function, because the functions of one interval are nearly orthogonal. On flat
+tetrahedra they are not, and contributions cancel. There the energy product of the difference of two spaces' fields with
+a dual solution is integrated over each cell, which is independent of the basis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -14,18 +27,80 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity.cellwise import Tested, current
-from fem3d.adaptivity.estimator import Contributions, degree_products, every_second
+from fem3d.adaptivity.estimator import Contributions, Estimator, degree_products, every_second
 from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble
+from fem3d.problems.assembly import assemble, film
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.outputs import Outputs, of_steady
-from fem3d.results.study import Quantities, Study
+from fem3d.problems.paths import Paths
+from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
 from fem3d.solution.steady import SteadyState, solve_steady
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
+from fem3d.spaces.mapped import Interface
 from scenes import physics
+from scenes.model import bends
+
+Tested = Callable[[np.ndarray], np.ndarray]
+"""From a dual solution (functions,) to the product of each cell, in parts of its sign for the three axes (3, cells)."""
+
+
+def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:
+    """Split the sum of the products (3, cells) of slopes and of other products ``besides`` into (3, cells) parts, in
+    proportion to the absolute products of slopes."""
+    sizes = np.abs(products)
+    total = np.maximum(sizes.sum(axis=0), 1e-300)
+    parts: np.ndarray = (products.sum(axis=0) + besides) * np.where(total > 1e-300, sizes / total, 1 / 3)
+    return parts
+
+
+def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested:
+    """Integrate k grad u . grad v over each cell for a ``change`` u (functions,) of the rise, with films and, half on
+    each side, contacts; for a step of ``time`` (s) plus rho c u v / time."""
+    domain = problem.domain
+    on = domain.space.on(np.arange(len(domain.body)))
+    flux = domain.per_cell("thermal_conductivity")[..., None] * on.weights * on.gradient(change)
+    stored = 0.0
+    if time is not None:
+        stored = domain.per_cell("heat_capacity")[:, None] * on.weights * on.value(change) / time
+    passing = []
+    for b in domain.scene.boundaries:
+        h = film(domain, b)[0] if bends(b) else b.value if b.kind == "convection" else 0.0
+        if h:
+            faces = domain.faces(b)
+            passing.append((faces.value, h * faces.areas * faces.value(change), faces.cells[None]))
+    for joint in domain.contacts:
+        if joint.contact.thermal_resistance:
+            face, pairs = Interface.inside(domain.space, joint.facets), domain.space.mesh.f2t[:, joint.facets]
+            crossing = face.one.areas * face.jump(change) / joint.contact.thermal_resistance
+            passing.append((face.jump, crossing, pairs))
+
+    def tested(dual: np.ndarray) -> np.ndarray:
+        besides = np.zeros(len(domain.body))
+        if time is not None:
+            besides += (stored * on.value(dual)).sum(axis=1)
+        for value, heat, sides in passing:
+            for cells in sides:
+                besides += np.bincount(cells, (heat * value(dual)).sum(axis=1) / len(sides), len(besides))
+        return _parts((flux * on.gradient(dual)).sum(axis=2), besides)
+
+    return tested
+
+
+def current(conductor: Conductor, change: np.ndarray) -> Tested:
+    """Integrate sigma grad u . grad v over each cell of the cold conductor for a ``change`` u (functions,) of the
+    potential, with contacts, half on each side."""
+    on: Any = conductor.on
+    count = len(conductor.heat.domain.body)
+    flux = on.weights * on.gradient(change) / conductor.cold
+
+    def tested(dual: np.ndarray) -> np.ndarray:
+        products, rows = np.zeros((3, count)), (flux * on.gradient(dual)).sum(axis=2)
+        products[:, conductor.cells] = rows[:, : len(conductor.cells)]
+        return _parts(products, on.beside(rows[0], count) if isinstance(on, Paths) else 0.0)
+
+    return tested
+
 
 SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
@@ -204,3 +279,70 @@ def signed_parts(products: Sequence[np.ndarray]) -> Contributions:
     nothing = [np.zeros_like(x) for x in last]
     before = [*np.abs(products[-2])] if len(products) > 1 else nothing
     return Contributions(before, last, nothing, products[-1].sum(axis=0))
+
+
+def known(study: Study, given: Problems) -> bool:
+    """Return whether quantities are extrapolated: not where a study wants the fields' own values, nor where a law of
+    the temperature causes errors away from edges."""
+    return study.extrapolated and not given.follows and given.heat.about is None
+
+
+def extrapolated(
+    study: Study,
+    given: Problems,
+    fine: Solution,
+    low: Solution,
+    scales: Mapping[str, float],
+    heat: Mapping[str, Contributions],
+    current: Mapping[str, Contributions],
+    estimator: Estimator,
+) -> tuple[Solution, dict[str, float]]:
+    """Return the fine solution with extrapolated quantities, and the largest deviation of each, in its unit.
+
+    Where quantities are not extrapolated (`known`), return the solution as it is, and the largest change by later
+    degrees, at least the change by the last one. ``heat`` and ``current`` as for `changes`.
+    """
+    values = fine.quantities
+    expected, doubts = changes(fine, low, scales, heat, current, given.electric_parts, estimator)
+    if known(study, given):
+        return replace(fine, quantities={name: value + expected[name] for name, value in values.items()}), doubts
+    changed = {name: abs(float(value - low.quantities[name])) for name, value in values.items()}
+    return fine, {name: max(doubt + abs(expected[name]), changed[name]) for name, doubt in doubts.items()}
+
+
+def changes(
+    fine: Solution,
+    low: Solution,
+    scales: Mapping[str, float],
+    heat: Mapping[str, Contributions],
+    current: Mapping[str, Contributions],
+    power: Contributions,
+    estimator: Estimator,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the change of each quantity expected from later degrees, and its largest deviation, in its unit.
+
+    ``heat`` and ``current`` are the contributions of the last degree to the goals on each cell, relative to the scales.
+    The rest of a change comes by way of other quantities, and continues like all contributions together, including
+    the contributions to the ``power``.
+    """
+    kinds = (heat, False), (current, True)
+    every = [(parts.last, electric) for of_goals, electric in kinds for parts in of_goals.values()] + [
+        (power.last, True)
+    ]
+    sizes = [(np.sum(last, axis=0), electric) for last, electric in every]
+    together = np.sum([[*estimator.later(size, electric), size.sum()] for size, electric in sizes], axis=0)
+    mean, mean_doubt = together[:2] / max(together[2], 1e-300)
+    expected, doubts = dict[str, float](), dict[str, float]()
+    for name, value in fine.quantities.items():
+        other = float(value - low.quantities[name])
+        expected[name] = doubts[name] = 0.0
+        for of_goals, electric in kinds:
+            if name in of_goals:
+                signed = of_goals[name].signed * scales[name]
+                other -= float(signed.sum())
+                change, doubt = estimator.later(signed, electric)
+                expected[name] += change
+                doubts[name] += doubt
+        expected[name] += mean * other
+        doubts[name] += mean_doubt * abs(other)
+    return expected, doubts

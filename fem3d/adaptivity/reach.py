@@ -11,7 +11,8 @@ import numpy as np
 
 from fem3d.adaptivity.estimator import Spread
 from fem3d.spaces.size import Size, foreseen
-from meshes import connected, edgewise, grading
+from meshes import edgewise, grading
+from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.errors import NumericsError, TooLargeError
@@ -54,7 +55,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
 def least(scene: Scene) -> Size:
     """Return the size of the coarsest grid of a scene with degree 2, without looking at cells."""
-    coarsest = connected.coarsest(scene)
+    coarsest = grids.coarsest(scene)
     degrees = [np.full(len(d), 2) for d in coarsest.degrees]
     return foreseen(scene, coarsest.with_axes(coarsest.breaks, degrees))
 
@@ -76,7 +77,7 @@ def fits(scene: Scene, size: Size) -> bool:
 
 def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
     if not fits(scene, size):
-        unknowns, planes = float(f"{size.unknowns:.2g}"), connected.coarsest(scene).breaks
+        unknowns, planes = float(f"{size.unknowns:.2g}"), grids.coarsest(scene).breaks
         raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
             f"{allowed(scene)}{why}; {crowding(scene, planes)}: let more coincide, or leave out what does not "

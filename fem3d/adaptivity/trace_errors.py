@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, goal_parts
+from fem3d.adaptivity import goal_errors
 from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, total
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import (
@@ -24,9 +24,9 @@ from fem3d.adaptivity.marched import (
     tangent,
 )
 from fem3d.adaptivity.nested import Problems
-from fem3d.results import outputs, probes, trace_times
+from fem3d.results import fields, outputs, probes
+from fem3d.results.outputs import Quantities, Study
 from fem3d.results.outputs import Response as AnyResponse
-from fem3d.results.study import Quantities, Study
 from fem3d.solution import transient
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
@@ -211,8 +211,8 @@ def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, C
     potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
     (last,) = march.answer.rises(np.array([study.end]))
     scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
-    duals = goal_parts.duals_of(study.trace_goals, given, last, study.end)
-    return goal_parts.joule_parts(study.trace_goals, given, potentials, scales, duals)
+    duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
+    return goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
 
 
 def _errors(
@@ -262,11 +262,11 @@ def _remains(
         lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
         steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
-        duals = goal_parts.duals_of(goals, given, fine, time)
-        parts = goal_parts.thermal_parts(given, fine, apart, own_scales, time, duals)
+        duals = goal_errors.duals_of(goals, given, fine, time)
+        parts = goal_errors.thermal_parts(given, fine, apart, own_scales, time, duals)
         smooth = {name: judge.indicators(each) for name, each in parts.items()}
-        at_edges = goal_parts.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
-        for name, remains in goal_parts.summed(smooth, at_edges).items():
+        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
+        for name, remains in goal_errors.summed(smooth, at_edges).items():
             if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):
                 spreads[name], worst[name] = remains, parts[name]
     return spreads, worst
@@ -288,7 +288,7 @@ def with_rows(
     drive = answer.heat.inputs
     knots = drive.knots(study.end)
     jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
-    times, rows, between = trace_times.choose(answer.steps, traces, allowed, jumps, study.instants)
+    times, rows, between = fields.choose(answer.steps, traces, allowed, jumps, study.instants)
     if answer.heat.lifts.any():
         _start(answer.heat.domain, rows)
     relative = {name: errors[name] / scales[name] for name in errors}

@@ -5,25 +5,42 @@
 
 with [u] the jump at a contact of resistance R, u the rise above the initial temperature T_0. Joule heat comes later,
 from the current (`fem3d.solution`).
+
+Boundaries whose heat is no straight line of their face's temperature (`scenes.faces`), as terms beside the linear
+problem.
+
+With q(T) the flux that leaves, the linear problem has a film of a coefficient h, which is q's own near T_l, the higher
+of ambient and initial temperature T_0, towards the rise at which as much enters at T_0. `Surface` adds the rest,
+
+    int (q(T_0 + u) - q(T_0) - h u) v.
+
+A nonlinear heat problem linearized about a state: the matrices of the tangent.
+
+The tangent is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the rest: the
+change by a rise of the conductivity under the present gradient, and of the Joule heat. The latter assumes a
+current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
+relative change of the resistance in the circuit, a matrix of rank one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering, part
-from fem3d.problems.faces import film, surfaces
-from fem3d.problems.following import storage, terms
+from fem3d.problems.conductors import SharedReactions
+from fem3d.problems.current import Conductor
+from fem3d.problems.following import Rest, storage, terms
 from fem3d.problems.heat import Film, HeatProblem, above
-from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Faces, halves, summed
-from fem3d.spaces.split import Interface
+from fem3d.spaces.mapped import Interface
+from scenes import faces
 from scenes.model import Schedule, Value, bends
 
 
@@ -168,3 +185,120 @@ def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> Non
     # The matrix is symmetric: its columns serve as rows.
     sums = np.add.reduceat(stiffness.data.astype(np.longdouble) * unit[stiffness.indices], stiffness.indptr[:-1])
     stiffness.data[on] = (stiffness.data[on] - (sums - cooled)[columns[on]]).astype(float)
+
+
+def film(domain: Domain, boundary: Any) -> tuple[float, float]:
+    """The coefficient (W/(m2 K)) of the linear problem's film, and the flux (W/m2) that enters at the initial
+    temperature."""
+    start = domain.scene.initial_temperature
+    near = np.array(max(start, float(boundary.ambient)))
+    return float(faces.coefficient(boundary, near)), -float(faces.flux(boundary, np.array(start)))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Boundaries with one law, beyond their films, by a quadrature of ``more`` points along each axis than is due."""
+
+    domain: Domain
+    boundaries: tuple[Any, ...]
+    more: int = 1
+
+    @cached_property
+    def on(self) -> Faces:
+        """The faces of all, with the points of the quadrature."""
+        facets = np.concatenate([self.domain.on(b) for b in self.boundaries])
+        return self.domain.seen(facets).finer(self.more)
+
+    def on_one(self, facets: np.ndarray) -> Faces:
+        """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
+        key = facets.tobytes()
+        if key not in self._some:
+            self._some[key] = self.domain.seen(facets).finer(self.more)
+        return self._some[key]
+
+    @cached_property
+    def _some(self) -> dict[bytes, Faces]:
+        return {}
+
+    def through(self, on: Faces, u: np.ndarray) -> np.ndarray:
+        """Return (functions,) the row that gives the heat (W) beyond the film through some faces at a field u."""
+        excess = faces.secant(self.boundary, self._start, on.value(u)) - film(self.domain, self.boundary)[0]
+        return on.load(excess)
+
+    @property
+    def boundary(self) -> Any:
+        """One that stands for all."""
+        return self.boundaries[0]
+
+    def outflow(self, u: np.ndarray) -> np.ndarray:
+        """(functions,): the heat that leaves beyond the film, in W."""
+        rise, (h, entering) = self.on.value(u), film(self.domain, self.boundary)
+        return self.on.load(faces.flux(self.boundary, self._start + rise) + entering - h * rise)
+
+    def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
+        """(functions, functions) twice: the derivative in W/K, of `scenes.faces.coefficient` beyond the film's and of
+        the rest."""
+        at = self._start + self.on.value(u)
+        rest = faces.beyond(self.boundary, at)
+        slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]
+        return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
+
+    def finer(self, points: int) -> Surface:
+        """By a quadrature of so many more points along each axis."""
+        return replace(self, more=self.more + points)
+
+    def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
+        """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin
+        (functions,)."""
+        seen = self.on_one(on.facets)
+        at = self._start + seen.value(u)
+        per_kelvin = -seen.load(faces.slope(self.boundary, at))
+        return -float((seen.areas * faces.flux(self.boundary, at)).sum()) - float(per_kelvin @ u), per_kelvin
+
+    @property
+    def _start(self) -> float:
+        return float(self.domain.scene.initial_temperature)
+
+
+def surfaces(domain: Domain) -> tuple[Surface, ...]:
+    """One of each law of boundaries whose heat is no straight line of the temperature."""
+    alike: dict[Any, list[Any]] = {}
+    for b in domain.scene.boundaries:
+        if bends(b) and len(domain.on(b)):
+            alike.setdefault((b.kind, b.value, b.ambient), []).append(b)
+    return tuple(Surface(domain, tuple(boundaries)) for boundaries in alike.values())
+
+
+def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
+    """The problem whose films are tangents at a field u, where a boundary's heat is no straight line."""
+    films = dict(heat.films)
+    for term in (heat.exact or heat).terms:
+        if isinstance(term, Surface):
+            for b in term.boundaries:
+                still, per_kelvin = term.entering(u, heat.domain.faces(b))
+                entering = np.zeros(heat.inputs.count)
+                entering[0] = still
+                films[b.name] = Film(entering, heat.take(per_kelvin))
+    return replace(heat, films=films)
+
+
+def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> HeatProblem:
+    """The problem of a nonlinear one about a ``rise`` (all nodes), with a current of a ``density`` (A/m2) there: K for
+    its stiffness, and R for its `rest`."""
+    u = heat.field(rise)
+    stiffness, matrix = heat.stiffness, csc_array((heat.size,) * 2)
+    for term in heat.terms:
+        symmetric, rest = term.tangent(u)
+        stiffness = csc_array(stiffness + part(symmetric, heat.order))
+        if rest is not None:
+            matrix = csc_array(matrix + part(rest, heat.order))
+    columns = rows = np.empty((0, heat.size))
+    if conductor is not None and conductor.warms and len(density):
+        heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
+        matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
+        dissipated = float((conductor.on.weights * heating).sum())
+        falls = 2 * conductor.taken(density, dissipated) / (dissipated or 1.0)
+        columns = falls * heat.take(conductor.on.load(heating))[None]
+        rows = heat.take(conductor.on.load(steepness * heating))[None]
+    stiffness.sort_indices()
+    return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)

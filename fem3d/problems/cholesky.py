@@ -1,7 +1,11 @@
-"""Sparse factorization of symmetric positive definite matrices."""
+"""Sparse factorization of symmetric positive definite matrices.
+
+Values that a problem computes on first use: kept, preset by a nearby problem, or released.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -279,3 +283,29 @@ def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.n
     k = int(least.argmin())
     joins = at[: k + 1][farthest[: k + 1] > k] if left[k] <= right[k] else at[k + 1 :][nearest[k + 1 :] <= k]
     return Cut(float(least[k]), joins, at[k + 1 :])
+
+
+class Kept:
+    """Values by name: solutions of a problem, its factors, blocks of its matrices."""
+
+    def __init__(self) -> None:
+        self._values: dict[Hashable, Any] = {}
+
+    def get(self, name: Hashable, work_out: Callable[[], Any]) -> Any:
+        """The value of a name, worked out if it isn't there."""
+        if name not in self._values:
+            self._values[name] = work_out()
+        return self._values[name]
+
+    def tell(self, **values: Any) -> None:
+        """Values that need not be worked out."""
+        self._values.update(values)
+
+    def like(self, other: Kept) -> None:
+        """All values that another has by now."""
+        self._values.update(other._values)
+
+    def let_go(self, *names: Hashable) -> None:
+        """Release values; later uses compute them anew."""
+        for name in names:
+            self._values.pop(name, None)

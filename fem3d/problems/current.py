@@ -1,7 +1,7 @@
 """The electric problem: div(sigma(T) grad phi) = 0 in the conductors that carry current, between electrodes.
 
 Potentials are functions of the whole space, zero where no current flows. Voltages come as channels
-(`fem3d.spaces.channels`)."""
+(`statespace.channels`)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,10 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.problems.cholesky import Factors, Kept, Ordering, part
 from fem3d.problems.following import OfCells
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.kept import Kept
-from fem3d.problems.paths import OfPaths, Paths
-from fem3d.problems.terminals import Terminal, packed, unpacked
+from fem3d.problems.paths import OfPaths, Paths, Terminal, packed, unpacked
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 

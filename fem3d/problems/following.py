@@ -4,6 +4,11 @@ The linear problem has the conductivity k0 of the initial temperature. `Conducti
 grad u . grad v, by a quadrature of its own, and the two parts of its tangent: the matrix of k(T) - k0, symmetric, and
 the integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
 `HeatProblem.terms`.
+
+The unsymmetric rest R of a nonlinear problem's tangent K + R, and solutions with both.
+
+(K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), many
+right-hand sides side by side. K^-1 R is compact where R has fewer derivatives than K, and a few steps do.
 """
 
 from __future__ import annotations
@@ -17,9 +22,11 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
+from fem3d.problems.cholesky import part
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces, halves
 from scenes import laws, physics
+from scenes.errors import NumericsError
 from scenes.laws import Property
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
@@ -210,3 +217,68 @@ def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> 
 def terms(domain: Domain) -> tuple[Term, ...]:
     """Return the terms of a conductivity that follows the temperature."""
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()
+
+
+MOST = 80  # steps of GMRES
+SOLVED = 1e-6  # relative residual of a dual solution
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """``matrix`` (n, n) + ``columns``^T ``rows``, the latter two (k, n) each."""
+
+    matrix: csc_array
+    columns: np.ndarray
+    rows: np.ndarray
+
+    def __call__(self, u: np.ndarray) -> np.ndarray:
+        """(..., n): its product with vectors (..., n)."""
+        return (self.matrix @ u.T).T + (u @ self.rows.T) @ self.columns
+
+    def transposed(self) -> Rest:
+        """The transposed one."""
+        return Rest(csc_array(self.matrix.T), self.rows, self.columns)
+
+    def times(self, factor: float) -> Rest:
+        """The same, some times as large."""
+        return Rest(csc_array(factor * self.matrix), factor * self.columns, self.rows)
+
+    def part(self, kept: np.ndarray) -> Rest:
+        """The rows and columns of some unknowns."""
+        return Rest(part(self.matrix, kept), self.columns[:, kept], self.rows[:, kept])
+
+    def solve(
+        self, inverse: Callable[[np.ndarray], np.ndarray], loads: np.ndarray, solved: float = SOLVED
+    ) -> np.ndarray:
+        """(k, n): the solutions of (K + R) d = load for loads (k, n) and the ``inverse`` of K, to a relative residual
+        of ``solved``. Raises NumericsError where that isn't reached."""
+        right = inverse(loads)
+        size = np.linalg.norm(right, axis=1)
+        # A load of nothing has nothing for its answer.
+        basis = [right / np.where(size > 0, size, 1.0)[:, None]]
+        count = len(right)
+        upper = np.zeros((count, MOST + 1, MOST))
+        solutions = np.zeros_like(right)
+        first = np.zeros((count, MOST + 1))
+        first[:, 0] = size
+        for step in range(MOST):
+            new = basis[-1] + inverse(self(basis[-1]))
+            for _ in range(2):
+                for i, v in enumerate(basis):
+                    share = (v * new).sum(axis=1)
+                    upper[:, i, step] += share
+                    new -= share[:, None] * v
+            length = np.linalg.norm(new, axis=1)
+            upper[:, step + 1, step] = length
+            shares, errors = _least(upper[:, : step + 2, : step + 1], first[:, : step + 2])
+            if (errors <= solved * size).all():
+                solutions = sum((shares[:, i, None] * v for i, v in enumerate(basis)), solutions)
+                return solutions
+            basis.append(new / np.where(length > 1e-300, length, 1.0)[:, None])
+        raise NumericsError("the problem linearized about a state is singular, or close to it")
+
+
+def _least(matrices: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least-squares solutions (k, m) of matrices (k, m + 1, m), and their residuals (k,)."""
+    shares = np.array([np.linalg.lstsq(m, r, rcond=None)[0] for m, r in zip(matrices, right, strict=True)])
+    return shares, np.linalg.norm(right - np.einsum("kij,kj->ki", matrices, shares), axis=1)

@@ -3,7 +3,7 @@
 The unknown is the rise above the scene's initial temperature, as coefficients of functions, here called nodes. They are
 numbered with the free nodes first and the fixed nodes (a given temperature) last, so that the reactions, the heat that
 enters at the fixed nodes, are the last rows of the same equations. A field that vanishes at the fixed nodes is a vector
-of the free nodes, any other a vector of all. Sources and given rises come as channels (`fem3d.spaces.channels`).
+of the free nodes, any other a vector of all. Sources and given rises come as channels (`statespace.channels`).
 `fem3d.problems.assembly` assembles it from a scene."""
 
 from __future__ import annotations
@@ -16,13 +16,11 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import Storage, Term
-from fem3d.problems.kept import Kept
-from fem3d.problems.rest import Rest
-from fem3d.spaces.channels import Inputs
+from fem3d.problems.cholesky import Factors, Kept, Ordering, part
+from fem3d.problems.following import Rest, Storage, Term
 from fem3d.spaces.domain import Domain
 from scenes.model import Value
+from statespace.channels import Inputs
 
 BALANCED = 2e-11  # an imbalance above this fraction of the heat is worth a residual in extended precision
 # Of the product of two boundaries' shares t and 1 - t of the flow at a common edge. With a flux like
@@ -58,7 +56,7 @@ class HeatProblem:
     order : (all nodes,), index of each node among the functions of the domain's space
     torn : (all nodes,), difference between contradictory given temperatures (K)
     terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
-    about, rest, exact : only of a linearized problem (`fem3d.problems.linearized`): the field (functions,) of the
+    about, rest, exact : only of a linearized problem (`fem3d.problems.assembly`): the field (functions,) of the
         linearization, the part of the tangent beside the stiffness, and the exact problem
     """
 

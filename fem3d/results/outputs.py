@@ -9,31 +9,71 @@ from the search for an extreme),
 solved part, times the symmetric copies),
 ``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside
 the symmetric part); for a steady state ``rounding`` (W, rounding error of flows that are zero).
+
+Quantities to compute for a scene, with their accuracy: the solver's only view of a run's purpose.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from fem3d.problems.assembly import Surface
 from fem3d.problems.conductors import box_of, share
 from fem3d.problems.current import Potential
-from fem3d.problems.faces import Surface
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
-from fem3d.solution.joule_tensors import Split
 from fem3d.solution.march import FullResponse
-from fem3d.solution.reduced import Reduced
+from fem3d.solution.reduced import Reduced, Split
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
-from fem3d.spaces import channels
 from meshes.symmetry import Symmetry
 from scenes import laws
 from scenes.model import Value
+from statespace import channels
+
+Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A scene's part to be solved, and its quantities.
+
+    ``steady`` and ``traces`` compute the reported quantities from the outputs. ``steady_scales`` and ``trace_scales``
+    compute the references of relative errors from the outputs (of the steady state where available). ``goals`` and
+    ``trace_goals`` name the probe of a steady quantity, or of a trace; ``ratios`` map quantities to the goal with the
+    same relative error. ``rises`` and ``trace_rises`` are the temperatures among the quantities.
+    ``extrapolated``: whether steady quantities include the estimated change by higher degrees, where available.
+    ``field``: tolerance of the steady field at any point, over its largest rise; None where the field is not used.
+    Times in s: the ``end``, the ``earliest`` time at which the accuracy of traces holds, and ``instants`` that must be
+    among the rows. ``voltage`` names the drive in messages.
+    ``from_start``: whether errors before ``earliest`` are needed, too.
+    """
+
+    part: Symmetry
+    accuracy: float
+    voltage: float
+    end: float
+    earliest: float
+    instants: tuple[float, ...]
+    goals: dict[str, str]
+    trace_goals: dict[str, str]
+    rises: tuple[str, ...]
+    trace_rises: tuple[str, ...]
+    ratios: dict[str, str]
+    steady: Callable[[Outputs], Quantities]
+    traces: Callable[[Outputs], Quantities]
+    steady_scales: Callable[[Outputs], dict[str, float]]
+    trace_scales: Callable[[Outputs], dict[str, float]]
+    field: float | None = None
+    extrapolated: bool = True
+    from_start: bool = False
+
 
 ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 # Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.

@@ -15,12 +15,11 @@ import numpy as np
 
 from fem3d.results.outputs import Outputs
 from fem3d.runs import probe_quantities
-from fem3d.spaces.channels import Inputs
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.keys import ACCURACY
 from scenes.model import DERIVED, AnyScene, Schedule, Value
-from scenes.plan import Step
-from scenes.result import Result, Traces
+from scenes.result import Result, Step, Traces
+from statespace.channels import Inputs
 
 FINEST = 0.01  # each voltage's part is solved to this fraction of the accuracy at best: finer takes very much longer
 _OTHER = {"max": "min", "min": "max"}

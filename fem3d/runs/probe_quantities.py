@@ -6,23 +6,83 @@ above the start, and at least a tenth of the largest rise in the scene. For a po
 for a resistance its largest value. For a flow, power or current it is the largest value, and at least a hundredth of
 the total through the scene, or of the heat through its least conducting box at the largest rise; for a steady heat flow
 also at least the rounding error.
+
+Resistances of electrodes from the computed currents and potentials.
+
+R = (phi - phi_other) / I, with the current I that enters at the electrode. An electrode's potential is its voltage less
+the drop at its series resistance; an electrode of given current gets a probe for its potential.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 import numpy as np
 
-from fem3d.results.outputs import Outputs
-from fem3d.results.study import Quantities, Study
-from fem3d.runs import readouts
+from fem3d.results.outputs import Outputs, Quantities, Study
 from meshes.symmetry import Symmetry
 from scenes import laws
-from scenes.model import DERIVED, AnyScene, Box, GroupProbe, Probe, Scene, Schedule, Value
-from scenes.readouts import Pair
+from scenes.free import graph
+from scenes.free.graph import Pair
+from scenes.free.grid import grid_of
+from scenes.model import DERIVED, AnyScene, Box, GroupProbe, MeshScene, Probe, Scene, Schedule, Value
+from statespace import channels
+
+
+def pairs(scene: AnyScene) -> dict[str, graph.Pair]:
+    """Return the two electrodes of each resistance probe."""
+    if not any(p.quantity == "resistance" for p in scene.probes):
+        return {}
+    if isinstance(scene, MeshScene):
+        from meshes.grouped.check import check
+        from meshes.grouped.read import read
+
+        joined = check(scene, read(scene.path, scene.unit)).joined()
+    else:
+        joined = grid_of(scene).joined()
+    return graph.pairs(scene, joined.values())
+
+
+def to_solve(scene: Any) -> Any:
+    """Return the scene to solve: without resistance probes, but if there are any with probes for the potentials of
+    electrodes of given current."""
+    read = tuple(p for p in scene.probes if p.quantity != "resistance")
+    if len(read) == len(scene.probes):
+        return scene
+    by_current = (b for b in scene.boundaries if b.kind == "voltage" and b.series_resistance == inf)
+    return replace(scene, probes=(*read, *map(_potential, by_current)))
+
+
+def _potential(boundary: Any) -> Probe | GroupProbe:
+    name = f"potential of {boundary.name}"
+    if hasattr(boundary, "group"):
+        return GroupProbe(name, group=boundary.group, quantity="potential")
+    return Probe(name, boundary.lower, boundary.upper, "potential")
+
+
+def resistance(pair: graph.Pair, out: Outputs) -> np.ndarray:
+    """Return the resistance (ohm) between two electrodes, at the times of some outputs."""
+    return graph.resistance(given(pair, out), out[f"current:{pair[0].name}"], out.get("time", np.zeros(())))
+
+
+def given(pair: graph.Pair, out: Outputs) -> np.ndarray:
+    """Return the voltage (V) between two electrodes."""
+    one, other = pair
+    return _at(one, out) - _at(other, out)
+
+
+def _at(boundary: Any, out: Outputs) -> np.ndarray:
+    """Return the potential (V) of an electrode."""
+    if boundary.series_resistance == inf:
+        return out[f"probe:potential of {boundary.name}"]
+    times = out["time"]
+    given = channels.value(boundary.value, times.reshape(-1)).reshape(times.shape)
+    return given - boundary.series_resistance * out[f"current:{boundary.name}"]
+
 
 OF_RISE, OF_FLOW = 0.1, 0.01
 ISOTHERMAL = 1e-9  # a rise below this fraction of the given ones is rounding, and no measure of temperature errors
@@ -33,14 +93,15 @@ EARLY, LATE = 1e-3, 0.1  # parts of the end time: `_earliest` without requested 
 def study(scene: AnyScene, part: Symmetry) -> Study:
     """Return the quantities, scales and times of a scene; on a mesh file no error bound of the field exists."""
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
-    goals, pairs = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, readouts.pairs(scene)
+    goals, electrodes = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, pairs(scene)
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
     return Study(
         part, scene.accuracy, _drive(scene), scene.end_time,
         _earliest(scene), scene.output_times,
         goals=goals, trace_goals=goals, rises=thermal, trace_rises=thermal, ratios={},
-        steady=lambda out: values(scene, out, pairs), traces=lambda out: values(scene, out, pairs),
-        steady_scales=lambda out: scales(scene, out, pairs), trace_scales=lambda out: scales(scene, out, pairs),
+        steady=lambda out: values(scene, out, electrodes), traces=lambda out: values(scene, out, electrodes),
+        steady_scales=lambda out: scales(scene, out, electrodes),
+        trace_scales=lambda out: scales(scene, out, electrodes),
         field=FIELD if isinstance(scene, Scene) else None, from_start=True,
     )  # fmt: skip
 
@@ -73,7 +134,7 @@ def values(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> Quantiti
 
     def value(probe: Probe | GroupProbe) -> np.ndarray:
         if probe.name in pairs:
-            return readouts.resistance(pairs[probe.name], out)
+            return resistance(pairs[probe.name], out)
         return out[f"probe:{probe.name}"] + (scene.initial_temperature if probe.quantity == "temperature" else 0.0)
 
     return {p.name: value(p) for p in scene.probes}
@@ -101,7 +162,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
 
     def scale(probe: Probe | GroupProbe) -> float:
         if probe.name in pairs:
-            return _largest(readouts.resistance(pairs[probe.name], out)) or 1.0
+            return _largest(resistance(pairs[probe.name], out)) or 1.0
         largest = _largest(out[f"probe:{probe.name}"])
         return {
             "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),

@@ -1,29 +1,80 @@
 """Solve a free scene in 3D, of boxes or on a mesh file, with any conditions and probes, steady or over time; describe
-the plan and the result."""
+the plan and the result.
+
+Read probes on the mesh of a steady state that is refined for other probes.
+
+The course of a transient until shortly before a thermal runaway.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from fem3d.adaptivity import choice
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
-from fem3d.results.study import Study
-from fem3d.runs import currents, probe_quantities, readouts
+from fem3d.results.outputs import Study
+from fem3d.runs import currents, probe_quantities
+from fem3d.solution import transient
+from fem3d.solution.exponential import runs_away
 from fem3d.solution.march import AT_FULL_ORDER
-from meshes import connected, symmetry
+from meshes import grid, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
+from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.free import structure
-from scenes.model import AnyScene, MeshScene, Point, Scene
-from scenes.plan import Step
-from scenes.result import Estimate, Result, Traces
+from scenes.model import AnyScene, Boundary, GroupBoundary, MeshScene, Point, Probe, Scene, Value
+from scenes.result import Estimate, Result, Step, Traces
+from scenes.units import TIME
+from statespace import channels
+
+
+def observe(
+    scene: Scene, probes: Sequence[Probe], chosen: Callable[[dict[str, float]], Collection[Probe]] | None = None
+) -> dict[str, Estimate]:
+    """Solve the steady state of a scene of boxes and read further probes on its last mesh.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; its own probes decide where the mesh is refined.
+    probes : sequence of Probe
+        Further probes, whose error bounds do not refine the mesh.
+    chosen : callable, optional
+        Takes all values and returns the needed further probes (default: all), each at the cost of a dual problem.
+
+    Returns
+    -------
+    dict
+        Value and error bound of the scene's and of the chosen probes by name.
+
+    Raises
+    ------
+    RunawayError, NumericsError
+        Where the steady state does not exist or is not reached.
+    """
+    every = replace(scene, probes=(*scene.probes, *probes))
+    study, whole = (probe_quantities.study(scene, part_of(every, uncut)) for uncut in (False, True))
+    study, mesh = choice.choose(replace(study, field=None), replace(whole, field=None))
+    study, answer = choice.solve(study, mesh, lambda: replace(whole, field=None), False, lambda _: None)
+    values = probe_quantities.study(every, study.part).steady(answer.fine.out)
+    needed = probes if chosen is None else chosen({name: float(value) for name, value in values.items()})
+    full = probe_quantities.study(replace(scene, probes=(*scene.probes, *needed)), study.part)
+    problems = answer.mesh.problems()
+    fine = replace(answer.fine, quantities=full.steady(answer.fine.out))
+    problems.states[len(problems.heats) - 1] = fine.state
+    level = answer.mesh.examine(full, problems, fine)
+    if level is None:
+        raise NumericsError("the errors of the further probes are not known: a lower degree has no steady state")
+    return {name: Estimate(float(v), level.errors[name]) for name, v in level.fine.quantities.items()}
+
 
 LOOKED_AT = 9  # times of a run at which rises are compared with the ends of tables
 
@@ -87,12 +138,12 @@ def on_file(scene: MeshScene) -> Any:
     """Return the mesh of a scene's file; imported late, because scenes of boxes do not need it."""
     from fem3d.adaptivity.cell_mesh import mesh_of
 
-    return mesh_of(readouts.to_solve(scene))
+    return mesh_of(probe_quantities.to_solve(scene))
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
     """Return the solved part of a scene with its probes; a scene on a mesh file is solved whole."""
-    scene = readouts.to_solve(scene)
+    scene = probe_quantities.to_solve(scene)
     if isinstance(scene, MeshScene):
         return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
     inside = clipped(scene)
@@ -170,7 +221,7 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
     part = symmetry.reduce(clipped(scene))
     laid = mesh or start(scene, whole)[1]
     warm = any(b.material.warms for b in part.scene.boxes)
-    if connected.live(part.scene).any():
+    if grid.live(part.scene).any():
         follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
         electric = Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}")
     else:
@@ -208,3 +259,64 @@ def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
     how = f"to {scene.end_time:g} s, {way}, errors held against {scene.accuracy:g}"
     only = "only the transient was asked for"
     return Step("steady state", "skipped", only), Step("transient", "done", how)
+
+
+# The course is kept up to this fraction of the time t of the runaway. The rise approaches its last value like
+# (1 - time / t)^(1/2), so that its error there is about three times the error of t.
+KEPT = 0.95
+TRIES = 4  # runs that may each move the end: a finer mesh may run away earlier
+ROUGH = 1e-2  # accuracy of the steady state that gives the largest voltage
+STEPS = 1e-2  # fraction of the accuracy for the steps that locate the time
+
+
+def until(
+    scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None, whole: bool = False
+) -> tuple[AnyScene, Result, str]:
+    """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence.
+
+    The sentence names the time of the runaway, the end of the result and, if a rough steady state gives it, the largest
+    voltage with a steady state. Raises the ``runaway`` itself if no such result can be solved.
+    """
+    time = runaway.time
+    for _ in range(TRIES):
+        end = float(f"{KEPT * time:.2e}")
+        kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
+        try:
+            result = solve(kept, progress, whole)
+            break
+        except RunawayInTimeError as earlier:
+            time = min(earlier.time, end)
+        except NumericsError:
+            raise runaway from None
+    else:
+        raise runaway
+    instant, response = runaway.time, result.details["transient"]
+    try:
+        if isinstance(response, transient.Transient):
+            transient.march(response.base, response.reduced, scene.end_time, STEPS * scene.accuracy)
+    except RunawayInTimeError as known:
+        instant = known.time
+    limit = _limit(scene, runaway.time)
+    return kept, result, f"{runs_away(instant, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
+
+
+def _limit(scene: AnyScene, time: float) -> str:
+    """Return the end of a sentence: the largest voltage, or given current, with a steady state under the conditions at
+    a ``time`` (s); empty if unknown."""
+
+    def then(value: Value) -> float:
+        return float(channels.value(value, np.array([time]))[0])
+
+    def held(b: Boundary | GroupBoundary) -> Any:
+        return replace(b, value=then(b.value), ambient=then(b.ambient))
+
+    heated = scene.heated[1]
+    sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
+    given: dict[str, Any] = {heated: sources, "boundaries": tuple(map(held, scene.boundaries))}
+    try:
+        solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
+    except RunawayError as error:
+        return f"; {error.largest}" if error.largest else ""
+    except NumericsError:
+        return ""
+    return ""

@@ -13,12 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.results.outputs import Outputs
-from fem3d.results.study import Quantities, Study
+from fem3d.results.outputs import Outputs, Quantities, Study
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
-from fem3d.sensitivity.differences import Course, Sensitivities, Table, sensitivities
+from fem3d.runs.differences import Course, Sensitivities, Table, sensitivities
 from meshes import symmetry
 from scenes import physics
 from scenes.errors import quoted

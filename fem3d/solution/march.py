@@ -28,10 +28,10 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from fem3d.problems.assembly import linearized
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.heat import HeatProblem, combined
-from fem3d.problems.linearized import linearized
 from fem3d.solution import exponential
 from fem3d.solution.transient import HOTTEST, MOST, resists
 from scenes.errors import NumericsError

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from fem3d.problems.assembly import at_films, linearized
+from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor, Pattern, Potential
-from fem3d.problems.current_fields import independent
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.linearized import at_films, linearized
 from scenes.errors import BeyondLawError, ConvergenceError, NumericsError, RunawayError
 
 CONVERGED = 1e-4  # of the accuracy: the relative size of the step that would be next

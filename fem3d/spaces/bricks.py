@@ -16,9 +16,21 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
-from fem3d.spaces.element import Degrees, ElementHexTrunk, active, gauss, heights, line, local, modes
+from fem3d.spaces.element import (
+    Degrees,
+    ElementHexTrunk,
+    Rule,
+    Side,
+    active,
+    gauss,
+    heights,
+    line,
+    local,
+    modes,
+    rule,
+    side,
+)
 from fem3d.spaces.integrals import Space, entities, halves
-from fem3d.spaces.quadrature import Rule, Side, rule, side
 from meshes import edgewise
 from meshes.grid import Grid
 

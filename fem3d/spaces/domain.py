@@ -15,15 +15,13 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.channels import Inputs
 from fem3d.spaces.element import gauss
 from fem3d.spaces.integrals import Faces, Space
-from fem3d.spaces.mapped import MappedSpace
-from fem3d.spaces.split import split, twin
-from meshes import connected
+from fem3d.spaces.mapped import MappedSpace, split, twin
+from meshes import grid as grids
 from meshes.grid import Grid
+from meshes.grouped.check import Placed
 from meshes.grouped.model import GroupedMesh, locate
-from meshes.grouped.place import Placed
 from scenes import laws
 from scenes.model import (
     FLOWS,
@@ -38,6 +36,7 @@ from scenes.model import (
     Schedule,
     Value,
 )
+from statespace.channels import Inputs
 
 D = TypeVar("D", bound="Domain")
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -290,7 +289,7 @@ class Boxes(Domain):
     scene: Scene
 
     def locate(self, item: Boundary | Probe) -> Region:
-        mesh, names, grid = self.space.mesh, getattr(item, "boxes", ()), connected.coarsest(self.scene)
+        mesh, names, grid = self.space.mesh, getattr(item, "boxes", ()), grids.coarsest(self.scene)
         small = np.array([grid.small(d) for d in range(3)])
         extended = np.subtract(item.upper, item.lower) > small
         dimension = int(extended.sum())
@@ -345,14 +344,14 @@ class Groups(Domain):
 
 def boxes(scene: Scene, grid: Grid) -> Boxes:
     """Return the domain of a scene of boxes (or of its symmetric part) on a grid."""
-    space, coarse = BrickSpace(grid), connected.coarsest(scene)
+    space, coarse = BrickSpace(grid), grids.coarsest(scene)
     middles = [(b[1:] + b[:-1])[i] / 2 for b, i in zip(grid.breaks, space.ijk, strict=True)]
     return _boxes(scene, space, middles, coarse)
 
 
 def box_cells(scene: Scene, mesh: Any, degree: int = 3) -> Boxes:
     """Return the domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
-    return _boxes(scene, MappedSpace(mesh, degree), list(mesh.p[:, mesh.t].mean(axis=1)), connected.coarsest(scene))
+    return _boxes(scene, MappedSpace(mesh, degree), list(mesh.p[:, mesh.t].mean(axis=1)), grids.coarsest(scene))
 
 
 def _boxes(scene: Scene, space: Space, middles: list[np.ndarray], coarse: Grid) -> Boxes:
@@ -365,8 +364,8 @@ def _boxes(scene: Scene, space: Space, middles: list[np.ndarray], coarse: Grid) 
     sources = tuple((b.heat_source, np.flatnonzero(owner == n)) for n, b in enumerate(scene.boxes) if b.heat_source)
     return with_contacts(Boxes(
         scene, space, owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes), sources,
-        connected.live(scene)[at], tuple((cells[at], value) for cells, value in connected.still(scene)),
-        connected.anchored(scene),
+        grids.live(scene)[at], tuple((cells[at], value) for cells, value in grids.still(scene)),
+        grids.anchored(scene),
     ))  # fmt: skip
 
 
@@ -389,9 +388,9 @@ def with_contacts(domain: D) -> D:
     if not contacts and not behind:
         return domain
     f2t, live = space.mesh.f2t, domain.live
-    every = [Joint(c, connected.between(f2t, *map(domain.part, c.between))) for c in contacts]
+    every = [Joint(c, grids.between(f2t, *map(domain.part, c.between))) for c in contacts]
     joints = [joint for joint in every if len(joint.facets)]
-    alive = connected.between(f2t, live, live)
+    alive = grids.between(f2t, live, live)
     thermal = _every(j.facets for j in joints if j.contact.thermal_resistance)
     electric = np.intersect1d(_every(j.facets for j in joints if j.contact.electrical_resistance), alive)
     beyond = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}

@@ -4,16 +4,29 @@ A basis function is a product of three 1D functions: 0 and 1 are linear, k >= 2 
 polynomial k - 1. Edges carry k = 2 ... p, facets pairs with j + k <= p, the interior triples with i + j + k <= p (Szabo
 and Babuska, Finite Element Analysis, 1991, section 6). All bricks of a grid are oriented alike, so that odd functions
 match. Functions of lower degrees span the lower spaces: leaving some out makes spaces of mixed and of nested degrees.
+
+The weak forms of the two problems, in scikit-fem; the matrices of bricks are tested against these definitions.
+
+Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
+Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).
+
+Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point).
+
+Quadrature on the reference cell and its sides: points, weights, and the functions and slopes there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
+from skfem import BilinearForm, LinearForm
 from skfem.element import ElementH1
+from skfem.helpers import dot, grad
 from skfem.refdom import RefHex
 
 Degrees = tuple[int, int, int]
@@ -131,3 +144,92 @@ def local(p: int, degrees: Degrees) -> Local:
     full = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
     r, c = np.nonzero((full != 0).any(axis=0))
     return Local(at[r], at[c], full[:, r, c])
+
+
+@BilinearForm
+def conduction(u: Any, v: Any, w: Any) -> Any:
+    """k grad u . grad v, or sigma grad u . grad v; k one for each axis where there are three."""
+    if np.ndim(w.conductivity) > 2:
+        return (w.conductivity * grad(u) * grad(v)).sum(axis=0)
+    return w.conductivity * dot(grad(u), grad(v))
+
+
+@BilinearForm
+def capacity(u: Any, v: Any, w: Any) -> Any:
+    """rho c u v."""
+    return w.heat_capacity * u * v
+
+
+@BilinearForm
+def film(u: Any, v: Any, w: Any) -> Any:
+    """h u v on a cooled face."""
+    return w.coefficient * u * v
+
+
+@LinearForm
+def joule_heat(v: Any, w: Any) -> Any:
+    """sigma |grad phi|^2 v."""
+    return w.conductivity * dot(grad(w.potential), grad(w.potential)) * v
+
+
+NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
+
+
+class Rule(NamedTuple):
+    """``points`` (3, points) of the reference cell with ``weights`` (points,), and the numbers of the cell's
+    ``functions`` that it is for, with their ``values`` (points, functions) and ``slopes`` (3, points, functions)."""
+
+    points: np.ndarray
+    weights: np.ndarray
+    functions: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+
+    @property
+    def present(self) -> np.ndarray:
+        """(functions,): which do not vanish at the points; inside a cell none does."""
+        return np.asarray(self.values.any(axis=0))
+
+    def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
+        """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""
+        summed: np.ndarray = coefficients @ (self.values if along is None else self.slopes[along]).T
+        return summed
+
+    def tested(self, field: np.ndarray, along: int | None = None) -> np.ndarray:
+        """(..., functions): sums over points of a field (..., points) times each function, the transpose of `at`."""
+        summed: np.ndarray = field @ (self.values if along is None else self.slopes[along])
+        return summed
+
+
+Side = tuple[Rule, np.ndarray]
+"""The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
+the parallelogram that two of its edges span."""
+
+Values = Callable[..., np.ndarray]
+"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
+
+
+def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (points, dimension) and weights (points,) of Gauss's rule on the unit cube of a dimension, 0 for a point,
+    with ``count`` points along each axis."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    points = np.array(list(product((x + 1) / 2, repeat=dimension))).reshape(count**dimension, dimension)
+    return points, np.array([float(np.prod(each)) for each in product(w / 2, repeat=dimension)])
+
+
+def rule(points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)) -> Rule:
+    """Return a rule for the ``kept`` functions of a cell."""
+    values, *slopes = (functions(points, along)[:, kept] for along in (None, 0, 1, 2))
+    return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
+
+
+def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:
+    """A side of scikit-fem's ``reference`` cell, with the points (2, points) and weights (points,) of a rule of the
+    plane."""
+    corners = reference.p[:, reference.facets[number]]
+    along = np.stack([corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]], axis=1)
+    normal = np.cross(along[:, 0], along[:, 1])
+    normal = normal * np.sign(normal @ (corners[:, 0] - reference.p.mean(axis=1)))
+    on_side = rule(corners[:, :1] + along @ plane[0], plane[1], functions)
+    values = np.where(np.abs(on_side.values).max(axis=0) > NONE, on_side.values, 0.0)
+    return on_side._replace(values=values), normal

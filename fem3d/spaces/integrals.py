@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from fem3d.spaces.quadrature import Rule, Side
+from fem3d.spaces.element import Rule, Side
 
 S = TypeVar("S", bound="Space")
 AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory
@@ -49,7 +49,7 @@ class Space(ABC):
     numbering, ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each
     function belongs to, and ``places`` (entities, 3) are their places.
 
-    Functions may jump across the facets ``torn`` (`fem3d.spaces.split`), ``origin`` (functions,) being its number
+    Functions may jump across the facets ``torn`` (`fem3d.spaces.mapped`), ``origin`` (functions,) being its number
     before the split. Functions that belong to no cell are ``beyond`` a face: by name, the functions of the face and
     their partners in the same order.
     """
@@ -104,7 +104,7 @@ class Space(ABC):
         """Which functions (functions,) are in each lower space that this one holds, the lowest first, and in itself."""
 
     by_cells = False
-    """Whether errors of readings are estimated by cell (`fem3d.adaptivity.cellwise`), or by function."""
+    """Whether errors of readings are estimated by cell (`fem3d.adaptivity.nested`), or by function."""
 
     @property
     @abstractmethod

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from fem3d.spaces.element import local
-from meshes import connected, edgewise
+from meshes import edgewise
+from meshes import grid as grids
 from meshes.grid import Grid
 from scenes.model import Scene
 
@@ -60,8 +61,8 @@ def factor_entries(unknowns: float, join: float) -> float:
 
 def foreseen(scene: Scene, grid: Grid) -> Size:
     """The size of a grid of a scene (of its part that is solved)."""
-    solid = connected.coarsest(scene).solid
-    planes = connected.coarsest(scene).breaks
+    solid = grids.coarsest(scene).solid
+    planes = grids.coarsest(scene).breaks
     tables = [_along(p, b, d) for p, b, d in zip(planes, grid.breaks, grid.degrees, strict=True)]
     degrees = sorted({int(p) for d in grid.finest for p in np.unique(d)})
     functions = _functions(tuple(degrees))
@@ -71,7 +72,7 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     join = unknowns * _layer(solid, tables) / cells
     factors = factor_entries(unknowns, join)
     # Potentials have a problem of their own where current passes.
-    live = _product(connected.live(scene), tables)[1:, 1:, 1:].sum() / cells
+    live = _product(grids.live(scene), tables)[1:, 1:, 1:].sum() / cells
     memory = START_UP + PER_ENTRY * of_matrices + (1 + live) * PER_FACTOR * factors
     return Size(int(cells), int(unknowns), join, of_matrices, factors, float(memory))
 

@@ -25,17 +25,22 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from reduced1d.elements import Elements
-from reduced1d.equations import anchor_flow, resistance, room_resistivity
+from reduced1d.equations import (
+    air_conductance,
+    anchor_flow,
+    anchor_series_resistance,
+    gap_conductance,
+    resistance,
+    room_resistivity,
+)
 from reduced1d.ladder.few_states import modes as modes_of
-from reduced1d.sink import air_conductance, anchor_series_resistance, gap_conductance
+from reduced1d.numerics import Elements
 from scenes.device import Device, External
 from statespace import stability as loop
-from statespace.ground import Ground, effects
-from statespace.modal import Inlet, Modal
+from statespace.device_model import Inlet, Modal
+from statespace.ground import Ground, Response, Shielding, effects, response
+from statespace.ground import around as shielding_of
 from statespace.result import Steady
-from statespace.shielding import Response, Shielding, response
-from statespace.shielding import around as shielding_of
 from statespace.stability import Plant, Stability
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))

@@ -91,13 +91,13 @@ def solve(
     from reduced1d.ladder.few_states import result
 
     if name == "paper":
-        from reduced1d.ladder.lumps import lumps
-        from reduced1d.sink import anchor_series_resistance
+        from reduced1d.equations import anchor_series_resistance
+        from reduced1d.ladder.few_states import lumps
 
         # The paper's blocks touch perfectly.
         row = lumps(replace(sink, contact_resistance=None), anchor_series_resistance(sink))
         return result(name, sink, row, row, steady_only, times)
-    from reduced1d.ladder.anchor import fin_warnings, warnings
+    from reduced1d.ladder.beam import fin_warnings, warnings
     from reduced1d.ladder.levels import Levels
 
     levels = levels or Levels(given)

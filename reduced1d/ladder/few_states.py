@@ -14,9 +14,17 @@ current x is a_k = x s_k / (1 - alpha x nu_k), and the voltage
 For alpha > 0 it grows from 0 to infinity, at the pole or beyond all bounds. For alpha < 0 it has a maximum: thermal
 runaway above it, and of two currents below it the smaller one grows out of rest.
 
-Over time: collocation at Radau's points (`reduced1d.radau`), on steps that grow with the time since the switch was
+Over time: collocation at Radau's points (`reduced1d.numerics`), on steps that grow with the time since the switch was
 closed; in modes its linear systems are diagonal. scipy's Radau method, of order 5 and for anything, takes ten times as
 long.
+
+The paper's model on any anchors: each span of a row a sink of its own, all in one circuit; one span is eq 20.
+
+A span has an anchor at a pad, and at an island half of the island's block alone, t_o/(k_o A_o) with half the area (and
+contacts at its faces); eqs 13 to 19 hold for unequal ends (`reduced1d.equations.unequal_ends`). So there are two
+kinds of span in a row, the two outer spans and the inner spans, each one lump after eq 20 at the current that the
+voltage drives through the spans in series; the beam above an island is left out, as the pads are: no capacity, no air
+on them, no part of the circuit.
 """
 
 from __future__ import annotations
@@ -29,11 +37,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
-from reduced1d.radau import ShortStepError, Step, interpolate, march
+from reduced1d.equations import (
+    air_conductance,
+    gap_conductance,
+    resistance,
+    room_resistivity,
+    unequal_ends,
+    unequal_peak,
+)
+from reduced1d.numerics import ShortStepError, Step, interpolate, march
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
-from scenes.sink import Drive, Sink
+from scenes.sink import Drive, Sink, different
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
@@ -172,7 +188,7 @@ def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> 
 
 @dataclass(frozen=True, eq=False)
 class _OverTime:
-    """A model in modes as a problem of `reduced1d.radau`."""
+    """A model in modes as a problem of `reduced1d.numerics`."""
 
     model: FewStates
 
@@ -317,3 +333,54 @@ def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray | 
     errors = {key: float(np.max(np.abs(values[key] - coarser[key])[late], initial=0.0)) for key in values}
     values = {key: sink.room_temperature + v if key.endswith("_K") else v for key, v in values.items()}
     return Traces(times, values, errors)
+
+
+def half_island(sink: Sink) -> float:
+    """The resistance (K/W) of half of an island's block with its contacts, between a span's end and the substrate."""
+    area = sink.island_width * sink.island / 2
+    return (sink.oxide_thickness / sink.oxide.thermal_conductivity + sink.contacts) / area
+
+
+def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewStates:
+    """The spans as lumps between an anchor of some resistance (K/W) and the islands' blocks, each state an equivalent
+    rise; ``circuit`` adds the cold resistance of the beam over the islands.
+
+    Raises ValueError where the silicon does not conduct.
+    """
+    k, A_c, L = sink.silicon.thermal_conductivity, sink.cross_section, sink.length
+    resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
+    island = half_island(sink)
+    # The outer and the inner resistance of each kind of span, and how many there are of it.
+    kinds = [
+        ((anchor_resistance, anchor_resistance if sink.spans == 1 else island), min(sink.spans, 2)),
+        ((island, island), sink.spans - 2),
+    ][: 1 + (sink.spans > 2)]
+    # Of each kind: dT0, the rises of the outer and the inner end, per equivalent rise.
+    shapes = [unequal_ends(1.0, *ends, k, A_c, L) for ends, _ in kinds]
+    number = np.array([float(count) for _, count in kinds])
+    flows = np.array([rises[1] / ends[0] + rises[2] / ends[1] for rises, (ends, _) in zip(shapes, kinds, strict=True)])
+    over = resistance(0.0, resistivity, a, (sink.spans - 1) * sink.island, A_c)
+    states, cold = np.eye(len(kinds)), number * resistance(0.0, resistivity, a, L, A_c)
+    air, gas = number * air_conductance(sink), number * gap_conductance(sink)
+    outputs = {"peak": states[0] * unequal_peak(*shapes[0])} if sink.spans == 1 else {}
+    outputs |= {"end": states[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
+    if sink.spans == 1:
+        outputs |= {"air_beam": air, "gas_beam": gas}
+    else:
+        outputs["anchor_heat"] = outputs["end"] / anchor_resistance
+        for span in range(1, different(sink.spans) + 1):
+            kind = min(span, 2) - 1
+            dT0, outer, inner = shapes[kind]
+            outputs[f"span{span}_peak"] = states[kind] * unequal_peak(dT0, outer, inner)
+            outputs[f"span{span}_middle"] = states[kind] * (dT0 + (outer + inner) / 2)
+            outputs[f"span{span}_mean"] = states[kind]
+        for isle in range(1, sink.spans // 2 + 1):
+            # From the span before the island, and from the span after, whose outer end it is.
+            before, after = min(isle, 2) - 1, min(isle + 1, sink.spans - isle, 2) - 1
+            rises = states[before] * shapes[before][2] + states[after] * shapes[after][1 if after else 2]
+            outputs[f"island{isle}_heat"] = rises / island
+    return FewStates(
+        np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows + air + gas), cold,
+        np.diag(cold), float(cold.sum()) + circuit * over, cold, float(cold.sum()), outputs,
+        a, sink.drive,
+    ).in_modes()  # fmt: skip

@@ -10,11 +10,18 @@ from typing import Any
 import numpy as np
 
 from reduced1d import ladder
-from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
-from reduced1d.ladder.few_states import FewStates, result
-from reduced1d.ladder.fin import fin
-from reduced1d.ladder.lumps import lumps
-from reduced1d.ladder.moments import PLATE_STATES, hot, projected, steady_rise
+from reduced1d.ladder.beam import (
+    PLATE_STATES,
+    Anchor,
+    anchor_of,
+    fin,
+    hot,
+    one_node_remainder,
+    projected,
+    steady_rise,
+    thin_plate_remainder,
+)
+from reduced1d.ladder.few_states import FewStates, lumps, result
 from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble, factorize
 from scenes.result import Result
 from scenes.sink import Sink

@@ -25,9 +25,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reduced1d.equations import room_resistivity
+from reduced1d.equations import plate_resistance, room_resistivity
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.spreading import plate_resistance
 from scenes.sink import Sink
 
 if TYPE_CHECKING:

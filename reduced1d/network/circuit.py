@@ -21,9 +21,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from reduced1d.elements import Elements
-from reduced1d.network.lines import Layout, Link, Touch
-from reduced1d.network.nodes import joined
+from reduced1d.network.lines import Layout, Link, Touch, joined
+from reduced1d.numerics import Elements
 from scenes.errors import SceneError, quoted
 
 

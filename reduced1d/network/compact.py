@@ -19,13 +19,13 @@ from reduced1d.network.lines import Layout, layout
 from reduced1d.network.model import Model
 from reduced1d.network.readings import Reader
 from reduced1d.network.solution import EARLY, magnitudes, refined, solve_layout
-from reduced1d.network.steady import steady
+from reduced1d.network.solvers import steady
 from scenes import physics
 from scenes.errors import SceneError
 from scenes.model import DERIVED, AnyScene, Probe, Schedule
 from statespace.channels import OWN, UNITS, Channel, channels, scenarios
+from statespace.device_reduction import Reference, reduce
 from statespace.document import Matrices, Port, in_kelvin, scene_document
-from statespace.reduction import Reference, reduce
 
 APART = 1e-7  # Patterns and fields with a smaller relative singular value are dropped.
 
@@ -33,7 +33,7 @@ APART = 1e-7  # Patterns and fields with a smaller relative singular value are d
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """Make the document of a network's compact model; arguments, result and errors as of `fem3d.compact.find`."""
+    """Make the document of a network's compact model; arguments, result and errors as of `fem3d.runs.compact`."""
     physics.refuse_terminals(scene, "a network's compact model")
     untyped: Any = scene
     shape = layout(replace(untyped, probes=tuple(p for p in untyped.probes if p.quantity not in DERIVED)))

@@ -5,20 +5,29 @@ axis of the neighbour with most contact, then along the first axis. The rest of 
 boxes, across its longest side first, and each of these is a line like any other. A temperature or an electrode that
 lies inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that contact
 is exact.
+
+Nodes along the lines of a layout.
+
+Elements are short where something begins or ends along a line and grow from there twofold. Lines that run alike and
+touch have the same elements where they do, so that heat exchanged point by point is a product of values at the same
+points.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
-from scenes import physics, readouts
+from scenes import physics
 from scenes.errors import SceneError, quoted
+from scenes.free import graph
 from scenes.free.grid import Grid, grid_of
-from scenes.free.validity import tidy
+from scenes.free.rules import tidy
 from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Probe, Scene
 
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
@@ -162,7 +171,7 @@ def layout(scene: AnyScene) -> Layout:
     if behind:
         raise SceneError(f"a network has no electrical resistance at a contact yet: leave {behind[0]} out")
     grid = grid_of(scene)
-    pairs = readouts.pairs(scene, grid.joined().values())
+    pairs = graph.pairs(scene, grid.joined().values())
     number = {b.name: i for i, b in enumerate(scene.boundaries)}
     cut = _Cutting(replace(grid, scene=tidy(grid)))
     return Layout(
@@ -349,3 +358,42 @@ class _Cutting:
                     touches = [self._touch(i, face, normal) for face in without(shared, others)]
                     links += [Link(t, None, "along" if t.end is None else "ends", number) for t in touches]
         return tuple(links)
+
+
+def graded_nodes(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
+    """The nodes of each line (m): where something begins or ends on it or on a line that it exchanges heat with point
+    by point, and between these, at distances that grow from the ``shortest`` of each line."""
+    count = len(layout.lines)
+    groups = joined(count, [(link.one.line, link.other.line) for link in (*layout.heat, *layout.current)
+                            if link.kind == "along" and link.other])  # fmt: skip
+    by_line: list[np.ndarray] = [np.empty(0)] * count
+    for group in range(groups.max() + 1):
+        lines = np.flatnonzero(groups == group).tolist()
+        places = sorted({x for i in lines for x in layout.places(i)})
+        nodes = graded(places, min(shortest[i] for i in lines))
+        for i in lines:
+            line = layout.lines[i]
+            by_line[i] = nodes[(nodes >= line.start) & (nodes <= line.stop)]
+    return by_line
+
+
+def graded(places: Sequence[float], shortest: float) -> np.ndarray:
+    """Nodes at some places (m, ascending) and between them, at distances that double from ``shortest`` on away from
+    each, as fields get smoother."""
+    pieces = [np.asarray(places)]
+    for a, b in pairwise(places):
+        # From both ends the distances shortest (1 + 2 + 4 ...), up to the middle.
+        half = (b - a) / 2
+        steps = int(np.ceil(np.log1p(half / shortest) / np.log(2)))
+        if steps < 1 or shortest > half:
+            continue
+        outward = (2.0 ** np.arange(1, steps + 1) - 1) / (2.0**steps - 1) * half
+        pieces += [a + outward, b - outward[:-1]]
+    return np.unique(np.concatenate(pieces))
+
+
+def joined(count: int, pairs: Sequence[tuple[int, int]]) -> np.ndarray:
+    """(count,): a number for each connected set under some pairs."""
+    rows, columns = np.array(pairs, int).reshape(-1, 2).T
+    graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    return np.asarray(sp.csgraph.connected_components(graph, directed=False)[1])

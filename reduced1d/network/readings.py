@@ -18,7 +18,8 @@ import scipy.sparse as sp
 from reduced1d.ladder.few_states import top
 from reduced1d.network.lines import Line, Link, Touch, common
 from reduced1d.network.model import Model
-from scenes import physics, readouts
+from scenes import physics
+from scenes.free import graph
 from scenes.model import Point, Probe
 
 Row = tuple[sp.csr_matrix, np.ndarray]
@@ -64,7 +65,7 @@ def read(
                     values[p.name] = reader.power(p, rises, u, x)
             for name, one, other in model.layout.pairs if electric else ():
                 between = reader.electrode(one, u, x) - reader.electrode(other, u, x)
-                values[name] = readouts.resistance(between, reader.entering(one) @ flows, times)
+                values[name] = graph.resistance(between, reader.entering(one) @ flows, times)
     return {p.name: values[p.name] for p in probes}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from scenes.free import document
 from scenes.free.tables import BOXES, ON_MESH
-from scenes.free.writing import as_dict as as_dict
+from scenes.free.tables import as_dict as as_dict
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override
 
@@ -35,10 +35,10 @@ def rebuilt(scene: AnyScene, flat: Mapping[str, Any]) -> AnyScene:
 
 
 def check(scene: Scene) -> Scene:
-    """Return `scenes.free.validity.check` of a scene of boxes; raises SceneError."""
-    from scenes.free import validity
+    """Return `scenes.free.rules.checked` of a scene of boxes; raises SceneError."""
+    from scenes.free import rules
 
-    return validity.check(scene)
+    return rules.checked(scene)
 
 
 def schema_of_scene(scene: AnyScene) -> Schema:

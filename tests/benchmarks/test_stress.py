@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks import invariants, random_boxes, random_laws, stress, time_steps
 from benchmarks.random_boxes import ROOM, Drawn, draw
 from reduced1d.device.lumped import lump
-from reduced1d.device.paper import stability_limit
+from reduced1d.device.schemes import stability_limit
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 

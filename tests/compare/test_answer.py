@@ -13,8 +13,7 @@ from compare.outcome import Outcome, Progress
 from compare.pipeline import solve as answer
 from reduced1d.ladder.levels import Levels
 from scenes.loading import load
-from scenes.plan import step
-from scenes.result import Estimate, Result, Traces
+from scenes.result import Estimate, Result, Traces, step
 from scenes.sink import Sink
 from tests.conftest import Case
 

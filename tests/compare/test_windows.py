@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from compare.course import cut, windows, worst
 from compare.verdict import COVERS
-from compare.windows import cut, windows, worst
 
 U = 0.05
 

@@ -13,13 +13,13 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
-from fem3d.results.study import Quantities
-from fem3d.runs import sink_quantities
+from fem3d.results.outputs import Quantities
+from fem3d.runs import sink as sinks
 from fem3d.solution import steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.domain import boxes
-from meshes import connected, symmetry
-from meshes.grid import Grid
+from meshes import symmetry
+from meshes.grid import Grid, scene_planes
 from meshes.symmetry import Flow, Symmetry
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import SILICON, Sink
@@ -37,7 +37,7 @@ def plain_grid(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[i
     differ in length, one degree everywhere."""
     found = []
     for d in range(3):
-        planes = np.union1d(connected.scene_planes(scene, d), [c for axis, c in also if axis == d])
+        planes = np.union1d(scene_planes(scene, d), [c for axis, c in also if axis == d])
         pieces = [
             a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, 2 * cuts + 1))[:-1]) / 2 if b - a > 1e-4 else [a]
             for a, b in pairwise(planes)
@@ -73,7 +73,7 @@ def state_on(sink: Sink, grid: Grid, part: Symmetry | None = None) -> tuple[Stea
     """The steady state on a grid, the current's pattern followed as far as it goes, and its quantities."""
     part = part or symmetry.reduce(sink.scene())
     state = steady_on(part.scene, grid, sink.voltage)
-    return state, sink_quantities.steady(sink, outputs.of_steady(state, part))
+    return state, sinks.steady(sink, outputs.of_steady(state, part))
 
 
 def bar(material: Material, *boundaries: Boundary, heat_source: float = 0.0, boxes: Any = None) -> Scene:
@@ -92,7 +92,7 @@ def end(side: int, kind: Any, value: float, ambient: float = 293.0) -> Boundary:
 
 def bar_grid(scene: Scene, intervals: int, degree: int) -> Grid:
     """A grid of a bar with equal intervals along it (between the planes of the scene) and one across."""
-    planes = np.array(connected.scene_planes(scene, 1))
+    planes = np.array(scene_planes(scene, 1))
     y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in pairwise(planes)])
     return grid_of(scene, ([0.0, BAR[0]], np.append(y, planes[-1]), [0.0, BAR[2]]), degree)
 

@@ -11,13 +11,13 @@ import pytest
 
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.mesh import Answer
-from fem3d.results.study import Study
+from fem3d.results.outputs import Study
 from fem3d.runs import scene as runs
-from meshes import connected
 from meshes.columns import Columns
+from meshes.grid import coarsest
 from scenes.errors import NumericsError, SceneError, TooLargeError
 from scenes.free import check, from_dict
-from scenes.free.writing import as_dict
+from scenes.free.tables import as_dict
 from scenes.model import Boundary, Probe, Scene
 from scenes.result import Result
 from tests.fem3d.test_size import UM, plate
@@ -68,7 +68,7 @@ def test_cells_fill_the_boxes(seed: int) -> None:
         corners = mesh.p[:, mesh.t]
         sides = corners[:, 1:] - corners[:, :1]
         volumes = np.abs(np.linalg.det(sides.transpose(2, 0, 1))) / 6
-        grid = connected.coarsest(scene)
+        grid = coarsest(scene)
         middle = corners.mean(axis=1)
         at = tuple(np.searchsorted(b, x) - 1 for b, x in zip(grid.breaks, middle, strict=True))
         lengths = [np.diff(b) for b in grid.breaks]

@@ -15,7 +15,7 @@ from fem3d.runs.scene import solve
 from fem3d.runs.sensitivities import of_scene
 from scenes.errors import SceneError
 from scenes.free import from_dict
-from scenes.free.writing import as_dict
+from scenes.free.tables import as_dict
 from scenes.model import Contact, MeshScene, Probe, Scene
 from scenes.result import Estimate, Result
 from tests.fem3d.test_contacts import CAPACITY, CASES, LENGTH, RESISTANCE, SIDE, _rim, exact, pair, with_law

@@ -1,4 +1,4 @@
-"""The ratio of estimates to errors from earlier meshes (`fem3d.adaptivity.effectivity`)."""
+"""The ratio of estimates to errors from earlier meshes (`fem3d.adaptivity.cell_mesh`)."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.adaptivity.effectivity import corrected
+from fem3d.adaptivity.cell_mesh import corrected
 from fem3d.adaptivity.goal_errors import Level, Record
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from fem3d.adaptivity.adapt import adapt
 from fem3d.results import outputs
-from fem3d.runs import sink_quantities
+from fem3d.runs.sink import study
 from meshes import symmetry
 from scenes.model import Box, Material
 from scenes.sink import SILICON, Sink
@@ -84,7 +84,7 @@ def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
         oxide_thickness=4e-3, convection_coefficient=0.0, oxide=replace(OXIDE, thermal_conductivity=130.0),
     )  # fmt: skip
     resistance = 4e-3 / (130.0 * pad * width)
-    answer = adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False)
+    answer = adapt(study(sink, symmetry.reduce(sink.scene())), False)
     # The turn from beam to oxide adds a part of the order of the beam's thickness over the oxide's.
     fin = solve_fin(sink, resistance)
     assert off(answer.fine.quantities["peak_rise_K"], fin.peak_rise) < 2e-3

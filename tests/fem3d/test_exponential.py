@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fem3d.results import trace_times
+from fem3d.results import fields
 from fem3d.runs.scene import solve
 from fem3d.solution.exponential import integrate
 from scenes.errors import NumericsError
@@ -71,7 +71,7 @@ def test_lines_between_rows_stay_within_their_share_behind_a_bend_that_samples_h
         behind = np.maximum(t - 1.0, 0.0)
         return {"flow": np.minimum(t, 1.0) + np.exp(-behind / fading)}
 
-    times, rows, errors = trace_times.choose(steps, evaluate, {"flow": 1e-3})
+    times, rows, errors = fields.choose(steps, evaluate, {"flow": 1e-3})
     dense = np.unique(np.concatenate([1 + np.geomspace(1e-7, 1, 5000), np.linspace(0, 2, 5000)]))
     worst = np.abs(np.interp(dense, times, rows["flow"]) - evaluate(dense)["flow"]).max()
     assert worst <= 1.05 * errors["flow"] <= 1.05e-3

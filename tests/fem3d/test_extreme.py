@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from fem3d.results.probes import Extreme
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.element import modes
-from fem3d.spaces.extreme import Extreme
 from scenes.model import Box, Probe, Scene
 from scenes.sink import SILICON
 from tests.fem3d import grid_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skfem import Basis, FacetBasis, LinearForm
 
-from fem3d.spaces import forms
+from fem3d.spaces import element
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.element import ElementHexTrunk
 from meshes.grid import Grid
@@ -43,13 +43,13 @@ def differences(p, wrong=1.0):
     ones = np.ones(theirs.dx.shape)
     stiffness, mass = ours.matrices(wrong * k, c)
     found = {
-        "stiffness": far(stiffness, forms.conduction.assemble(theirs, conductivity=k[:, None] * ones)),
-        "mass": far(mass, forms.capacity.assemble(theirs, heat_capacity=c[:, None] * ones)),
+        "stiffness": far(stiffness, element.conduction.assemble(theirs, conductivity=k[:, None] * ones)),
+        "mass": far(mass, element.capacity.assemble(theirs, heat_capacity=c[:, None] * ones)),
     }
     some = np.arange(1, 4)
     part, cells = theirs.with_elements(some), ours.on(some)
     inner = np.ones(part.dx.shape)
-    of_part = forms.conduction.assemble(part, conductivity=k[some][:, None] * inner)
+    of_part = element.conduction.assemble(part, conductivity=k[some][:, None] * inner)
     found["some cells"] = far(ours.stiffness(wrong * k[some], some), of_part)
     found["flow"] = far(cells.flow(wrong * k[some][:, None] * cells.gradient(u)), of_part @ u)
     found["load"] = far(cells.load(wrong * np.ones_like(cells.weights)), integral.assemble(part, density=1.0))
@@ -58,7 +58,7 @@ def differences(p, wrong=1.0):
     there = FacetBasis(ours.mesh, theirs.elem, facets=facets, intorder=2 * p + 1)
     h = rng.random(len(facets))[:, None]
     found["face load"] = far(faces.load(wrong * h), integral.assemble(there, density=h * np.ones(there.dx.shape)))
-    found["face mass"] = far(wrong * faces.mass(), forms.film.assemble(there, coefficient=1.0))
+    found["face mass"] = far(wrong * faces.mass(), element.film.assemble(there, coefficient=1.0))
     found["flux"] = far(faces.flux(wrong * h), flux.assemble(there, conductivity=h * np.ones(there.dx.shape)))
     return found
 

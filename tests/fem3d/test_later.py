@@ -1,4 +1,4 @@
-"""The change of readings on tetrahedra by degrees after the last (`fem3d.adaptivity.later`)."""
+"""The change of readings on tetrahedra by degrees after the last (`fem3d.adaptivity.nested`)."""
 
 from __future__ import annotations
 

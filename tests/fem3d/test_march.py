@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fem3d.problems import conductors
-from fem3d.problems.linearized import linearized
+from fem3d.problems.assembly import linearized
 from fem3d.solution import march
 from fem3d.solution.march import EMBEDDED, GAMMA, A, C, march_full
 from scenes.errors import NumericsError

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from fem3d.runs.observed import observe
-from fem3d.runs.scene import solve
+from fem3d.runs.scene import observe, solve
 from scenes.loading import load_free
 from scenes.model import Probe
 

@@ -8,8 +8,8 @@ from typing import cast
 import pytest
 
 from fem3d.runs import scene as scene_run
+from fem3d.runs.differences import STEP, Sensitivities
 from fem3d.runs.sensitivities import of_scene
-from fem3d.sensitivity.differences import STEP, Sensitivities
 from scenes.free import from_dict
 from scenes.loading import load, load_free, written
 from scenes.model import Scene

@@ -9,7 +9,7 @@ import pytest
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sensitivities
 from scenes.errors import SceneError
-from scenes.free import validity
+from scenes.free import rules
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 
 METAL = Material("platinum", 71.0, 21450.0, 130.0, 1.06e-7, 3e-3, 293.0)
@@ -130,7 +130,7 @@ def test_slopes_are_differences():
 
 def refused(scene):
     with pytest.raises(SceneError) as caught:
-        validity.check(scene)
+        rules.checked(scene)
     return str(caught.value)
 
 

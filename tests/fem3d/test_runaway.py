@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity.adapt import adapt
-from fem3d.runs import sink_quantities
+from fem3d.runs.sink import study
 from meshes import symmetry
 from scenes.errors import NumericsError, RunawayError
 from scenes.sink import Sink
@@ -16,7 +16,7 @@ from tests.fin import fin_runaway_voltage
 
 def solved(sink):
     sink = replace(sink, accuracy=1e-2)
-    return adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
+    return adapt(study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
 
 
 def limit(sink):
@@ -91,7 +91,7 @@ def test_far_beyond_the_limit_it_is_named_too(coefficient, voltage, electrodes):
 def test_a_transient_whose_heating_damps_itself_ends_in_the_steady_state():
     """Hotter conductors take less of the power, whatever happens on the way."""
     sink = Sink(length=3e-9)
-    answer = adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), True)
+    answer = adapt(study(sink, symmetry.reduce(sink.scene())), True)
     rise = answer.response.traces["peak_K"][-1] - sink.room_temperature
     error = answer.response.errors["peak_K"] + answer.errors["peak_rise_K"]
     assert abs(rise - answer.fine.quantities["peak_rise_K"]) <= error < 2e-2 * rise

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.runs.runaway import KEPT, until
-from fem3d.runs.scene import solve
+from fem3d.runs.scene import KEPT, solve, until
 from fem3d.solution.transient import LEAST
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
-from scenes.free.writing import as_toml
+from scenes.free.tables import as_toml
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d import off, plain_grid, steady_on
 from validate.cli import main

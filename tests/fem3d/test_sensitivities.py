@@ -13,8 +13,8 @@ import pytest
 
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
+from fem3d.runs.differences import STEP, Point, Sensitivities, Values, difference
 from fem3d.runs.sensitivities import of_scene, of_sink
-from fem3d.sensitivity.differences import STEP, Point, Sensitivities, Values, difference
 from scenes.errors import RunawayError
 from scenes.faces import SIGMA
 from scenes.free import from_dict

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fem3d.problems.heat import HeatProblem
-from fem3d.results import trace_times
+from fem3d.results import fields
 from fem3d.runs.scene import solve
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 
@@ -102,7 +102,7 @@ def test_rows_that_are_too_few_are_said(monkeypatch: pytest.MonkeyPatch) -> None
     scene = Scene("bar", boxes, (end("cold", 0.0, 293.0),), (tip,), end_time=3e-5, accuracy=1e-3)
     enough = solve(scene)
     assert not enough.details["warnings"]
-    monkeypatch.setattr(trace_times, "MOST_ROWS", 16)
+    monkeypatch.setattr(fields, "MOST_ROWS", 16)
     few = solve(scene)
     (said,) = few.details["warnings"]
     assert "rows of the traces are as many as are made" in said

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import invariants
 from benchmarks.random_boxes import draw
-from fem3d.adaptivity import field_error, nested
+from fem3d.adaptivity import mesh, nested
 from fem3d.adaptivity.adapt import adapt
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
@@ -74,7 +74,7 @@ def test_result_states_error_of_field(plate, monkeypatch):
     found = solve(plate)
     assert 0 < found.details["field_error"] <= probe_quantities.FIELD
     assert not found.details["warnings"]
-    monkeypatch.setattr(field_error, "MOST_LEVELS", 0)
+    monkeypatch.setattr(mesh, "MOST_LEVELS", 0)
     warned = solve(plate)
     assert warned.details["field_error"] > 0.3
     assert "the field away from the probes may be off by" in warned.details["warnings"][0]

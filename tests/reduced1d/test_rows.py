@@ -9,10 +9,9 @@ import pytest
 from scipy.integrate import quad, solve_bvp
 
 from reduced1d import equations, ladder
-from reduced1d.ladder.few_states import steady
-from reduced1d.ladder.lumps import half_island, lumps
+from reduced1d.equations import anchor_series_resistance
+from reduced1d.ladder.few_states import half_island, lumps, steady
 from reduced1d.ladder.plate import film
-from reduced1d.sink import anchor_series_resistance
 from scenes.errors import SceneError
 from scenes.sink import Sink
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from reduced1d.device.lumped import lump
 from reduced1d.equations import (
     anchor_flow,
+    anchor_series_resistance,
     end_flow,
     end_rise_from_equivalent,
     equivalent_rise,
@@ -19,7 +20,6 @@ from reduced1d.equations import (
     series_resistance,
 )
 from reduced1d.ladder import solve
-from reduced1d.sink import anchor_series_resistance
 from scenes.device import Device
 from scenes.model import Material
 from scenes.sink import Sink

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from reduced1d import slopes
-from reduced1d.sink import anchor_series_resistance
+from reduced1d.equations import anchor_series_resistance
 from scenes.sink import Sink
 from scenes.varied import numbers
 

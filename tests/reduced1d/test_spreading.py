@@ -5,8 +5,8 @@ The comparison with 3D is in `tests/fem3d/test_substrate.py`."""
 import pytest
 
 from reduced1d import ladder
+from reduced1d.equations import plate_resistance
 from reduced1d.ladder.levels import Levels, rungs
-from reduced1d.spreading import plate_resistance
 from scenes.errors import NumericsError
 from scenes.sink import Sink
 

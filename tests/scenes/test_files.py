@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from compare.data import text
-from scenes.errors import SceneError
-from scenes.files import DEEPEST, contents, parsed
+from scenes.errors import DEEPEST, SceneError, contents, parsed
 from scenes.free.document import MOST_BOXES
 from scenes.loading import document, load
 from scenes.schema import toml_value

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from statespace.document import names
+from statespace.export import as_spice
 from statespace.runtime import CompactModel
-from statespace.spice import as_spice
 from tests.statespace.test_runtime import document
 
 pytestmark = pytest.mark.needs("ngspice")

@@ -21,7 +21,7 @@ OPTIONS = {
 
 def run(arguments: argparse.Namespace) -> int:
     if arguments.boxes:
-        from scenes.free.writing import as_toml
+        from scenes.free.tables import as_toml
         from scenes.keys import SINK
         from scenes.loading import load
 

@@ -124,7 +124,7 @@ def execute(
     from compare.report.table import wrapped
     from scenes.kinds import Quantity
     from scenes.units import TIME
-    from validate.report.folder import folder_of_sweep
+    from validate.folder import folder_of_sweep
     from validate.sweep.point import Job, Scope, checked
     from validate.sweep.run import run
     from validate.sweep.store import Store

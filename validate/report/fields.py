@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.painted import Reduction
+from reduced1d.equations import Reduction
 from scenes.checks import FIRST_TIME
 from scenes.result import Result
 

@@ -15,11 +15,10 @@ from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.pipeline import solve
-from scenes.plan import noted, step
-from validate.folder import Folder
+from scenes.result import noted, step
+from validate.folder import MODEL, RUN, Folder, replaced
 from validate.report import pictures
 from validate.report.figures.render import Renderer
-from validate.report.folder import MODEL, RUN, replaced
 
 if TYPE_CHECKING:
     import numpy as np
@@ -97,7 +96,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
                     written += save(field_figure(field, image), folder, name)
             written += drawn
     outcome.files, outcome.timing = (*written, "report.html", "summary.json"), progress.timing()
-    from validate.report.html.page import write_report
+    from validate.report.page import write_report
     from validate.report.summary import document, write_document
 
     summary = document(outcome)

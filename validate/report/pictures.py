@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from compare.outcome import Outcome
-    from reduced1d.painted import Reduction
+    from reduced1d.equations import Reduction
     from scenes.model import AnyScene
     from scenes.sink import Sink
     from validate.report.figures.render import Field
@@ -66,7 +66,7 @@ def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float, Reduction | None]:
 
 def _painted(outcome: Outcome[Sink]) -> Reduction | None:
     """The 1D model on the sink's geometry; none of a row of spans, nor of a user's model, which has numbers alone."""
-    from reduced1d.painted import of_result
+    from reduced1d.equations import of_result
 
     if outcome.reduced1d is None or outcome.scene.spans > 1 or outcome.own_model is not None:
         return None

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.pipeline import document as document_of
-from validate.report.folder import SCHEMA
+from validate.folder import SCHEMA
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome

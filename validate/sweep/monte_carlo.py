@@ -21,7 +21,7 @@ from compare.slopes import STEP
 from scenes.errors import SceneError
 from scenes.formats import percent, quantity
 from scenes.parameters import SECTION
-from scenes.plan import Step, step
+from scenes.result import Step, step
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import is_word, neighbour, numbers, varied

@@ -144,8 +144,8 @@ def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
     from compare.report.table import html_section as section
     from compare.report.table import html_table as table
     from compare.report.table import html_text as text
-    from validate.report.html import page
-    from validate.report.html.page import values
+    from validate.report import page
+    from validate.report.page import values
 
     name = points.job.base.name
     counts, said = document["counts"], document["sentence"]

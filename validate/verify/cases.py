@@ -11,7 +11,7 @@ from benchmarks.rows import Row, failed
 from compare.worker import map_tasks
 from fem3d.runs.sink import solve
 from scenes.sink import OF_A_SINK, Sink
-from validate.verify import beam, corner, exact, orders, orders_in_time, published, surroundings
+from validate.verify import exact, orders, orders_in_time, published, second_path, surroundings
 from validate.verify.manufactured import conduction, heating, joule
 
 
@@ -57,7 +57,7 @@ CASES = (
     Case("orders", "bricks, constant k", lambda: orders.bricks(conduction(ONE_K), 1, 2, 3, 4)),
     Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
     Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
-    Case("orders", "L-shaped conductor, tetrahedra", corner.rows),
+    Case("orders", "L-shaped conductor, tetrahedra", orders.rows),
     Case("orders", "exponential collocation", orders_in_time.exponential_collocation),
     Case("orders", "SDIRK", lambda: orders_in_time.diagonally_implicit(heating(LAYERS, CAPACITIES))),
     Case("orders", "Runge-Kutta", orders_in_time.runge_kutta),
@@ -87,7 +87,7 @@ CASES = (
     Case("published", "ISO 10211 case 2", published.iso_case_2),
     Case("published", "ISO 10211 case 3", published.iso_case_3),
     Case("published", "ISO 10211 case 4", published.iso_case_4),
-    Case("second", "Newton on hexahedra", beam.rows),
+    Case("second", "Newton on hexahedra", second_path.rows),
     Case("second", "NGSolve", second_code),
 )  # fmt: skip
 

@@ -1,5 +1,8 @@
 """Exact cases: walls of one layer and of two along y, solved in 3D, steady and transient; bodies that conduct in two
-and three dimensions, and conductors with a closed form of their resistance."""
+and three dimensions, and conductors with a closed form of their resistance.
+
+Series of conduction problems (Carslaw and Jaeger, Conduction of Heat in Solids, 2nd ed.).
+"""
 
 from __future__ import annotations
 
@@ -20,8 +23,89 @@ from benchmarks.rows import Row
 from benchmarks.walls import HELD, INVERSION, Layer, step_response
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value
 from scenes.sink import OXIDE, SILICON
-from validate.verify import series
 from validate.verify.expected import ACCURACY, Expected, rows
+
+TERMS = 400
+
+
+def cooling(position: np.ndarray | float, number: float) -> np.ndarray:
+    """Return the missing part of a step at ``position`` (-1 to 1) in a slab whose faces have taken it at once;
+    ``number`` is the Fourier number alpha t/l^2 of the half thickness (3.3, eq 8)."""
+    n = np.arange(TERMS)
+    a = (2 * n + 1) * np.pi / 2
+    terms = 2 * (-1.0) ** n / a * np.exp(-(a**2) * number) * np.cos(np.multiply.outer(np.asarray(position), a))
+    return np.asarray(terms.sum(axis=-1))
+
+
+def mean_cooling(number: float) -> float:
+    """The mean of `cooling` over the slab."""
+    a = (2 * np.arange(TERMS) + 1) * np.pi / 2
+    return float((2 / a**2 * np.exp(-(a**2) * number)).sum())
+
+
+def film_roots(biot: float, count: int) -> np.ndarray:
+    """The positive roots of b tan b = biot."""
+    return np.array([
+        brentq(lambda b: b * np.sin(b) - biot * np.cos(b), n * np.pi, n * np.pi + np.pi / 2, xtol=1e-15)
+        for n in range(count)
+    ])  # fmt: skip
+
+
+def film_cooling(position: float, biot: float, number: float) -> float:
+    """Return `cooling` by films: ``biot`` is h l/k (3.11, eq 10)."""
+    b = film_roots(biot, 60)
+    terms = 2 * biot / ((b**2 + biot**2 + biot) * np.cos(b)) * np.exp(-(b**2) * number) * np.cos(b * position)
+    return float(terms.sum())
+
+
+def sine_driven(fraction: float, diffusion_time: float, omega: float, time: float) -> float:
+    """The rise at ``fraction`` of a slab, 0 at its near face, whose far face follows sin(omega t) from t = 0, over that
+    sine's amplitude; ``diffusion_time`` is L^2/alpha (s). By Duhamel's theorem (3.5)."""
+    n = np.arange(1, 4 * TERMS + 1)
+    rate = n**2 * np.pi**2 / diffusion_time
+    # The straight line follows at once; each sine follows its rate of change.
+    lag = omega * (rate * np.cos(omega * time) + omega * np.sin(omega * time) - rate * np.exp(-rate * time))
+    lag = lag / (rate**2 + omega**2)
+    terms = 2 * (-1.0) ** n / (n * np.pi) * np.sin(n * np.pi * fraction) * lag
+    return float(fraction * np.sin(omega * time) + terms.sum())
+
+
+def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np.ndarray, time: float) -> float:
+    """Return `sine_driven` for a far face that follows straight lines from the first of some ``times`` (s) on."""
+    n = np.arange(1, 4 * TERMS + 1)
+    rate = n**2 * np.pi**2 / diffusion_time
+    lag = np.zeros(len(n))
+    for a, b, slope in zip(times[:-1], times[1:], np.diff(values) / np.diff(times), strict=True):
+        if a < time:
+            lag += slope * (np.exp(-rate * (time - min(b, time))) - np.exp(-rate * (time - a))) / rate
+    terms = 2 * (-1.0) ** n / (n * np.pi) * np.sin(n * np.pi * fraction) * lag
+    return float(fraction * np.interp(time, times, values) + terms.sum())
+
+
+def half_heated_square(across: float, down: float) -> float:
+    """A unit square's temperature, one side at 1, the others at 0, ``across`` and ``down`` from the warm side."""
+    n = 2 * np.arange(200) + 1
+    a = n * np.pi
+    # sinh(a (1 - d)) / sinh(a) without overflow.
+    ratio = np.exp(-a * down) * (1 - np.exp(-2 * a * (1 - down))) / (1 - np.exp(-2 * a))
+    return float((4 / a * np.sin(a * across) * ratio).sum())
+
+
+def convective_rectangle(
+    width: float, height: float, conductivity: float, coefficient: float, x: float, y: float
+) -> float:  # fmt: skip
+    """The temperature in a rectangle, 1 along y = 0, adiabatic at x = 0, films to 0 at x = width and y = height."""
+    b = film_roots(coefficient * width / conductivity, 200) / width
+    start = 2 * np.sin(b * width) / (b * width + np.sin(b * width) * np.cos(b * width))
+    h = coefficient / (conductivity * b)
+
+    def falling(distance: float) -> np.ndarray:
+        """cosh(b d) + h sinh(b d) over e^(b height)."""
+        e, shrink = np.exp(b * (distance - height)), np.exp(-b * (distance + height))
+        return ((1 + h) * e + (1 - h) * shrink) / 2
+
+    return float((start * np.cos(b * x) * falling(height - y) / falling(height)).sum())
+
 
 FAMILY = "exact solutions"
 ONE = Layer(LENGTH, SILICON.thermal_conductivity, SILICON.heat_capacity)
@@ -33,8 +117,8 @@ NUMBERS = INSTANTS * 4 / SLOW  # alpha t/l^2 of half the length
 
 def slab_step() -> Iterator[Row]:
     """Both faces of a slab take another temperature at once."""
-    values = {"middle": [1 - float(series.cooling(0.0, n)) for n in NUMBERS],
-              "mean": [1 - series.mean_cooling(n) for n in NUMBERS]}  # fmt: skip
+    values = {"middle": [1 - float(cooling(0.0, n)) for n in NUMBERS],
+              "mean": [1 - mean_cooling(n) for n in NUMBERS]}  # fmt: skip
     mean = Probe("mean", (0.0, 0.0, 0.0), flat(LENGTH)[1])
     return _slab("slab, step of both faces", _both("temperature", ROOM + 10.0), values, 10.0,
                  "Carslaw and Jaeger 3.3", [MIDDLE, mean])  # fmt: skip
@@ -44,9 +128,7 @@ def slab_film() -> Iterator[Row]:
     """The air on both sides of a slab takes another temperature at once; Biot number 2."""
     biot = 2.0
     faces = _both("convection", biot * SILICON.thermal_conductivity / (LENGTH / 2), ROOM + 10.0)
-    values = {
-        name: [1 - series.film_cooling(x, biot, n) for n in NUMBERS] for name, x in (("middle", 0.0), ("face 0", 1.0))
-    }
+    values = {name: [1 - film_cooling(x, biot, n) for n in NUMBERS] for name, x in (("middle", 0.0), ("face 0", 1.0))}
     return _slab("slab between films", faces, values, 10.0, "Carslaw and Jaeger 3.11")
 
 
@@ -67,7 +149,7 @@ def ramped_slab() -> Iterator[Row]:
     """One face of a slab follows straight lines up and down, the other is held."""
     times, values = np.array([0.0, 0.1, 0.4, 1.5]) * SLOW, np.array([0.0, 1.0, 0.5, 0.5])
     ramp = Schedule(tuple(times.tolist()), tuple((ROOM + 10.0 * values).tolist()))
-    temperatures = [series.ramped(0.6, SLOW, times, values, t) for t in TIMES]
+    temperatures = [ramped(0.6, SLOW, times, values, t) for t in TIMES]
     at = (WIDTH / 2, 0.6 * LENGTH, DEPTH / 2)
     faces = [end("temperature", 0.0, ROOM), end("temperature", LENGTH, ramp)]
     return _slab("slab, ramps of one face", faces, {"probe": temperatures}, 10.0,
@@ -193,7 +275,7 @@ def brick() -> Iterator[Row]:
     scene = Scene("brick", (box,), faces, points, 1.0, 1.0, ACCURACY, False, times)
 
     def exact(at: Point, t: float) -> Any:
-        return 2.0 - np.prod([series.cooling(c / size, t / size**2) for c, size in zip(at, half, strict=True)])
+        return 2.0 - np.prod([cooling(c / size, t / size**2) for c, size in zip(at, half, strict=True)])
 
     yield from rows(FAMILY, "brick, step of all faces", scene, [
         Expected(name, "K", np.array([exact(at, t) for t in times]), 1.0) for name, at in probes.items()

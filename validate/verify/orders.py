@@ -2,6 +2,12 @@
 second path scikit-fem's hexahedra of degree 1 or 2.
 
 Errors are norms of the rise (and of the potential) in L2 and H1, of a weighted mean, and of the power.
+
+The order in unknowns of the current of an L-shaped conductor on tetrahedra that are refined where needed.
+
+At the inner corner the potential goes like r^(2/3), so that cells of size h miss h^(4/3) of the current whatever their
+degree (Strang and Fix, An Analysis of the Finite Element Method, chapter 8). Uniform cells number h^-3; where cells
+along the edge alone are halved, their number goes like 1/h, and less fast where cells stay long along it.
 """
 
 from __future__ import annotations
@@ -17,15 +23,17 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis
 
 from benchmarks.rows import Row
+from fem3d.adaptivity.adapt import Search
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.runs import scene as scene_run
 from fem3d.solution import steady, transient
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces.domain import boxes
 from meshes.grid import Grid
-from scenes.model import Scene
+from scenes.model import Boundary, Box, Material, Probe, Scene
 from validate.verify import manufactured, newton, second_path
 from validate.verify.expected import observed_order, order_row
 from validate.verify.manufactured import LAYER, SIZE, Heating, Manufactured
@@ -223,3 +231,45 @@ def second_path_of(solution: Manufactured, degree: int, cuts: int) -> tuple[Prob
 def _on_quadrature(problem: Problem, finer: On, temperature: np.ndarray, solution: Manufactured) -> Errors:
     rise = temperature - problem.start
     return solution.distances(finer.weights, finer.places, finer.value(rise), finer.slope(rise))
+
+
+CASE = "L-shaped conductor, tetrahedra of degree 3"
+WIDTH, ARM = 1e-5, 4  # m; in widths
+FIRST, LAST = 1_000, 10_000  # unknowns: on fewer all cells are refined; from LAST on a mesh is the last
+
+
+def rows() -> Iterator[Row]:
+    """Yield the order from the first mesh of `FIRST` unknowns to the last: it is uneven from level to level."""
+    (few, coarse), *_, (many, fine) = [level for level in levels(LAST) if level[0] >= FIRST]
+    order = observed_order([coarse, fine], many / few)
+    yield order_row(FAMILY, CASE, "current by unknowns", 4 / 3, order, "a square corner: 1 - 2 ln2/pi", at_least=True)
+
+
+def levels(most: int) -> list[tuple[int, float]]:
+    """Return the unknowns and the relative error of the current of each mesh, until one has ``most`` unknowns."""
+    metal, far = Material("metal", 1.0, 1.0, 1.0, 1e-6), (ARM + 1) * WIDTH
+    boxes = (
+        Box("along x", metal, (0.0, 0.0, 0.0), (far, WIDTH, WIDTH)),
+        Box("along y", metal, (ARM * WIDTH, WIDTH, 0.0), (far, far, WIDTH)),
+    )
+    near = (0.0, 0.0, 0.0), (0.0, WIDTH, WIDTH)
+    ends = (
+        Boundary("plus", "voltage", *near, 1.0),
+        Boundary("minus", "voltage", (ARM * WIDTH, far, 0.0), (far, far, WIDTH), 0.0),
+    )
+    probes = (Probe("current", *near, "current"),)
+    # No mesh reaches that accuracy: the last one is the largest.
+    scene = Scene("L", boxes, ends, probes, accuracy=1e-9, steady=True, mesh="tetrahedra")
+    exact = WIDTH / 1e-6 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)
+    study, mesh = scene_run.start(scene)
+    # The error of the mesh itself, without the extrapolation.
+    study = replace(study, extrapolated=False)
+    search, levels = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
+    while mesh is not None and (not levels or levels[-1][0] < most):
+        verdict = search.judge(mesh, len(levels))
+        assert verdict.answer is not None
+        assert verdict.answer.steady is not None
+        current = float(verdict.answer.steady.quantities["current"])
+        levels.append((verdict.answer.heat.size, abs(current / exact - 1)))
+        mesh = mesh.refine(verdict.indicators, search.enough)
+    return levels

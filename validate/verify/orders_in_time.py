@@ -13,13 +13,13 @@ from scipy.linalg import eigh
 from benchmarks import sdirk
 from benchmarks.rows import Row
 from fem3d.solution.exponential import integrate
-from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.lumped import Slab
-from reduced1d.device.paper import (
+from reduced1d.device.schemes import (
     PaperScheme,
     crank_nicolson,
     mesh_ratio,
     runge_kutta_step,
+    solve_accurate,
     solve_paper,
 )
 from scenes.device import Device, External

@@ -20,8 +20,7 @@ import numpy as np
 from benchmarks.rows import Row
 from benchmarks.walls import Layer
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
-from validate.verify import series
-from validate.verify.exact import end, wall
+from validate.verify.exact import convective_rectangle, end, half_heated_square, ramped, sine_driven, wall
 from validate.verify.expected import ACCURACY, Expected, rows
 
 FAMILY = "published benchmarks"
@@ -46,8 +45,8 @@ def nafems_t3() -> Iterator[Row]:
         (time,), [_at("C", at)], ZERO, section,
     )  # fmt: skip
     slow = bar.thickness**2 * bar.heat_capacity / bar.conductivity
-    exact = 100 * series.sine_driven(0.8, slow, np.pi / 40, time)
-    cut = abs(exact - series.ramped(0.8, slow, times, values, time))
+    exact = 100 * sine_driven(0.8, slow, np.pi / 40, time)
+    cut = abs(exact - ramped(0.8, slow, times, values, time))
     yield from rows(FAMILY, "NAFEMS T3, transient bar", scene, [
         Expected("C", "K", ZERO + printed, 100.0, 0.005 + cut, "C at 32 s, printed 36.60 C", None, NAFEMS),
         Expected("C", "K", ZERO + exact, 100.0, cut, "C at 32 s, series", note="Duhamel's theorem"),
@@ -65,7 +64,7 @@ def nafems_t4() -> Iterator[Row]:
     )
     box = Box("plate", Material("steel", k, 7850.0, 460.0), (0.0, 0.0, 0.0), upper)
     scene = Scene("NAFEMS T4", (box,), boundaries, (_at("E", at),), ZERO, accuracy=ACCURACY, steady=True)
-    exact = 100 * series.convective_rectangle(width, height, k, h, width, 0.2)
+    exact = 100 * convective_rectangle(width, height, k, h, width, 0.2)
     yield from rows(FAMILY, "NAFEMS T4, plate in air", scene, [
         Expected("E", "K", ZERO + 18.25, 100.0, 0.005, "E, printed 18.25 C", None, NAFEMS),
         Expected("E", "K", ZERO + exact, 100.0, 0.0, "E, series", note="separation of variables"),
@@ -97,7 +96,7 @@ def iso_case_1() -> Iterator[Row]:
             at: Point = (i * cell, size - j * cell, depth / 2)
             probes.append(_at(f"{i},{j}", at))
             printed.append(value)
-            exact.append(20 * series.half_heated_square(i / 8, j / 8))
+            exact.append(20 * half_heated_square(i / 8, j / 8))
     scene = Scene("ISO 10211 case 1", (box,), boundaries, tuple(probes), ZERO, accuracy=ACCURACY, steady=True)
     expected = [Expected(p.name, "K", ZERO + v, 20.0, 0.05, settled=None) for p, v in zip(probes, printed, strict=True)]
     expected += [Expected(p.name, "K", ZERO + v, 20.0) for p, v in zip(probes, exact, strict=True)]

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from benchmarks.random_boxes import face
 from benchmarks.rows import Row
 from benchmarks.walls import Layer
-from reduced1d.spreading import plate_resistance
+from reduced1d.equations import plate_resistance
 from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import OXIDE, SILICON

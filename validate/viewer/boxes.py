@@ -24,7 +24,7 @@ from scenes.laws import Law
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
-from validate.report.figures.labels import Label, columns, spread
+from validate.report.figures.drawing import Label, columns, spread
 
 Part = dict[str, Any]
 """What the window draws of a part: corners, colours, opacity and name, as plain JSON types."""

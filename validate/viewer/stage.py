@@ -14,8 +14,7 @@ from matplotlib.colors import ListedColormap
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from validate.report.figures import INK, LINES, table
-from validate.viewer.source import Source
-from validate.viewer.state import QUANTITIES, View, keys_text, title
+from validate.viewer.source import QUANTITIES, Source, View, keys_text, title
 
 MICRO = 1e6
 POINTS = 401

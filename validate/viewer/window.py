@@ -21,8 +21,7 @@ import numpy as np
 from scenes.errors import SceneError, quoted
 from scenes.model import Scene
 from validate.report.figures import table
-from validate.viewer.source import find, present
-from validate.viewer.state import KEYS, QUANTITIES, View
+from validate.viewer.source import KEYS, QUANTITIES, View, find, present
 
 FAULT = "fault: "
 FILM, NOTE, READS = "film ", "note ", "reads "

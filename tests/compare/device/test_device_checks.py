@@ -14,8 +14,8 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.checks import claimed, off_by
 from compare.verdict import Check, judged
+from reduced1d.device.design import solve
 from reduced1d.device.lumped import largest_eigenvalue
-from reduced1d.device.runs import solve
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.compact.find import check, compact, needed
 from fem3d.runs import scene as scene_run
+from fem3d.runs.compact import check, compact, needed
 from scenes.errors import SceneError
 from scenes.loading import load_free as load
 from scenes.model import Schedule
@@ -130,7 +130,7 @@ def test_the_scene_itself(document: dict[str, Any]) -> None:
 
 def test_a_model_stops_in_time_with_a_warning(bar: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The inputs whose steps there is no time for are named."""
-    monkeypatch.setattr("fem3d.compact.find.ALWAYS", 0.0)
+    monkeypatch.setattr("fem3d.runs.compact.ALWAYS", 0.0)
     made = compact(replace(bar, steady=True, accuracy=1e-2), None, 1e-4, seconds=1e-4)
     assert CompactModel(made).steady()["current"] > 0
     assert set(made["error"]) == {"the scene"}

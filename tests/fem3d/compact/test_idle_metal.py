@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from fem3d.compact.find import compact
 from fem3d.runs import scene as scene_run
+from fem3d.runs.compact import compact
 from scenes.free import from_dict
 from statespace.channels import channels, scenarios
 from statespace.runtime import CompactModel

@@ -7,9 +7,9 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from fem3d.device.solve import Solved, model
-from reduced1d.device.accurate import solve_accurate
+from fem3d.runs.device import Solved, model
 from reduced1d.device.lumped import shielding_response as over_time
+from reduced1d.device.schemes import solve_accurate
 from scenes.device import Device
 from scenes.errors import NumericsError
 from statespace.device_reduction import closed_loop, compact
@@ -45,8 +45,8 @@ def test_the_start_is_that_of_every_unknown_stepped_on_another_mesh(states, shor
 
 @pytest.mark.long
 def test_accuracy_beyond_most_time_nodes_ends_at_once(monkeypatch):
-    monkeypatch.setattr("fem3d.device.solve.MOST_NODES", 4)
-    monkeypatch.setattr("fem3d.device.solve.MOST", 8)
+    monkeypatch.setattr("fem3d.runs.device.MOST_NODES", 4)
+    monkeypatch.setattr("fem3d.runs.device.MOST", 8)
     levels: list[str] = []
     with pytest.raises(NumericsError, match="isn't reached in this device"):
         model(Device(), 1e-4, levels.append)

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from fem3d.device.sensitivity import FOLLOWED
-from fem3d.device.solve import model
+from fem3d.runs.device import FOLLOWED, model
 from scenes.device import Device
 from scenes.varied import numbers, varied
 from validate.cli import main

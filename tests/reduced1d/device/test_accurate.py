@@ -9,9 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from reduced1d.device.accurate import Resolution, imbalance, solve_accurate
+from reduced1d.device.design import solve
 from reduced1d.device.lumped import lump, modes, steady
-from reduced1d.device.runs import solve
+from reduced1d.device.schemes import Resolution, imbalance, solve_accurate
 from scenes.device import Control, Device, External
 from statespace.march import march
 from statespace.result import QUANTITIES

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import compare
-from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.design import (
     MAX1367,
     PXI_4070,
@@ -17,9 +16,10 @@ from reduced1d.device.design import (
     measurable_range,
     resolution,
     smooth_start_gain,
+    solve,
 )
 from reduced1d.device.lumped import plant, stability, steady
-from reduced1d.device.runs import solve
+from reduced1d.device.schemes import solve_accurate
 from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External
 from scenes.errors import SceneError

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reduced1d.device import runs
+from reduced1d.device import design
 from reduced1d.device.lumped import lump, steady
 from scenes.device import Control, Device, External
 from statespace import export
@@ -34,8 +34,8 @@ TRACES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_po
 
 @pytest.fixture(scope="module")
 def exported() -> tuple[Whole, dict[str, Any]]:
-    made = runs.solve(DEVICE)
-    whole = runs.exported(Run(DEVICE, made, lambda _: 0j))
+    made = design.solve(DEVICE)
+    whole = design.exported(Run(DEVICE, made, lambda _: 0j))
     return whole, compact(whole, None, ACCURACY)
 
 

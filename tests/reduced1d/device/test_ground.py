@@ -10,9 +10,9 @@ import pytest
 
 from compare import device_checks
 from reduced1d.device import design
-from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.design import make
 from reduced1d.device.lumped import DEGREE, ground_effects, largest_eigenvalue, lump, modes, steady
-from reduced1d.device.runs import make
+from reduced1d.device.schemes import solve_accurate
 from scenes.device import Device, External
 from scenes.errors import SceneError
 from statespace import circuit

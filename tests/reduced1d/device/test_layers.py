@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from reduced1d.device.lumped import Slab
-from reduced1d.device.paper import crank_nicolson, layer_step, mesh_ratio
+from reduced1d.device.schemes import crank_nicolson, layer_step, mesh_ratio
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reduced1d.device.design import solve
 from reduced1d.device.lumped import lump
-from reduced1d.device.paper import (
+from reduced1d.device.schemes import (
     PaperScheme,
     UnstableStepError,
     runge_kutta_step,
@@ -14,7 +15,6 @@ from reduced1d.device.paper import (
     spectral_radius,
     stability_limit,
 )
-from reduced1d.device.runs import solve
 from scenes.device import Device, External
 
 LATE_STEP = Device(end_time=0.08, external=External(293, 273, 0.055))
@@ -63,8 +63,8 @@ def test_the_limit_is_where_the_scheme_blows_up(monkeypatch):
         steps = round(1e-4 / (factor * limit))
         scheme = PaperScheme(1e-4 / steps)
         assert (spectral_radius(lump(device), scheme) <= 1 + 1e-12) is stable
-    monkeypatch.setattr("reduced1d.device.paper.spectral_radius", lambda *_: 1.0)
-    monkeypatch.setattr("reduced1d.device.paper.stability_limit", lambda *_: limit)
+    monkeypatch.setattr("reduced1d.device.schemes.spectral_radius", lambda *_: 1.0)
+    monkeypatch.setattr("reduced1d.device.schemes.stability_limit", lambda *_: limit)
     assert solve_paper(device, PaperScheme(1e-4 / 17)).sink_K.max() < 330
     with np.errstate(all="ignore"):
         wild = solve_paper(device, PaperScheme(1e-4 / 14))

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.few_states import FewStates, Trajectory, largest_drive, steady, steady_state
-from reduced1d.ladder.fin import fin as sparse_fin
-from reduced1d.ladder.lumps import lumps
+from reduced1d.ladder.beam import Anchor
+from reduced1d.ladder.beam import fin as sparse_fin
+from reduced1d.ladder.few_states import FewStates, Trajectory, largest_drive, lumps, steady, steady_state
 from scenes.errors import RunawayError
 from scenes.sink import SILICON, Drive, Sink
 from tests.fin import fin_runaway_voltage, solve_fin

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from reduced1d import ladder
+from reduced1d.ladder.beam import moment_fields
 from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
-from reduced1d.ladder.moments import moment_fields
 from reduced1d.ladder.plate import factorize
 from scenes.errors import SceneError
 from scenes.sink import Sink

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from reduced1d.equations import room_resistivity
-from reduced1d.ladder.anchor import anchor_of, fin_warnings, oxide_time, warnings
+from reduced1d.ladder.beam import anchor_of, fin_warnings, hot, oxide_time, warnings
 from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
-from reduced1d.ladder.moments import hot
 from reduced1d.ladder.plate import (
     COARSE,
     FINE,

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from reduced1d.network import solve
 from reduced1d.network.lines import layout
-from reduced1d.network.places import places
+from reduced1d.network.solution import places
 from scenes.errors import RunawayError, SceneError
 from scenes.model import AnyScene
 from scenes.result import Result

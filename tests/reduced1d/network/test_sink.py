@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from reduced1d.equations import room_resistivity
-from reduced1d.ladder.anchor import Anchor
+from reduced1d.ladder.beam import Anchor
+from reduced1d.ladder.beam import fin as sparse_fin
 from reduced1d.ladder.few_states import FewStates, steady
-from reduced1d.ladder.fin import fin as sparse_fin
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.errors import SceneError
 from scenes.loading import load

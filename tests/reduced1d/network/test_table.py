@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from reduced1d.network import solve
-from reduced1d.network.model import Model
-from reduced1d.network.table import table
+from reduced1d.network.model import Model, table
 from scenes.loading import load
 from scenes.model import Scene
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from scenes import physics
 from scenes.errors import SceneError
 from scenes.free import as_dict, check, from_dict
-from scenes.free.writing import as_toml
+from scenes.free.tables import as_toml
 from scenes.loading import builtin_text, examples
 from scenes.loading import load_free as load
 from scenes.model import Contact, Scene, Schedule

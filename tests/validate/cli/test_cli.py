@@ -241,7 +241,7 @@ def test_from_a_shell() -> None:
         ("sink --voltage abc", "numpy scipy skfem matplotlib pyvista"),
         (
             "sink --only 1d --no-figures --quiet",
-            "skfem reduced1d.ladder.plate reduced1d.ladder.levels fem3d.compact compare.checks",
+            "skfem reduced1d.ladder.plate reduced1d.ladder.levels fem3d.runs.compact compare.checks",
         ),
     ],
 )

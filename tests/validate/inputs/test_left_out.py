@@ -130,7 +130,7 @@ def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
 
 def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch: pytest.MonkeyPatch) -> None:
     """With its states of 3D taken from 1D, which has gas and air as a sink does."""
-    from fem3d.device import solve as of_3d
+    from fem3d.runs import device as of_3d
     from reduced1d.device.lumped import steady as in_1d
     from scenes.device import Device
 

@@ -15,8 +15,7 @@ from scenes.errors import SceneError
 from statespace import export
 from validate import folder as module
 from validate.cli import main
-from validate.folder import Folder
-from validate.report.folder import MODEL, RUN
+from validate.folder import MODEL, RUN, Folder
 
 SUMMARY = json.dumps({"schema": 1, "plan": []})
 
@@ -162,7 +161,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from validate import folder
-from validate.report.folder import RUN
+from validate.folder import RUN
 how = sys.argv[2]
 if how != "exchange":
     folder._exchange = lambda a, b: False

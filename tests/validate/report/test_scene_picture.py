@@ -16,7 +16,7 @@ from scenes.loading import load, load_free
 from scenes.model import Box, Contact, Scene
 from scenes.sink import SILICON
 from validate.cli import main
-from validate.report.figures.labels import Label, columns, spread
+from validate.report.figures.drawing import Label, columns, spread
 from validate.viewer.boxes import THIN, parts
 
 

@@ -15,8 +15,7 @@ import pytest
 
 from compare import hottest
 from compare.hottest import Hottest
-from reduced1d.painted import paint
-from reduced1d.sink import anchor_series_resistance
+from reduced1d.equations import anchor_series_resistance, paint
 from scenes.model import Material, Probe
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from scenes.model import Scene
-from scenes.plan import Step
-from scenes.result import Estimate, Result, Traces
+from scenes.result import Estimate, Result, Step, Traces
 from scenes.sink import Sink
 from tests.conftest import StandInFields
 

@@ -11,7 +11,7 @@ from scenes.model import Contact
 from scenes.sink import SILICON, Sink
 from tests.fem3d import BAR, bar, bar_grid, end, plain_grid
 from tests.validate.verify import kirchhoff
-from validate.verify import newton, second_path, split
+from validate.verify import newton, second_path
 
 ROOM = 293.0
 PLAIN = replace(SILICON, temperature_coefficient=0.0)
@@ -160,6 +160,6 @@ def test_a_contact_inside_a_larger_body_keeps_its_edge_whole():
     names = [box.name for box in part.boxes]
     pair = frozenset((names.index("beam"), names.index("pad-0")))
     # The whole end of the beam touches the pad, whose nodes around it stay in common: only the beam's own part.
-    cells = split.split(basis.mesh, owner, [pair])
+    cells = second_path.split_contacts(basis.mesh, owner, [pair])
     assert cells.p.shape[1] > basis.mesh.p.shape[1]
     assert cells.t.shape == basis.mesh.t.shape

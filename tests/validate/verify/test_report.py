@@ -12,9 +12,8 @@ from benchmarks.walls import HELD, Layer, step_response
 from compare.report.table import Style
 from scenes.sink import SILICON, Sink
 from tests.fin import solve_fin
-from validate.cli import main
-from validate.report import verdicts
-from validate.verify import cases, exact, manufactured, orders, published, series
+from validate.cli import common, main
+from validate.verify import cases, exact, manufactured, orders, published
 from validate.verify.expected import observed_order, order_row
 
 GOOD = Row("exact", "slab", "middle", 300.001, 300.0, 0.002, "K", settled=0.01)
@@ -43,17 +42,17 @@ def test_orders_are_those_of_powers():
 
 
 def test_the_table_prints_the_tolerance_of_every_row():
-    text = verdicts.text(ROWS, Style())
+    text = common.text(ROWS, Style())
     assert text.startswith("2 of 4 rows agree, 1 differ, 1 unresolved, 1 skipped.")
     assert "differs: a source" in text
     assert "only within 2.0e-02, not 1.0e-02" in text
     assert max(map(len, text.splitlines())) <= 80
-    page = verdicts.markdown(ROWS, "a title", "about", {"numpy": "1"})
+    page = common.markdown(ROWS, "a title", "about", {"numpy": "1"})
     assert "| bricks | order of rise, L2 | 2.95 | 3 | 0.1 | agrees |  |" in page
     assert "| slab | middle (K) | 300.001 | 300 | 0.002 |" in page
-    above = verdicts.markdown([order_row("o", "c", "x", 4 / 3, 1.456, at_least=True)], "", "", {})
+    above = common.markdown([order_row("o", "c", "x", 4 / 3, 1.456, at_least=True)], "", "", {})
     assert "| 1.456 | at least 1.333 | 0.1 | agrees |" in above
-    found = json.loads(json.dumps(verdicts.document(ROWS, {}, 1.0), allow_nan=False))
+    found = json.loads(json.dumps(common.document(ROWS, {}, 1.0), allow_nan=False))
     assert found["counts"]["differs"] == 1
     assert found["rows"][1]["difference"] == pytest.approx(0.001)
 
@@ -84,11 +83,11 @@ def test_the_inverted_transform_is_the_series_of_a_slab(time):
     number = 2 / 3 * time / 0.25
     # A slab warmed on both sides is half a slab that is adiabatic in the middle.
     held = step_response([SLAB], "temperature", 1.0, 0.0, np.array([time]))[0, 1]
-    assert abs(1 - held - float(series.cooling(0.0, number))) < 1e-11
+    assert abs(1 - held - float(exact.cooling(0.0, number))) < 1e-11
     film = step_response([SLAB], "film", 1.0, 0.0, np.array([time]), 5.0)[0, 1]
-    assert abs(1 - film - series.film_cooling(0.0, 5 * 0.5 / 2, number)) < 1e-11
+    assert abs(1 - film - exact.film_cooling(0.0, 5 * 0.5 / 2, number)) < 1e-11
     # A coefficient 0.2 % off is seen even early, when hardly anything has reached the middle.
-    assert abs(1 - film - series.film_cooling(0.0, 5.01 * 0.5 / 2, number)) > 1e-9
+    assert abs(1 - film - exact.film_cooling(0.0, 5.01 * 0.5 / 2, number)) > 1e-9
 
 
 def test_layers_of_one_material_are_one_layer_and_end_as_resistances_in_series():
@@ -102,17 +101,17 @@ def test_layers_of_one_material_are_one_layer_and_end_as_resistances_in_series()
 
 def test_the_series_give_the_printed_numbers_of_nafems_and_iso():
     slow = 0.1**2 * 7200 * 440.5 / 35
-    assert round(100 * series.sine_driven(0.8, slow, np.pi / 40, 32.0), 2) == 36.60
-    assert round(100 * series.convective_rectangle(0.6, 1.0, 52.0, 750.0, 0.6, 0.2), 2) == 18.25
-    found = [[round(20 * series.half_heated_square(i / 8, j / 8), 1) for i in (1, 2, 3, 4)] for j in range(1, 8)]
+    assert round(100 * exact.sine_driven(0.8, slow, np.pi / 40, 32.0), 2) == 36.60
+    assert round(100 * exact.convective_rectangle(0.6, 1.0, 52.0, 750.0, 0.6, 0.2), 2) == 18.25
+    found = [[round(20 * exact.half_heated_square(i / 8, j / 8), 1) for i in (1, 2, 3, 4)] for j in range(1, 8)]
     assert found == [list(row) for row in published.CASE_1]
 
 
 def test_straight_lines_approach_the_sine():
     times, slow = np.linspace(0, 32, 641), 0.1**2 * 7200 * 440.5 / 35
-    sine = series.sine_driven(0.8, slow, np.pi / 40, 32.0)
+    sine = exact.sine_driven(0.8, slow, np.pi / 40, 32.0)
     off = [
-        abs(series.ramped(0.8, slow, times[::step], np.sin(np.pi * times[::step] / 40), 32.0) - sine)
+        abs(exact.ramped(0.8, slow, times[::step], np.sin(np.pi * times[::step] / 40), 32.0) - sine)
         for step in (20, 10)
     ]
     # The error of straight lines falls with the square of their length.

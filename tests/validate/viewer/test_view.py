@@ -22,8 +22,7 @@ from validate.cli import main
 from validate.report import output
 from validate.viewer import window
 from validate.viewer.boxes import parts
-from validate.viewer.source import find
-from validate.viewer.state import KEYS, View, keys_text, title
+from validate.viewer.source import KEYS, View, find, keys_text, title
 from validate.viewer.window import start
 
 REQUEST = {

@@ -17,7 +17,7 @@ from compare.sink_checks import FOLLOWED
 from compare.sink_checks import profile as sampled
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola, parabola_between, unequal_ends
-from reduced1d.ladder.lumps import half_island
+from reduced1d.ladder.few_states import half_island
 from scenes.formats import quantity, scale, sink_text
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink, start

@@ -1,0 +1,398 @@
+"""The whole sensor in 3D under its controllers, and its derivatives.
+
+The 3D device: its few states, solved once for a structure, and runs of its controllers with estimated errors.
+
+Differentiate the steady state of the device in 3D, under its controllers, by its keys: differences on moved meshes.
+
+For each key the structure is solved on its cells, moved, for its steady fields: they hold every steady state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, partial
+from typing import Any, Literal
+
+import numpy as np
+
+from fem3d.adaptivity import reach
+from fem3d.adaptivity.estimator import Spread, left, total
+from fem3d.adaptivity.nested import Problems, problems
+from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected
+from fem3d.runs.differences import TIGHT, Point, Table, Values, difference, move
+from fem3d.spaces.domain import boxes
+from meshes import grading, symmetry
+from meshes.grading import Features
+from meshes.grid import Grid
+from scenes.device import Device, External
+from scenes.errors import NumericsError, SceneError
+from scenes.model import Scene
+from scenes.result import Estimate
+from scenes.varied import neighbour, numbers
+from statespace import ground
+from statespace.device_model import Modal
+from statespace.device_reduction import Whole
+from statespace.ground import NARROW, Response, Shared, Shielding, shared
+from statespace.march import March, march
+from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
+from statespace.stability import Stability, assess, gains, plant, steady
+
+COARSEST = 1e-2
+LATEST, LONGEST = 0.2, 20.0
+"""Shifts lie between the sample time and this part of the slowest response; of a device sampled so slowly that the two
+are close, they are that many sample times apart."""
+GENERATIONS, MORE, MOST = 8, 2, 20
+FEWEST, MOST_NODES = 4, 12
+START, AFTER = 60, 60
+"""Samples of a short run before and after its outer step, by which meshes, fields and nodes are judged."""
+FALLING = 0.25
+"""The least ratio that is assumed of what the last degree took away to what the degree before did: as odd and even
+degrees take turns, a single ratio may be small by chance. A quarter was measured for the regular part of such a
+solution."""
+MOST_LEVELS = 12
+AHEAD = 6.0
+"""A refinement aims at an error so many times below the accuracy: one more level costs more than some more unknowns."""
+ROUNDING = 1e-13
+"""Relative rounding error of a power in the difference of two steady states, each iterated to that."""
+STEPS = 1e-2  # the iteration for the powers between samples ends at this fraction of the accuracy
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The few states of a device's structure, for any controllers and outer temperatures.
+
+    Attributes
+    ----------
+    fine, low, fewer : Modal
+        The model, the model of the next lower space, and the fine model with fewer fields.
+    beyond : dict
+        By quantity the error over the distance of the lower space.
+    by_fewer : dict
+        By quantity the relative error of fewer fields and nodes.
+    nodes : int
+        Unknown heats between samples.
+    edges : float
+        The error of steady values over the distance of the lower space, which singular edges decide.
+    structures : (Structure, Structure)
+        The structures of both spaces.
+    """
+
+    device: Device
+    fine: Modal
+    low: Modal
+    beyond: dict[str, float]
+    by_fewer: dict[str, float]
+    nodes: int
+    edges: float
+    details: dict[str, Any]
+    structures: tuple[Structure, Structure]
+    fewer: Modal
+
+    def steady(self, device: Device, external: float | None = None) -> Steady:
+        """The steady state at an outer temperature (K; by default the final one)."""
+        return steady(self.fine, device, external)
+
+    def stability(self, device: Device, external: float | None = None) -> Stability:
+        """The stability of the loop about that state, with the largest stable gains."""
+        return assess(plant(self.fine, device, external), device)
+
+    def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
+        """The eigenvalue of ``stability`` alone."""
+        return plant(self.fine, device, external).eigenvalue(gains(device))
+
+    def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
+        """The estimated errors of a steady state's quantities, in their units."""
+        _, errors = self._with_errors(lambda modal: asdict(steady(modal, device, external)))
+        return {q: errors[q] for q in QUANTITIES}
+
+    def _with_errors(self, read: Callable[[Modal], dict[str, float]]) -> tuple[dict[str, float], dict[str, float]]:
+        """Return steady values of the model, and their errors by the lower space, with rounding."""
+        values, low = read(self.fine), read(self.low)
+        return values, {q: self.edges * abs(v - low[q]) + 1e-9 * abs(v) for q, v in values.items()}
+
+    @cached_property
+    def shielding(self) -> tuple[Shielding, dict[str, float]]:
+        """The effect of surrounding temperatures on both steady powers, with errors (W/K). The error sums twice the
+        error by the lower space (differences of small values need not halve with a degree), the change by fewer fields,
+        and the possible contribution of omitted local departures."""
+        models, device = (self.fine, self.low, self.fewer), self.device
+        fine, low, fewer = (asdict(ground.around(modal, device)) for modal in models)
+        power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
+        rounding, part = ROUNDING * power, DEPARTS * device.accuracy_3d
+        errors = {
+            name: 2 * self.edges * abs(value - low[name]) + abs(value - fewer[name]) + part * abs(value) + rounding
+            for name, value in fine.items()
+        }
+        return Shielding(**fine), errors
+
+    @cached_property
+    def response(self) -> Response:
+        """Response of both powers to a step of the substrate's temperature, with errors by the lower space, fewer
+        fields and fewer nodes."""
+        given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
+        response, *others = (ground.response(modal, nodes, self.device) for modal, nodes in given)
+
+        def error(film: str) -> float:
+            values = getattr(response, film)
+            space, *rest = (float(np.abs(getattr(other, film) - values).max()) for other in others)
+            return self.edges * space + sum(rest)
+
+        sensor, sink = error("sensor_power_W_per_K"), error("sink_power_W_per_K")
+        return replace(response, sensor_error=sensor, sink_error=sink)
+
+    @cached_property
+    def ground(self) -> list[tuple[Shared, dict[str, float]]]:
+        """Effects of a lead to ground that both films share, with errors in their units: the device's own lead,
+        or, without one, leads of a thousandth and a hundredth of the sensor's resistance."""
+        device, film, effects = self.device, float(self.fine.resistance[1]), []
+        own = device.control.ground_resistance
+        for lead in [own] if own else [1e-3 * film, 1e-2 * film]:
+            values, errors = self._with_errors(partial(self._shared, lead))
+            del errors["resistance_ohm"]
+            for q in ("lowest_K", "highest_K"):
+                errors[q] += NARROW * device.set_rise
+            effects.append((Shared(**values), errors))
+        return effects
+
+    def _shared(self, lead: float, modal: Modal) -> dict[str, float]:
+        return asdict(shared(modal, self.device, lead))
+
+    def solve(
+        self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
+    ) -> tuple[DeviceResult, DeviceResult]:
+        """Traces of a device of this structure under its controllers, as of `reduced1d.device.schemes` in 1D;
+        and the traces of the lower space.
+
+        Raises ArithmeticError where the powers between two samples do not converge.
+        """
+        runs = [march(modal, self.nodes, device, _steps(device), meter, start) for modal in (self.fine, self.low)]
+        scale, apart = _scales(device, runs[0]), runs[0].distance(runs[1])
+        space = {q: self.beyond[q] * apart[q] for q in _NAMES}
+        rest = {q: self.by_fewer[q] * scale[q] for q in _NAMES}
+        errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
+        before, after = self.steady(device, device.external.initial_temperature), self.steady(device)
+        result, lower = (
+            device_result(
+                "few states of 3D", device, run.traces, errors, before=before, after=after, error_parts=parts,
+                details=self.details | {"stopped": runs[0].stopped},
+            )
+            for run in runs
+        )  # fmt: skip
+        return result, lower
+
+
+_NAMES = (*QUANTITIES, TOP)
+
+
+def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _: None) -> Model:
+    """The few states of a device's structure, on a mesh and in as many fields as an accuracy takes: of temperatures
+    relative to the set rise, of steady powers relative to themselves, from the second sample on.
+
+    Each level refines whatever has more than its share of the error: the mesh, the fields or the nodes in time.
+
+    Raises NumericsError where the accuracy is not reached with the most of each.
+    """
+    scene = replace(device.scene(), accuracy=accuracy)
+    part = symmetry.reduce(scene)
+    marks, earliest = grading.features(part.scene), device.control.sample_time
+    grid = _first_grid(part.scene, min(accuracy, COARSEST), earliest, marks)
+    short = _short(device)
+    generations, nodes = GENERATIONS, FEWEST
+    slowest = LONGEST * earliest
+    given = problems(boxes(part.scene, grid), accuracy)
+    for number in range(1, MOST_LEVELS):
+        say(f"level {number}: {given.heat.size} unknowns")
+        shifts = (earliest, max(LATEST * slowest, LONGEST * earliest))
+        projections, structures = list[Projected](), list[Structure]()
+        for heat, conductor in zip(given.heats[::-1], given.conductors[::-1], strict=True):
+            assert conductor is not None
+            structures.append(Structure(device, heat, conductor, part.copies))
+            projections.append(projected(structures[-1], shifts, generations, accuracy))
+        fine, low, lowest = projections
+        slowest = float(1 / fine.modal.rates[0])
+        distances, remaining = _judged(device, short, fine, low, lowest, nodes)
+        space = max(remaining[q] * distances["low"][q] for q in _JUDGED)
+        fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("fewer", "nodes"))
+        if space + fields + between <= accuracy:
+            details = {
+                "unknowns": given.heat.size, "states": fine.modal.count, "responses": fine.modal.responses,
+                "levels": number, "symmetry": part.part, "nodes": nodes, "degrees": [d.tolist() for d in grid.degrees],
+            }  # fmt: skip
+            missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
+            degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
+            edges = max(float(left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
+            return Model(
+                device, fine.modal, low.modal, remaining, missed, nodes, edges, details, (structures[0], structures[1]),
+                fine.fewer,
+            )  # fmt: skip
+        more_fields = fields > accuracy / 2 and generations < MOST
+        more_nodes = between > accuracy / 4 and nodes < MOST_NODES
+        if space > accuracy / 2:
+            grid = _refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
+            given = problems(boxes(part.scene, grid), accuracy)
+        elif number > 1 and not (more_fields or more_nodes):
+            break  # the same level again would find the same
+        generations, nodes = generations + MORE * more_fields, nodes + 2 * more_nodes
+    raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
+
+
+_JUDGED = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
+
+
+def _short(device: Device) -> Device:
+    """The same device with its outer step soon after the start, and the end soon after that."""
+    h, external = device.control.sample_time, device.external
+    final = external.final_temperature
+    if final == external.initial_temperature:
+        final -= device.set_rise
+    step = External(external.initial_temperature, final, START * h)
+    return replace(device, external=step, end_time=(START + AFTER) * h)
+
+
+def _judged(
+    device: Device, short: Device, fine: Projected, low: Projected, lowest: Projected, nodes: int
+) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
+    """Distances of the models with lower spaces, fewer fields and fewer nodes, for each quantity relative to its scale,
+    in a short run and in the steady state; and for each quantity the error over the distance of the lower space."""
+    modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
+    runs = [march(modal, n, short, _steps(device)) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
+    scale = _scales(device, runs[0])
+    distances = {}
+    for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
+        apart = runs[a].distance(runs[b])
+        one, two = (steady(modals[i], device) for i in (a, b))
+        distances[name] = {q: apart[q] / scale[q] for q in _NAMES}
+        for q in ("sink_power_W", "sensor_power_W"):
+            size = max(abs(getattr(one, q)), 1e-3 * scale[q])
+            distances[name][q] = max(distances[name][q], abs(getattr(one, q) - getattr(two, q)) / size)
+    remaining = {}
+    for q in _NAMES:
+        ratio = max(distances["low"][q] / max(distances["lowest"][q], 1e-300), FALLING)
+        remaining[q] = min(ratio / (1 - ratio), 1.0) if ratio < 1 else 1.0
+    return distances, remaining
+
+
+def _steps(device: Device) -> float:
+    """The tolerance (K) of the iteration for the powers between samples."""
+    return STEPS * device.accuracy_3d * device.set_rise
+
+
+def _scales(device: Device, run: March) -> dict[str, float]:
+    """The scale of each quantity's error: the set temperature's rise, or its largest value."""
+    largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces).max(axis=0), 1e-300).tolist(), strict=True))
+    return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)
+
+
+def _first_grid(scene: Scene, accuracy: float, earliest: float, marks: Features) -> Grid:
+    """The grid to start with: the grid of the steady state, with layers at the polymer's top for a step there, and a
+    degree more across the layers, through which heat comes and goes in a few samples."""
+    grid = grading.graded(reach.first_grid(scene, accuracy, marks), scene, earliest)
+    return grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
+
+
+def _refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
+    """The grid refined where the last degree changed the responses; ``over`` is the error over the accuracy."""
+    missing = _missing(given, fine, low)
+    size = total(missing)
+    return grading.refined(grid, [m * (over / size) for m in missing], 1.0, marks)
+
+
+def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
+    """The error of the lower space's responses by interval, for the worst of the loads and shifts.
+
+    A film's power acts where its resistance is measured, so that a load F is the goal too: the last degree adds
+    x (F - A y) to F x, summed over the functions that the lower space's solution y lacks.
+    """
+    heat, space = given.heat, given.bricks
+    lower = given.heats[1]
+    new = slice(lower.free, heat.free)
+    worst = [np.zeros(len(d)) for d in space.grid.degrees]
+    for solve, solve_low, shift in zip(fine.space.solves, low.space.solves, fine.shifts, strict=True):
+        for load, load_low in zip(fine.loads, low.loads, strict=True):
+            x = solve(load[: heat.free])
+            y = given.lifted(solve_low(load_low[: lower.free]), 1)[: heat.free]
+            residual = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
+            parts = (x * residual)[new] / float(load[: heat.free] @ x)
+            worst = [np.maximum(a, b) for a, b in zip(
+                worst, space.spread(heat.order[new], parts), strict=True)]  # fmt: skip
+    return worst
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The few states of a device's structure, and their runs."""
+
+    model: Model
+    runs: Runs
+
+    @property
+    def exported(self) -> Whole:
+        """The model to export, and its closed loop."""
+        model, base = self.model, self.runs.base
+        others = [(model.low, max(model.edges, *model.beyond.values())), (model.fewer, 1.0)]
+        return Whole(
+            f"{base.device.name}, in 3D", base.device, model.fine, base.result, model.steady_errors(base.device), others
+        )
+
+
+def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:
+    """Compute the few states of a device's structure and the scene's own run; its loop rounds resistances to the steps
+    ``meter`` (ohm). With ``slow`` add the run that is sampled slowly, with ``steps`` the runs of the outer steps.
+
+    Raises ArithmeticError where the numerics fail.
+    """
+    say("solving in 3D")
+    states = model(device, device.accuracy_3d, say)
+
+    def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
+        result, lower = states.solve(other, meter, start)
+        return Run(other, result, states.largest_eigenvalue, reference=lower)
+
+    return Solved(states, with_others(device, simulate(device, "cold"), simulate, slow, steps, say))
+
+
+FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
+"""Quantities to differentiate; the controllers hold the temperatures."""
+STORAGE = (".density", ".specific_heat")
+"""Keys that no steady state depends on."""
+
+
+def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -> tuple[Table, dict[str, str]]:
+    """Return d ln quantity / d ln key of the steady state after the outer step, and why a key has none.
+
+    ``keys`` are the keys to differentiate by, instead of all. Quantities that are zero are left out.
+    """
+    domain, part, accuracy = (
+        model.structures[0].heat.domain,
+        symmetry.reduce(device.scene()),
+        TIGHT * device.accuracy_3d,
+    )
+
+    def point(key: str, step: float, lower: bool) -> Point:
+        other = neighbour(device, key, step) if key else device
+        given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy)
+        values = []
+        for heat, conductor in list(zip(given.heats, given.conductors, strict=True))[: -2 - lower : -1]:
+            assert conductor is not None
+            structure = Structure(other, heat, conductor, part.copies)
+            base = structure.base()
+            state = steady(structure.modal(base.project(base.fields), base.patterns, accuracy), other)
+            values.append(Values({q: float(getattr(state, q)) for q in FOLLOWED}))
+        return Point(*values)
+
+    base, table, left_out = point("", 0.0, True), Table(), dict[str, str]()
+    known = {q: Estimate(v, model.steady_errors(device)[q]) for q, v in base.fine.steady.items() if v}
+    for key in numbers(device):
+        if keys is not None and key not in keys:
+            continue
+        if key.endswith(STORAGE):
+            table[key] = {q: Estimate(0.0, 0.0) for q in known}
+            continue
+        try:
+            found = difference(base, partial(point, key), model.edges)
+        except (SceneError, NumericsError) as error:
+            left_out[key] = str(error)
+            continue
+        table[key] = {q: found.logarithmic(q, e) for q, e in known.items()}
+    return table, left_out

@@ -1,1 +1,0 @@
-"""Sensitivities of steady quantities and traces to the numbers of a scene, by differences on a mesh that moves."""

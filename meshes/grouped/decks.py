@@ -1,0 +1,357 @@
+"""The input decks of solid codes: Abaqus, CalculiX, Nastran.
+
+Abaqus and CalculiX input files: nodes, cells, element sets and surfaces of one part, placed as its instance is.
+
+Nastran bulk data: nodes with their coordinate systems, cells, and properties as groups.
+
+A card is a line of fields and its continuations, in the small (8 columns), large (16 columns) or free (commas) format.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from meshes.grouped.model import Element, MeshData, MeshFileError, assemble
+
+# Types of elements: a family and the count of nodes (but STRI65 has 6); the kind of cell by meshio's names.
+_TYPE = re.compile(r"(?P<volume>(?:C|DC|DCC|AC|EMC|Q)3D)(\d+)|(?:CPS|CPEG?|D?CAX|DC2D|STRI|SFM3D|[MRF]3D|D?S)(\d)")
+_VOLUMES = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13", 15: "wedge15",
+            20: "hexahedron20", 27: "hexahedron27"}  # fmt: skip
+_SURFACES = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
+# Corners of the faces S1, S2, ... of a cell.
+_FACES = {
+    "tetra": ("triangle", ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))),
+    "hexahedron": ("quad", ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))),
+}
+_REFUSED = {
+    "INCLUDE": "put the included file in its place", "SYSTEM": "write the nodes in the global system",
+    "TIE": "merge the meshes, so that the tied parts share nodes",
+    **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"), "write all nodes and elements out"),
+}  # fmt: skip
+
+
+@dataclass
+class _Block:
+    """The line, the keyword, the options and the data of a keyword line; keyword and options in capitals."""
+
+    line: int
+    keyword: str
+    options: dict[str, str] = field(default_factory=dict)
+    rows: list[list[str]] = field(default_factory=list)
+
+    @property
+    def words(self) -> list[str]:
+        """All data in one list, without blank fields."""
+        return [word for row in self.rows for word in row if word]
+
+
+def _blocks(text: str) -> list[_Block]:
+    blocks, open_line = list[_Block](), False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith("**") or not line.strip():
+            continue
+        fields = [word.strip() for word in line.split(",")]
+        if line.lstrip().startswith("*") or open_line:
+            if not open_line:
+                blocks.append(_Block(number, " ".join(fields.pop(0).lstrip("* ").upper().split())))
+            # A line of options that ends in a comma goes on.
+            open_line = line.rstrip().endswith(",")
+            for word in filter(None, fields):
+                key, _, value = word.partition("=")
+                blocks[-1].options[key.strip().upper()] = value.strip().strip('"')
+        elif blocks:
+            blocks[-1].rows.append(fields)
+    return blocks
+
+
+def read_abaqus(text: str) -> MeshData:
+    """Read an Abaqus input file. Raises MeshFileError."""
+    scope, parts, instances, motion = "FILE", 0, list[str](), list[float]()
+    nodes, surfaces = dict[int, list[float]](), dict[str, list[list[str]]]()
+    elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, list[str]](), dict[str, str]()
+    for block in _blocks(text):
+        keyword, options, where = block.keyword, block.options, f"line {block.line} has *{block.keyword}"
+        if keyword in _REFUSED:
+            raise MeshFileError(f"{where}: {_REFUSED[keyword]}")
+        if "INPUT" in options and keyword in ("NODE", "ELEMENT", "ELSET"):
+            raise MeshFileError(f"{where} with INPUT: put that file's lines in its place")
+        if keyword in ("PART", "ASSEMBLY", "INSTANCE"):
+            scope = keyword
+            parts += keyword == "PART"
+        elif keyword.startswith("END "):
+            scope = "ASSEMBLY" if keyword == "END INSTANCE" else "FILE"
+        if keyword == "INSTANCE":
+            instances.append(options.get("NAME", ""))
+            motion = [float(word) for word in block.words]
+        # Nodes and elements of the assembly itself are reference points and the like.
+        elif keyword == "NODE" and scope != "ASSEMBLY":
+            if options.get("SYSTEM", "R").upper() != "R":
+                raise MeshFileError(f"{where} with SYSTEM: write the nodes in rectangular coordinates")
+            nodes |= {int(row[0]): [float(x or 0) for x in (*row[1:4], "0", "0")[:3]] for row in block.rows}
+        elif keyword == "ELEMENT" and scope != "ASSEMBLY":
+            added = _elements(block)
+            elements |= added
+            members = list(map(str, added))
+        elif keyword == "ELSET":
+            members = _members(block)
+        elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+            surfaces[options.get("NAME", "")] = block.rows
+        if keyword in ("ELEMENT", "ELSET") and (name := options.get("ELSET")):
+            sets.setdefault(name.upper(), []).extend(members)
+            if "INTERNAL" not in options:
+                names.setdefault(name.upper(), name)
+    if parts > 1 or len(instances) > 1:
+        shown = f"{len(instances)} *INSTANCE ({', '.join(instances)})" if len(instances) > 1 else f"{parts} *PART"
+        raise MeshFileError(
+            f"it has {shown}, whose nodes are not shared, and one part is read: merge them into one (in Abaqus/CAE: "
+            "Assembly, Merge/Cut Instances, merge meshes) and write that part"
+        )
+    if not nodes or not elements:
+        raise MeshFileError("it has no *NODE, or no *ELEMENT of a solid: write nodes and elements")
+    groups: dict[int, list[str]] = {number: [] for number in elements}
+    for key, name in names.items():
+        for number in _resolved(key, sets) & elements.keys():
+            groups[number].append(name)
+    cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
+    for name, rows in surfaces.items():
+        cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
+    points = _moved(np.array(list(nodes.values())), np.array(motion))
+    return assemble(dict(zip(nodes, points, strict=True)), cells)
+
+
+def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
+    """Return the kind and the nodes of each element of a block by its number; none of lines and points."""
+    form = block.options.get("TYPE", "").upper()
+    match = _TYPE.match(form)
+    if not match:
+        return {}
+    count = 6 if form == "STRI65" else int(match[2] or match[3])
+    kind = (_VOLUMES if match["volume"] else _SURFACES).get(count)
+    words = list(map(int, block.words))
+    if kind is None or len(words) % (count + 1):
+        raise MeshFileError(f"the data of an *ELEMENT block do not fit TYPE={form}")
+    return {words[i]: (kind, words[i + 1 : i + 1 + count]) for i in range(0, len(words), count + 1)}
+
+
+def _unscoped(name: str) -> str:
+    """Return a name without its part or instance, in capitals, as names do not distinguish these."""
+    return name.rpartition(".")[2].strip('"').upper()
+
+
+def _members(block: _Block) -> list[str]:
+    """Return the elements, by number or by the set that they are in, of a block that adds them to a set."""
+    if "GENERATE" not in block.options:
+        return list(map(_unscoped, block.words))
+    ranges = [[int(word) for word in row if word] for row in block.rows]
+    return [str(number) for first, last, *step in ranges for number in range(first, last + 1, *step)]
+
+
+def _resolved(name: str, sets: dict[str, list[str]], above: tuple[str, ...] = ()) -> set[int]:
+    """Return the numbers of the elements of a set, which may hold other sets, or of one element."""
+    if name.isdigit():
+        return {int(name)}
+    if name not in sets or name in above:
+        raise MeshFileError(f'it uses element set "{name}" without defining it')
+    return set().union(*(_resolved(member, sets, (*above, name)) for member in sets[name]))
+
+
+def _faces(
+    rows: list[list[str]], elements: dict[int, tuple[str, list[int]]], sets: dict[str, list[str]]
+) -> Iterator[tuple[str, list[int]]]:
+    """Yield the kind and the corners of the faces of a surface, whose rows have a set or element and a face."""
+    for name, *label in rows:
+        for number in _resolved(_unscoped(name), sets):
+            kind, nodes = elements.get(number, ("", []))
+            form = kind.rstrip("0123456789")
+            if form in _FACES and label and label[0].upper()[:1] == "S":
+                face, corners = _FACES[form]
+                yield face, [nodes[i] for i in corners[int(label[0][1:]) - 1]]
+
+
+def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return points translated by the first three numbers of an *INSTANCE, then turned about the axis through the two
+    points that follow, by the angle in degrees at the end."""
+    points = points + (motion[:3] if len(motion) >= 3 else 0.0)
+    if len(motion) < 10:
+        return points
+    a, b, angle = motion[3:6], motion[6:9], np.radians(motion[9])
+    axis = (b - a) / np.linalg.norm(b - a)
+    r = points - a
+    # Rodrigues' rotation formula.
+    along = np.outer(r @ axis, axis) * (1 - np.cos(angle))
+    return a + r * np.cos(angle) + np.cross(axis, r) * np.sin(angle) + along
+
+
+# The kind of cell of a card for each count of nodes, by meshio's names.
+_CELLS = {
+    "CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
+    "CPENTA": {6: "wedge", 15: "wedge15"}, "CPYRAM": {5: "pyramid", 13: "pyramid13"},
+    "CTRIA3": {3: "triangle"}, "CTRIAR": {3: "triangle"}, "CTRIA6": {3: "triangle", 6: "triangle6"},
+    "CQUAD4": {4: "quad"}, "CQUADR": {4: "quad"}, "CQUAD8": {4: "quad", 8: "quad8"},
+    "CQUAD": {4: "quad", 8: "quad8", 9: "quad9"},
+}  # fmt: skip
+_SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM")
+# Nastran has the upright edges of a hexahedron before those of its top.
+_HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
+
+
+def read_nastran(text: str) -> MeshData:
+    """Read Nastran bulk data. Raises MeshFileError."""
+    deck, elements, default_system = _Deck(), list[Element](), 0
+    for card in _cards(text):
+        if card.name == "GRID":
+            system = card.integer(2) if card.field(2) else None
+            deck.grids[card.integer(1)] = system, np.array([card.real(i) for i in (3, 4, 5)])
+        elif card.name == "GRDSET":
+            default_system = card.integer(2)
+        elif match := re.match(r"CORD([12])([RCS])$", card.name):
+            deck.add_system(card, *match.groups())
+        elif card.name in _CELLS:
+            kinds = _CELLS[card.name]
+            # A shell has further fields, such as THETA, after its nodes.
+            end = len(card.fields) if card.name in _SOLIDS else 3 + max(kinds)
+            nodes = [card.integer(i) for i in range(3, end) if card.field(i)]
+            if len(nodes) not in kinds:
+                raise MeshFileError(
+                    f"{card.name} {card.field(1)} has {len(nodes)} nodes: give {' or '.join(map(str, kinds))}"
+                )
+            kind = kinds[len(nodes)]
+            nodes = [nodes[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else nodes
+            elements.append((kind, nodes, [str(card.integer(2) if card.field(2) else card.integer(1))]))
+    if not deck.grids or not elements:
+        raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
+    for number, (system, at) in deck.grids.items():
+        deck.grids[number] = default_system if system is None else system, at
+    return assemble({number: deck.place(number) for number in deck.grids}, elements)
+
+
+class _Card:
+    """The fields of a card, numbered as in Nastran's manual: its name is field 0."""
+
+    def __init__(self, fields: list[str]) -> None:
+        self.name, self.fields = fields[0].rstrip("*_"), fields  # meshio writes CTETRA_
+
+    def field(self, i: int) -> str:
+        return self.fields[i] if i < len(self.fields) else ""
+
+    def integer(self, i: int) -> int:
+        """Return an integer, 0 for a blank field."""
+        try:
+            return int(self.field(i) or 0)
+        except ValueError:
+            raise self._refusal(i, "an integer") from None
+
+    def real(self, i: int) -> float:
+        """Return a real number, which may lack the E of its exponent (``1.0-5``); 0 for a blank field."""
+        try:
+            return float(re.sub(r"(?<=[\d.])([+-])", r"E\1", self.field(i).replace("D", "E")) or 0)
+        except ValueError:
+            raise self._refusal(i, "a number") from None
+
+    def _refusal(self, i: int, wanted: str) -> MeshFileError:
+        return MeshFileError(f'{self.name} {self.field(1)} has "{self.field(i)}" in place of {wanted}')
+
+
+def _cards(text: str) -> Iterator[_Card]:
+    """Yield the cards of the bulk data."""
+    lines = text.upper().splitlines()
+    begin = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\b", line)), -1)
+    fields = list[str]()
+    for number, raw in enumerate(lines):
+        line = raw.split("$")[0].expandtabs(8).rstrip()
+        if line.lstrip().startswith("INCLUDE"):
+            raise MeshFileError(f"line {number + 1} has an INCLUDE: put the included file in its place")
+        if number <= begin or not line:
+            continue
+        if line.startswith("ENDDATA"):
+            break
+        first, more = _split(line)
+        if first[:1] in ("", "+", "*"):
+            fields += more
+            continue
+        if fields:
+            yield _Card(fields)
+        fields = [first, *more]
+    if fields:
+        yield _Card(fields)
+
+
+def _split(line: str) -> tuple[str, list[str]]:
+    """Return the first field of a line and its data fields, which are 8, or 4 in the large format."""
+    first, *more = (field.strip() for field in line.split(",")) if "," in line else [line[:8].strip()]
+    count = 4 if "*" in first else 8
+    if "," not in line:
+        width = 64 // count
+        more = [line[i : i + width].strip() for i in range(8, 72, width)]
+    return first, [*more, *[""] * count][:count]
+
+
+class _Deck:
+    """The nodes of a file in their coordinate systems: rectangular, cylindrical or spherical.
+
+    A system has the kind "R", "C" or "S" and three points, each a node or coordinates in another system: its origin, a
+    point on its z axis, and one in its xz plane.
+    """
+
+    def __init__(self) -> None:
+        self.grids = dict[int, tuple[int | None, np.ndarray]]()
+        self.systems = dict[int, tuple[str, list[int | tuple[int, np.ndarray]]]]()
+        self.frames = dict[int, tuple[np.ndarray, np.ndarray] | None]()
+
+    def add_system(self, card: _Card, form: str, kind: str) -> None:
+        """Add a system by three points (form 2) or each of up to two by three nodes (form 1)."""
+        if form == "2":
+            points = np.array([card.real(i) for i in range(3, 12)]).reshape(3, 3)
+            self.systems[card.integer(1)] = kind, [(card.integer(2), point) for point in points]
+            return
+        for first in (1, 5):
+            if card.field(first):
+                self.systems[card.integer(first)] = kind, [card.integer(first + i) for i in (1, 2, 3)]
+
+    def place(self, node: int) -> np.ndarray:
+        """Return the coordinates of a node in the basic system."""
+        if node not in self.grids:
+            raise MeshFileError(f"a CORD1 card names GRID {node}, which is not in the file")
+        system, at = self.grids[node]
+        return self._to_basic(system or 0, at, f"GRID {node}")
+
+    def _to_basic(self, system: int, at: np.ndarray, by: str) -> np.ndarray:
+        """Transform coordinates in a system to the basic one."""
+        if system == 0:
+            return at
+        if system not in self.systems:
+            raise MeshFileError(
+                f"{by} is in coordinate system {system}, which no CORD1 or CORD2 card defines: export in the basic one"
+            )
+        kind = self.systems[system][0]
+        if kind == "C":
+            at = np.array([at[0] * np.cos(a := np.radians(at[1])), at[0] * np.sin(a), at[2]])
+        elif kind == "S":
+            polar, azimuth = np.radians(at[1:])
+            radius = at[0] * np.sin(polar)
+            at = np.array([radius * np.cos(azimuth), radius * np.sin(azimuth), at[0] * np.cos(polar)])
+        origin, axes = self._frame(system)
+        return origin + at @ axes
+
+    def _frame(self, system: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the origin and the axes, as rows, of a system."""
+        name = f"coordinate system {system}"
+        if system not in self.frames:
+            self.frames[system] = None
+            a, b, c = (
+                self.place(each) if isinstance(each, int) else self._to_basic(*each, name)
+                for each in self.systems[system][1]
+            )
+            z, y = b - a, np.cross(b - a, c - a)
+            if not np.linalg.norm(y) > 0:
+                raise MeshFileError(f"the three points of {name} lie on a line")
+            rows = np.array([np.cross(y, z), y, z])
+            self.frames[system] = a, rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        frame = self.frames[system]
+        if frame is None:
+            raise MeshFileError(f"{name} is defined in itself: export in the basic one")
+        return frame

@@ -1,0 +1,388 @@
+"""Both schemes of the 1D device: the paper's own, and an accurate one.
+
+The accurate scheme: all layers at once, exact between samples but for the powers, with its error estimated; and
+sentences about its run: limiter, saturation, stability, and how far the run can be trusted.
+
+The paper's own scheme, kept as it is: partitioned, dt 1 us, N_x 25, N_t 10 (its sections 4.1 and 5, Appendix B).
+
+In each step both layers advance by N_t steps of Crank-Nicolson with the faces at the films' present temperatures; the
+heat flows follow from the first difference at each face, are held, and each film advances by the classical
+Runge-Kutta method of fourth order. The films see a flow that is late by a step, which limits dt; and the difference at
+the face blurs the first boundary layers, which is the scheme's error during the start.
+
+Eq 3 in one layer by Crank-Nicolson is Appendix B with its misprints corrected:
+
+    A(gamma) T_(j+1) = A(-gamma) T_j + b,   gamma = alpha dt/dx^2,   b = gamma/2 (f(t_j) + f(t_(j+1))) at both ends
+
+with A(gamma) tridiagonal, 1 + gamma on the diagonal and -gamma/2 beside it, of size N_x - 1. The paper prints alpha and
+gamma inverted (B.3, B.4), A(gamma) on both sides (B.6) and b without gamma (B.8).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_banded
+
+from reduced1d.device.lumped import Lumped, Modes, Slab, around, lump, modes, stability, steady
+from reduced1d.equations import Values
+from scenes.device import Device
+from statespace.circuit import metered, settings, timetable
+from statespace.controllers import Controllers
+from statespace.device_model import FILMS
+from statespace.march import CEILING, March, march
+from statespace.result import QUANTITIES, DeviceResult, device_result
+from statespace.stability import Stability
+
+
+class UnstableStepError(ValueError):
+    """The scheme's time step is beyond its stability limit, which the message names."""
+
+
+@dataclass(frozen=True)
+class PaperScheme:
+    """Time step in s, intervals per layer, and steps of Crank-Nicolson per time step."""
+
+    dt: float = 1e-6
+    nx: int = 25
+    nt: int = 10
+
+    @property
+    def states(self) -> int:
+        """Inner temperatures of both layers, sink, sensor, and the outer temperature."""
+        return 2 * (self.nx - 1) + 3
+
+
+def mesh_ratio(slab: Slab, nx: int, dt: float) -> float:
+    """The paper's gamma = alpha dt/dx^2 for nx intervals and a step dt in s (B.4 corrected)."""
+    return slab.diffusivity * dt / (slab.thickness / nx) ** 2
+
+
+def crank_nicolson(inner: np.ndarray, gamma: float, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """One step of Crank-Nicolson for the inner temperatures (nx - 1, ...), any unit of temperature.
+
+    ``before`` and ``after`` (2, ...) are the temperatures of the lower and upper face at the step's two ends.
+    """
+    n = len(inner)
+    padded = np.concatenate([before[:1], inner, before[1:]])
+    right = (1 - gamma) * inner + gamma / 2 * (padded[:-2] + padded[2:])
+    right[0] += gamma / 2 * after[0]
+    right[-1] += gamma / 2 * after[1]
+    bands = np.zeros((3, n))
+    bands[0, 1:] = bands[2, :-1] = -gamma / 2
+    bands[1] = 1 + gamma
+    return np.asarray(solve_banded((1, 1), bands, right))
+
+
+def layer_step(slab: Slab, nx: int, nt: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """nt steps of Crank-Nicolson over dt (s) on nx intervals, with end temperatures that do not change meanwhile, as
+    one map: inner' = a @ inner + b @ (lower, upper) with a (nx - 1, nx - 1) and b (nx - 1, 2)."""
+    gamma = mesh_ratio(slab, nx, dt / nt)
+    inner, ends = np.eye(nx - 1), np.zeros((nx - 1, 2))
+    none, unit = np.zeros((2, nx - 1)), np.eye(2)
+    for _ in range(nt):
+        inner, ends = crank_nicolson(inner, gamma, none, none), crank_nicolson(ends, gamma, unit, unit)
+    return inner, ends
+
+
+def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
+    """One step of both layers, (states, states): from (insulator, polymer, sink, sensor, outer) rises in K.
+
+    The rows of sink, sensor and outer give instead the heat flows in W: out of the sink into the insulator, out of the
+    insulator into the sensor, out of the sensor into the polymer.
+    """
+    n, size = scheme.nx - 1, scheme.states
+    sink, sensor, outer = range(size - 3, size)
+    M, keep = np.zeros((size, size)), np.eye(size)
+    for slab, rows, faces in (
+        (lumped.insulator, slice(n), [sink, sensor]), (lumped.polymer, slice(n, 2 * n), [sensor, outer]),
+    ):  # fmt: skip
+        M[rows, rows], M[rows, faces] = layer_step(slab, scheme.nx, scheme.nt, scheme.dt)
+    insulator, polymer = (scheme.nx * slab.conductance for slab in (lumped.insulator, lumped.polymer))
+    M[sink] = insulator * (keep[sink] - M[0])
+    M[sensor] = insulator * (M[n - 1] - keep[sensor])
+    M[outer] = polymer * (keep[sensor] - M[n])
+    return M
+
+
+def spectral_radius(lumped: Lumped, scheme: PaperScheme) -> float:
+    """Spectral radius of one step of the whole scheme without electrical power: stable up to 1."""
+    loop, keep = step_matrix(lumped, scheme), np.eye(scheme.states)
+    flow_in, flow_across, flow_out = loop[-3:].copy()
+    loop[-3] = runge_kutta_step(keep[-3], -flow_in, lumped.conductance, 0.0, 0.0, scheme.dt / lumped.capacity[0])
+    loop[-2] = runge_kutta_step(keep[-2], flow_across - flow_out, 0.0, 0.0, 0.0, scheme.dt / lumped.capacity[1])
+    return float(np.abs(np.linalg.eigvals(loop[:-1, :-1])).max())
+
+
+def stability_limit(device: Device, scheme: PaperScheme | None = None) -> float:
+    """The largest stable time step in s of the scheme on this device, N_x and N_t kept, to 1e-4."""
+    from scipy.optimize import brentq
+
+    lumped, scheme = lump(device), scheme or PaperScheme()
+
+    def growth(dt: float) -> float:
+        return spectral_radius(lumped, PaperScheme(dt, scheme.nx, scheme.nt)) - 1 - 1e-12
+
+    low, high = scheme.dt / 2, scheme.dt
+    while growth(low) > 0:
+        low, high = low / 2, low
+    while growth(high) <= 0:
+        low, high = high, 2 * high
+        if high > 1.0:
+            return float("inf")
+    return float(brentq(growth, low, high, xtol=1e-4 * low))
+
+
+def paper_traces(
+    device: Device, scheme: PaperScheme, meter: tuple[float, float] = (0.0, 0.0)
+) -> tuple[np.ndarray, PaperScheme]:
+    """Traces (samples, 7) in the order of QUANTITIES, as rises, and the scheme with the step that was taken: where the
+    sample time is no multiple of it, a shorter one. Raises UnstableStepError, and ValueError."""
+    lumped, table = lump(device), timetable(device)
+    per_sample = int(np.ceil(table.sample_time / scheme.dt - 1e-9))
+    used = PaperScheme(table.sample_time / per_sample, scheme.nx, scheme.nt)
+    if spectral_radius(lumped, used) > 1 + 1e-12:
+        raise UnstableStepError(
+            f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
+            f"it is stable only up to {stability_limit(device, used) * 1e6:.3g} us"
+        )
+    control = Controllers(settings(device, lumped.resistance, lumped.coefficient))
+    steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
+    return _march(lumped, control, meter, used, table.samples, per_sample, steps), used
+
+
+def solve_paper(
+    device: Device, scheme: PaperScheme | None = None, *, meter: tuple[float, float] = (0.0, 0.0)
+) -> DeviceResult:  # fmt: skip
+    """Traces of a device by the paper's scheme, and how far they are from the accurate scheme's (as ``errors``).
+
+    The step is shortened where the sample time is no multiple of it. Raises UnstableStepError where it is beyond the
+    stability limit, and ValueError for values that make no device.
+    """
+    traces, used = paper_traces(device, scheme or PaperScheme(), meter)
+    accurate, limit = solve_accurate(device, meter=meter), stability_limit(device, used)
+    rows = min(len(traces), len(accurate.time_s))
+    result = device_result("paper", device, traces, {}, **around(device))
+    off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
+    worst = {q: (float(d.max()), float(accurate.time_s[int(d.argmax())])) for q, d in off.items()}
+    late = accurate.time_s[:rows] >= 0.05
+    text = (
+        f"the paper's scheme is off by up to {worst['sink_K'][0]:.3g} K (sink, at {worst['sink_K'][1]:.4g} s) and "
+        f"{worst['sensor_K'][0]:.3g} K (sensor, at {worst['sensor_K'][1]:.4g} s)"
+    )
+    if late.any():
+        text += f"; after 50 ms by up to {max(off['sink_K'][late].max(), off['sensor_K'][late].max()):.2g} K"
+    text += "; most of that is an error in space, from the first differences at the faces, which a smaller step keeps"
+    return replace(
+        result, errors={q: w for q, (w, _) in worst.items()},
+        findings=(text, *accurate.findings),
+        details={"dt_s": used.dt, "stability_limit_s": limit, "nx": used.nx, "nt": used.nt},
+    )  # fmt: skip
+
+
+def _march(
+    lumped: Lumped, control: Controllers, meter: tuple[float, float], scheme: PaperScheme, samples: int,
+    per_sample: int, steps: dict[int, float],
+) -> np.ndarray:  # fmt: skip
+    M, dt = step_matrix(lumped, scheme), scheme.dt
+    z, y = np.zeros(scheme.states), np.zeros(scheme.states)
+    voltage, traces = np.zeros(2), np.empty((samples, 7))
+    (r_sink, r_sensor), (a_sink, a_sensor) = lumped.resistance.tolist(), lumped.coefficient.tolist()
+    (c_sink, c_sensor), loss = lumped.capacity.tolist(), lumped.conductance
+    sink, sensor, face = 0.0, 0.0, scheme.nx - 1
+    for k in range(samples):
+        rises = np.array([sink, sensor])
+        warm = lumped.resistance * (1 + lumped.coefficient * rises)
+        voltage = control.sample(metered(voltage, warm, 0.0, meter))
+        flow = lumped.polymer.conductance * scheme.nx * (sensor - z[face])
+        traces[k] = np.r_[rises, voltage, lumped.power(voltage, rises), flow]
+        if k == samples - 1 or rises.max() > CEILING:
+            break
+        heat_sink, heat_sensor = (voltage**2).tolist()
+        heat_sink, heat_sensor = heat_sink / r_sink, heat_sensor / r_sensor
+        for i in range(k * per_sample, (k + 1) * per_sample):
+            if i in steps:
+                z[-1] = steps[i]
+            np.dot(M, z, out=y)
+            flow_in, flow_across, flow_out = y[-3:].tolist()
+            sink = runge_kutta_step(sink, -flow_in, loss, heat_sink, a_sink, dt / c_sink)
+            sensor = runge_kutta_step(sensor, flow_across - flow_out, 0.0, heat_sensor, a_sensor, dt / c_sensor)
+            y[-3:] = sink, sensor, z[-1]
+            z, y = y, z
+    return traces[: k + 1]
+
+
+def runge_kutta_step(
+    rise: Values, flow: Values, loss: float, heat: float, change: float, dt: float
+) -> Values:  # fmt: skip
+    """One step of C dT/dt = flow - loss T + heat/(1 + change T) over ``dt`` (here divided by C) with a held flow."""
+    k1 = flow - loss * rise + heat / (1 + change * rise)
+    t = rise + dt / 2 * k1
+    k2 = flow - loss * t + heat / (1 + change * t)
+    t = rise + dt / 2 * k2
+    k3 = flow - loss * t + heat / (1 + change * t)
+    t = rise + dt * k3
+    k4 = flow - loss * t + heat / (1 + change * t)
+    return rise + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+LESS = 3
+"""The run that estimates the error in space has elements of a degree lower by this."""
+
+MARGIN = 2.0
+"""Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
+Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
+
+
+class Resolution(NamedTuple):
+    """Degree of the elements in space, and number of unknown powers per element and interval in time."""
+
+    degree: int
+    nodes: int
+
+
+FIRST = Resolution(12, 6)  # The resolution of the first run; it is raised until the error is small enough.
+
+
+def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:
+    """The imbalance of heat of sink, insulator and sensor over a run, as a part of the
+    heat (J) that was generated or passed the boundaries: to substrate and air, and into the polymer.
+
+    The time integral of each mode is exact, from its own equation. The heat into the polymer is that of the reported
+    flux, from the temperature's slope at the sensor, not the flux that the discretisation balances by construction.
+    """
+    m = modes.modal
+    heat = (run.energy @ m.shape - run.change + run.stepped) / m.rates
+    generated = float(run.energy.sum())
+    anchors = float(lumped.conductance * (m.shape[0] @ heat + m.external[0] * run.outer_time))
+    polymer = float(m.flux[0] @ heat + m.flux_external[0] * run.outer_time)
+    stored = float(modes.content @ run.change + modes.content_external * run.outer)
+    total = abs(generated) + abs(anchors) + abs(polymer)
+    return (generated - anchors - polymer - stored) / total if total else 0.0
+
+
+def solve_accurate(
+    device: Device, *, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold",
+    with_findings: bool = True,
+) -> DeviceResult:  # fmt: skip
+    """Traces of a device, to its ``accuracy`` where that can be reached.
+
+    Three resolutions are run: the answer, one with elements of a degree LESS lower, and one with two powers
+    fewer between samples. The differences estimate the errors of the coarser runs in space and in time
+    and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
+    resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at
+    the initial outer temperature, "cold" at room temperature without voltage. Without
+    findings no limits of stability are sought, which of slowly sampled loops takes as long as the run. Raises
+    ValueError for values that make no device, and ArithmeticError where the powers between two samples do not converge.
+    """
+    goal, lumped = device.accuracy * device.set_rise, lump(device)
+    resolution, before = FIRST, math.inf
+    for attempt in range(4):
+        degree, nodes = resolution
+        spectrum, tolerance = modes(lumped, degree), min(1e-4 * goal, 1e-8)
+        coarser = modes(lumped, degree - LESS)
+        run, less_space, less_time = (
+            march(each.modal, q, device, tolerance, meter, start)
+            for each, q in ((spectrum, nodes), (coarser, nodes), (spectrum, nodes - 2))
+        )
+        parts = {"space": run.distance(less_space), "time": run.distance(less_time)}
+        space, time = (max(part["sink_K"], part["sensor_K"]) for part in parts.values())
+        finer = Resolution(min(degree + 6 * (space > goal / 2), 36), min(nodes + 4 * (time > goal / 2), 18))
+        if finer == resolution or attempt == 3 or space + time > before / 2:
+            break
+        resolution, before = finer, space + time
+    errors = {q: parts["space"][q] + parts["time"][q] + 1e-12 * float(np.abs(run.traces[:, i]).max())
+              for i, q in enumerate(QUANTITIES)}  # fmt: skip
+    said = findings(device, run, max(errors["sink_K"], errors["sensor_K"]), goal) if with_findings else ()
+    return device_result(
+        "accurate", device, run.traces, errors, **around(device), error_parts=parts, findings=said,
+        details={
+            "states": spectrum.modal.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
+            "energy_imbalance": imbalance(lumped, spectrum, run), "stopped": run.stopped,
+        },
+    )  # fmt: skip
+
+
+def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
+    """Sentences on limiter, saturation, stability, a run that was stopped, and an error estimate (K) above its goal."""
+    h, external, sentences = device.control.sample_time, device.external, []
+    end = (len(run.rises) - 1) * h
+    if run.stopped:
+        rises, voltages = run.rises[-1], run.voltages[-1]
+        hot = int(np.argmax(rises))
+        wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
+        sentences.append(
+            f"the run was stopped at {end:.6g} s: the {FILMS[hot]} was {rises[hot]:.0f} K above room temperature "
+            f"(ceiling {CEILING:.0f} K) at {voltages[hot]:.3g} V{wrong if voltages[hot] < 0 else ''}"
+        )
+    for name, limited in zip(FILMS, run.limited.T, strict=True):
+        at = np.flatnonzero(limited)
+        if len(at) == len(limited):
+            sentences.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
+        elif len(at):
+            many = f"{len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
+            sentences.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
+    seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
+    if external.step_time < end or not seen:
+        seen.append(("final", external.final_temperature))
+    for name, temperature in seen:
+        state = steady(device, temperature)
+        also = ", as its controller sees it through the common ground" if device.control.ground_resistance else ""
+        if state.cycles:
+            sentences.append(
+                f"at the {name} outer temperature, {temperature:g} K, there is no steady state: over the common ground "
+                "a film can neither be held at the set temperature nor rest without power, and its loop swings"
+            )
+        for element in () if state.cycles else FILMS:
+            if getattr(state, f"{element}_saturated"):
+                sentences.append(
+                    f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
+                    f"settles at {getattr(state, f'{element}_K'):.6g} K instead of the set "
+                    f"{device.control.set_temperature:g} K"
+                )
+        comes_to_rest = name == "final" and device.control.ground_resistance and not state.cycles
+        for i, element in enumerate(FILMS if comes_to_rest else ()):
+            if run.limited[-20:, i].any() and not getattr(state, f"{element}_saturated"):
+                sentences.append(
+                    f"at the end the {element}'s loop swings from no voltage on, though it could be held with "
+                    f"{getattr(state, f'{element}_power_W') * 1e3:.4g} mW at the {name} outer temperature: over the "
+                    "common ground the other's current hides a film that has lost its own, so that it stays without"
+                )
+        said = loop_text(device, stability(device, temperature))
+        if said:
+            sentences.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
+    if error > goal:
+        sentences.append(
+            f"the estimated error of a temperature, {error:.1e} K, is above the accuracy asked for, {goal:.1e} K: "
+            "where the loop is unstable no computation can follow it for long"
+        )
+    return tuple(sentences)
+
+
+def shown(eigenvalue: complex) -> str:
+    """An eigenvalue: "-1.21 (alternating)", or the size of a complex pair."""
+    if eigenvalue.imag:
+        return f"{abs(eigenvalue):.4g} in size (oscillating)"
+    return f"{eigenvalue.real:.4g}{' (alternating)' if eigenvalue.real < 0 else ''}"
+
+
+def loop_text(device: Device, about: Stability) -> str:
+    """Whether the loop is unstable or near it, with its largest eigenvalue and the gains' limits; empty for neither."""
+    gains = {name: getattr(device.control, f"{name}_gain") for name in FILMS}
+    limits = {name: getattr(about, f"{name}_gain_limit") for name in FILMS}
+    near = [name for name in FILMS if gains[name] * MARGIN > limits[name]]
+    if about.stable and not near:
+        return ""
+    said = "the loop is near instability" if about.stable else "the loop is unstable"
+    listed = [
+        f"the {name}'s gain of {gains[name]:.4g} V is {gains[name] / limits[name]:.3g} times its largest stable one"
+        if limits[name] > 0 else f"no gain of the {name} is stable"
+        for name in near
+    ]  # fmt: skip
+    said += f": its largest eigenvalue per sample is {shown(about.eigenvalue)}"
+    if not about.stable:
+        said += f": small disturbances grow at {about.growth_rate:.4g} 1/s"
+    return f"{said}; {' and '.join(listed)}, each with the other gain as it is"
