@@ -14,7 +14,7 @@ from compare import quantities
 from compare.course import NO_CHANGE, Course, at
 from compare.outcome import Outcome
 from compare.verdict import Comparison, ratio
-from scenes import formats
+from scenes.formats import cut, quantity
 from scenes.model import OVER_TIME, AnyScene
 from scenes.result import Estimate
 
@@ -48,9 +48,9 @@ class Probes:
         u_num = off.error if abs(in_3d.value) > in_3d.error else float("inf")
         p, m = in_1d.value, in_3d.value
         above = " (above the initial temperature)" * (unit == "K")
-        reason = f"{formats.quantity(p, unit)} against {formats.quantity(m, unit)} in 3D{above}{self._meant(name, p, m)}"
+        reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D{above}{self._meant(name, p, m)}"
         return Comparison(
-            formats.cut(name, 30), p, m, unit, off.value, u_num, reason, relative_to=f"the 3D {self._whole(name)}"
+            cut(name, 30), p, m, unit, off.value, u_num, reason, relative_to=f"the 3D {self._whole(name)}"
         )
 
     def _whole(self, name: str) -> str:
@@ -81,7 +81,7 @@ class Probes:
             return meant.removeprefix("; ") or self.change(name) or NO_CHANGE
 
         return course.comparison(
-            f"{formats.cut(name, 24)}, trace", self.quantities.units[name], error, self.scale(name, course),
+            f"{cut(name, 24)}, trace", self.quantities.units[name], error, self.scale(name, course),
             f"the largest 3D {self._whole(name)}", note,
         )  # fmt: skip
 
