@@ -1,7 +1,5 @@
 """A 3D result that is made of the 1D models, so that the comparison can be tested without a 3D solver."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -36,12 +34,12 @@ class Case:
     fem3d: Result
     reduced1d: Result
 
-    def change(self, **steady: float) -> Case:
+    def change(self, **steady: float) -> "Case":
         """With other values of steady 3D quantities, their errors kept."""
         changed = {k: Estimate(v, self.fem3d.steady[k].error) for k, v in steady.items()}
         return replace(self, fem3d=replace(self.fem3d, steady={**self.fem3d.steady, **changed}))
 
-    def errors(self, relative: float) -> Case:
+    def errors(self, relative: float) -> "Case":
         """With all steady 3D errors at a part of their values."""
         steady = {k: Estimate(e.value, relative * abs(e.value)) for k, e in self.fem3d.steady.items()}
         return replace(self, fem3d=replace(self.fem3d, steady=steady))
@@ -125,7 +123,6 @@ class StandInFields:
 def _traces(sink: Sink, steady: dict[str, float]) -> Traces:
     time = np.concatenate([[0.0], np.geomspace(1e-6, sink.end_time, 200)])
     traces = reduction.solve(sink, times=time).traces
-    assert traces is not None
     grown = (traces.values["mean_K"] - sink.room_temperature) / reduction.solve(sink).steady["mean_rise_K"].value
     room, cold = sink.room_temperature, float(traces.values["current_A"][0])
     values = {
@@ -144,7 +141,7 @@ def plan_of_stand_in(sink: Sink, transient: bool) -> tuple[Step, ...]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _plugins() -> None:
+def _plugins():
     """The functions that an installation registers as entry points, also in a checkout that is not installed anew."""
     from compare.pipeline import PLUGINS
     from validate.report.output import run
@@ -166,7 +163,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
+def pytest_runtest_setup(item):
     """Skip a test whose marker ``needs`` names a program that is not on the path."""
     needed = [program for mark in item.iter_markers("needs") for program in mark.args]
     missing = [program for program in needed if not shutil.which(program)]
@@ -175,16 +172,15 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 @pytest.fixture(scope="session")
-def case() -> Case:
+def case():
     """The built-in sink, undeclared."""
     sink = Sink()
     fem3d = stand_in(sink)
-    assert fem3d.traces is not None
     return Case(sink, fem3d, reduction.solve(sink, times=fem3d.traces.time))
 
 
 @pytest.fixture
-def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_solver(monkeypatch):
     """The stand-in in place of the 3D solver."""
     import fem3d.runs.sink
 

@@ -6,8 +6,6 @@
 Chebyshev's collocation on half the beam for a given current, and of the currents that a voltage drives the smaller one.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The changes that CONTRIBUTING shows apply, and then do work."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -30,7 +28,7 @@ RUNS = {
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """The results of some runs of the sink in a copy of the packages with all changes applied."""
     where = tmp_path_factory.mktemp("changed")
     for name in PACKAGES:
@@ -45,19 +43,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def summary(folder: Path, name: str) -> dict[str, Any]:
-    found = json.loads((folder / name / "summary.json").read_text(encoding="utf-8"))
-    assert isinstance(found, dict)
-    return found
+    return json.loads((folder / name / "summary.json").read_text(encoding="utf-8"))
 
 
-def test_each_change_applies_and_touches_few_files() -> None:
+def test_each_change_applies_and_touches_few_files():
     for diff in DIFFS:
         subprocess.run(["git", "apply", "--check", "-"], input=diff, cwd=ROOT, encoding="utf-8", check=True)
     assert [len(FILE.findall(diff)) for diff in DIFFS] == [2, 2, 2, 1]
 
 
 @pytest.mark.long
-def test_the_check(folder: Path) -> None:
+def test_the_check(folder):
     """It agrees on the built-in sink, and differs where the pads are heated too."""
     for name, verdict in (("check", "agrees"), ("pads", "differs")):
         found = summary(folder, name)
@@ -70,7 +66,7 @@ def test_the_check(folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_reduction(folder: Path) -> None:
+def test_the_reduction(folder):
     found = summary(folder, "reduction")
     assert found["reduced1d"]["name"] == "fin-cold-oxide"
     assert found["why"]["steady"]["peak"]["parts"][0]["assumption"] == "oxide capacity"
@@ -78,7 +74,7 @@ def test_the_reduction(folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_analysis(folder: Path) -> None:
+def test_the_analysis(folder):
     found = summary(folder, "analysis")
     assert {"figure_power.png", "figure_power.svg"} <= set(found["files"])
     assert "Power against time" in (folder / "analysis" / "figure_power.svg").read_text(encoding="utf-8")
@@ -87,5 +83,5 @@ def test_the_analysis(folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_option(folder: Path) -> None:
+def test_the_option(folder):
     assert summary(folder, "option")["scene"]["sink"]["width"] == 20e-6

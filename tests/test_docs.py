@@ -1,7 +1,5 @@
 """The documentation: every page is in the contents, and its references exist. CI builds it in strict mode."""
 
-from __future__ import annotations
-
 import pkgutil
 import re
 from pathlib import Path
@@ -19,7 +17,7 @@ COPIED = {
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT / "docs")))
-def test_what_a_page_refers_to_exists(page: Path) -> None:
+def test_what_a_page_refers_to_exists(page):
     text = page.read_text(encoding="utf-8")
     linked = re.findall(r"\]\(([^)#:]+?)(?:#[^)]*)?\)", text)
     included = re.findall(r"\{(?:literalinclude|include|image)\} (\S+)", text)
@@ -29,7 +27,7 @@ def test_what_a_page_refers_to_exists(page: Path) -> None:
     assert [name for name in run if not (ROOT / name).exists()] == []
 
 
-def test_every_page_is_in_the_contents() -> None:
+def test_every_page_is_in_the_contents():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     listed = {
         line.strip() for block in re.findall(r"```\{toctree\}(.*?)```", index, re.DOTALL) for line in block.splitlines()
@@ -38,16 +36,15 @@ def test_every_page_is_in_the_contents() -> None:
     assert names - listed == set()
 
 
-def test_the_scene_to_add_is_one(tmp_path: Path) -> None:
+def test_the_scene_to_add_is_one(tmp_path):
     from scenes.loading import load_free as load
 
     found = re.search(r"```toml\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert found is not None
     (tmp_path / "beam.toml").write_text(found.group(1), encoding="utf-8")
     assert [probe.name for probe in load(str(tmp_path / "beam.toml"), []).probes] == ["tip"]
 
 
-def test_the_places_to_add_to_are_the_true_ones() -> None:
+def test_the_places_to_add_to_are_the_true_ones():
     """Each name in backquotes is in the file named after it."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     named = re.findall(r"`(\w+)`(?: or `(\w+)`)?(?: there)?,? (?:in|of)\s+`([\w/]+\.py)`", text)
@@ -57,7 +54,7 @@ def test_the_places_to_add_to_are_the_true_ones() -> None:
         assert [name for name in names if name and not re.search(rf"^(def |class )?{name}\b", code, re.MULTILINE)] == []
 
 
-def test_the_walk_to_a_verdict_is_there() -> None:
+def test_the_walk_to_a_verdict_is_there():
     """At most 15 steps, each of whose names is one."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     walk = text.split("## From")[1].split("\n\n", 1)[1].split("## ")[0]
@@ -69,7 +66,7 @@ def test_the_walk_to_a_verdict_is_there() -> None:
         pkgutil.resolve_name(".".join([rooms.get(first, first), *rest]))
 
 
-def test_every_command_is_on_its_page() -> None:
+def test_every_command_is_on_its_page():
     from validate.cli.arguments import COMMANDS
 
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
@@ -77,7 +74,7 @@ def test_every_command_is_on_its_page() -> None:
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/theory/fem3d.md"])
-def test_how_often_the_stated_errors_hold_is_what_the_stress_page_says(page: str) -> None:
+def test_how_often_the_stated_errors_hold_is_what_the_stress_page_says(page):
     """Of random scenes of every kind, steady and over time."""
     lines = (ROOT / "docs" / "stress.md").read_text(encoding="utf-8").splitlines()
     rows = "".join(line for line in lines if "honoured by a finer solve" in line)

@@ -1,7 +1,5 @@
 """The examples run as they are (`test_my_sink.py` is collected by itself), and a failing assertion reads well."""
 
-from __future__ import annotations
-
 import json
 import os
 import runpy
@@ -32,9 +30,7 @@ SAID = {
 
 
 @pytest.mark.parametrize("name", SAID)
-def test_an_example_runs(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_example_runs(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / name), run_name="__main__")
     said = capsys.readouterr()
@@ -57,7 +53,7 @@ def plate_series(source: tuple[float, float], target: tuple[float, float]) -> fl
     return float(x @ depth @ y) / 3e-3**2
 
 
-def test_crosstalk_of_an_array_agrees_with_plate_series() -> None:
+def test_crosstalk_of_an_array_agrees_with_plate_series():
     example = runpy.run_path(str(ROOT / "examples" / "array.py"))
     found = example["crosstalk"](load("sink", ["substrate.thickness=0.5mm"]), 2, 400e-6)
     # The oxide blocks are 1150 um apart, at both ends of each beam; half of the heat leaves through each.
@@ -67,7 +63,7 @@ def test_crosstalk_of_an_array_agrees_with_plate_series() -> None:
     assert found.value[0, 1] == pytest.approx(expected, abs=found.error[0, 1])
 
 
-def test_array_takes_any_conductivity_and_refuses_overlap() -> None:
+def test_array_takes_any_conductivity_and_refuses_overlap():
     example = runpy.run_path(str(ROOT / "examples" / "array.py"))
     anisotropic = ["substrate.thickness=0.5mm", "accuracy=1e-2", "materials.substrate.thermal_conductivity=[65,65,65]"]
     plain = ["substrate.thickness=0.5mm", "accuracy=1e-2", "materials.substrate.thermal_conductivity=65"]
@@ -78,7 +74,7 @@ def test_array_takes_any_conductivity_and_refuses_overlap() -> None:
 
 
 @pytest.mark.long
-def test_the_notebook_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_notebook_runs(monkeypatch, capsys):
     """Its cells as a script, with the folder that it lies in on the path, as a notebook has it."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
     cells = json.loads((ROOT / "examples" / "own_model.ipynb").read_text(encoding="utf-8"))["cells"]
@@ -92,7 +88,7 @@ def test_the_notebook_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 
 @pytest.mark.long
-def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_lumped_model_in_four_forms(tmp_path, monkeypatch):
     """Each form's differences are the function's, within the errors of its own steps and rows."""
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / "lumped.py"), run_name="__main__")
@@ -132,7 +128,7 @@ def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.long
-def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:
+def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves():
     """scikit-fem's own elements on one mesh against the toolkit's bricks: within 1 %, as the paper's model isn't."""
     plain = runpy.run_path(str(ROOT / "examples" / "plain_scikit_fem.py"))
     assert len((ROOT / "examples" / "plain_scikit_fem.py").read_text(encoding="utf-8").splitlines()) <= 80
@@ -143,7 +139,7 @@ def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:
 
 
 @pytest.mark.long
-def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:
+def test_a_failing_assertion_reads_well(tmp_path):
     """As a user would see it: both values, the difference, the tolerance, the numerical error, no line of this code."""
     (tmp_path / "test_mine.py").write_text(
         "import scenes\nfrom compare.testing import assert_reduction_agrees\n"

@@ -1,7 +1,5 @@
 """The wheel holds all that a run needs: built from a copy of the sources, and run with nothing else of this project."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -24,7 +22,7 @@ needs_setuptools = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def installed(tmp_path_factory):
     """The wheel's content in a folder of its own; nothing is built where the sources are."""
     folder = tmp_path_factory.mktemp("package")
     for name in PACKAGES:
@@ -43,7 +41,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.long
 @needs_setuptools
-def test_a_run_of_the_wheel_alone(installed: Path, tmp_path: Path) -> None:
+def test_a_run_of_the_wheel_alone(installed, tmp_path):
     assert {path.parent.name for path in installed.glob("*/py.typed")} == set(PACKAGES)
     # Without site no editable installation is visible; its dependencies are beside numpy.
     where = os.pathsep.join([str(installed), str(Path(np.__file__).parents[1])])

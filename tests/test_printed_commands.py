@@ -1,7 +1,5 @@
 """Commands that README and the pages print: each is planned by --dry-run, or runs where it is quick."""
 
-from __future__ import annotations
-
 import ast
 import re
 import shlex
@@ -59,9 +57,7 @@ def planned(words: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: str(page.relative_to(ROOT)))
-def test_commands_of_a_page_run_in_one_folder(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_of_a_page_run_in_one_folder(page, tmp_path, monkeypatch, capsys):
     name = str(page.relative_to(ROOT))
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "examples", "examples")
@@ -88,7 +84,7 @@ def test_commands_of_a_page_run_in_one_folder(
             Path(target).write_text(output.out, encoding="utf-8")
 
 
-def test_python_blocks_of_the_readme_name_what_exists() -> None:
+def test_python_blocks_of_the_readme_name_what_exists():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     assert blocks

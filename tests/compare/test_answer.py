@@ -1,7 +1,5 @@
 """The answer in a sentence: on a stand-in with given deviations, and on real sinks with different faults."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +38,6 @@ def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> 
     for key, factor in (("peak_rise_K", peak), ("end_rise_K", end)):
         steady[key] = Estimate(factor * steady[key].value, 0.0)
     traces = case.fem3d.traces
-    assert traces is not None
     values = dict(traces.values)
     for key, factor in (("peak_K", peak), ("end_K", end)):
         values[key] = 293.0 + factor * (values[key] - 293.0)
@@ -49,7 +46,7 @@ def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> 
     return Result("paper", steady, Traces(traces.time, values, dict.fromkeys(values, 0.0)))
 
 
-def test_what_agrees_is_bounded_and_nobody_is_blamed(case: Case) -> None:
+def test_what_agrees_is_bounded_and_nobody_is_blamed(case):
     one = bent(case)
     outcome = outcome_of(case.sink, case.fem3d, one)
     found = KINDS["sink"].answer(outcome, Progress())
@@ -62,11 +59,11 @@ def test_what_agrees_is_bounded_and_nobody_is_blamed(case: Case) -> None:
     (0.9, 1.2, "10 % low at the peak and 20 % high at the ends"),
     (1.02, 1.0, "2.0 % high at the peak and within 0.011 % of 3D at the ends"),
 ])  # fmt: skip
-def test_steady_differences_have_their_size_and_sign(case: Case, peak: float, end: float, said: str) -> None:
+def test_steady_differences_have_their_size_and_sign(case, peak, end, said):
     assert said in told(case.sink, case.fem3d, bent(case, peak, end))
 
 
-def test_an_error_that_matters_is_said(case: Case) -> None:
+def test_an_error_that_matters_is_said(case):
     """With an error of 3D of 2 %, 10 % is 10 give or take 2; with an error of 20 %, it may be zero."""
     loose = case.errors(2e-2)
     assert "give or take" in told(loose.sink, loose.fem3d, bent(case, peak=0.9, end=0.9))
@@ -76,7 +73,7 @@ def test_an_error_that_matters_is_said(case: Case) -> None:
     assert "blame" not in found
 
 
-def test_on_the_way_is_told_apart_from_the_steady_state(case: Case) -> None:
+def test_on_the_way_is_told_apart_from_the_steady_state(case):
     found = told(case.sink, case.fem3d, bent(case, bump=0.2))
     assert "On the way it is up to 20 % high at the peak (at " in found
     # A constant difference is not repeated.
@@ -85,14 +82,14 @@ def test_on_the_way_is_told_apart_from_the_steady_state(case: Case) -> None:
     assert "way" not in steady
 
 
-def test_one_model_alone(case: Case) -> None:
+def test_one_model_alone(case):
     assert "nothing was compared" in told(case.sink, None, case.reduced1d, Options(only="1d"))
     three = told(case.sink, case.fem3d, None, Options(only="3d"))
     assert "20." in three
     assert "no 1D model was run" in three
 
 
-def test_nothing_heated(case: Case) -> None:
+def test_nothing_heated(case):
     cold = case.change(peak_rise_K=0.0, end_rise_K=0.0)
     assert told(case.sink, cold.fem3d, case.reduced1d, Options(steady=True)).startswith("Nothing is heated")
 
@@ -109,7 +106,7 @@ BLAMED = {
 
 
 @pytest.mark.parametrize("settings", BLAMED)
-def test_who_is_to_blame_is_computed(settings: tuple[str, ...]) -> None:
+def test_who_is_to_blame_is_computed(settings):
     outcome = answer(load("sink", settings), Options(figures=False))
     found = outcome.answer
     assert {step.state for step in outcome.plan if step.step == "blame"} == {"done"}
@@ -119,7 +116,7 @@ def test_who_is_to_blame_is_computed(settings: tuple[str, ...]) -> None:
     assert found.count("to blame") == len(BLAMED[settings]) + ("pad-edge" in str(settings)) * 2
 
 
-def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case: Case) -> None:
+def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case):
     """To a hundredth of the difference: far below the third that decides who is to blame."""
     from compare.blame import budget
 

@@ -1,7 +1,5 @@
 """Each check's definition on made-up results, and a twin with a given error that must be caught."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -28,7 +26,7 @@ def value(case: Case, key: str) -> float:
     return case.fem3d.steady[key].value
 
 
-def test_equations_by_hand(case: Case) -> None:
+def test_equations_by_hand(case):
     found = checks_of(case)
     peak, end, mean = (value(case, f"{q}_rise_K") for q in ("peak", "end", "mean"))
     current, power = value(case, "current_A"), value(case, "power_W")
@@ -51,7 +49,7 @@ def test_equations_by_hand(case: Case) -> None:
     assert abs(PRINTED - 1861.76) < 0.005
 
 
-def test_fig5_is_the_distance_from_the_parabola(case: Case) -> None:
+def test_fig5_is_the_distance_from_the_parabola(case):
     L = case.sink.length
     y = np.linspace(0.0, L, 401)
     parabola = 5.0 + 16.0 * (1 - 4 * (y / L - 0.5) ** 2)
@@ -69,7 +67,6 @@ def test_fig5_is_the_distance_from_the_parabola(case: Case) -> None:
 def _over_time(case: Case, key: str, bump: np.ndarray) -> Case:
     """The 1D traces equal to 3D except for a bump of one quantity."""
     solution = case.fem3d.traces
-    assert solution is not None
     values = {**solution.values, key: solution.values[key] + bump}
     return replace(
         case, reduced1d=replace(case.reduced1d, traces=Traces(solution.time, values, dict.fromkeys(values, 0.0)))
@@ -80,8 +77,7 @@ def _over_time(case: Case, key: str, bump: np.ndarray) -> Case:
     ("fig6_peak", "peak_K", "peak_rise_K"), ("fig6_end", "end_K", "end_rise_K"),
     ("fig7_current", "current_A", "current_A"),
 ])  # fmt: skip
-def test_largest_distance_over_time(name: str, key: str, steady: str, case: Case) -> None:
-    assert case.fem3d.traces is not None
+def test_largest_distance_over_time(name, key, steady, case):
     time = case.fem3d.traces.time
     final = value(case, steady) - (1 / 300 if key == "current_A" else 0.0)
     i = int(np.searchsorted(time, 1e-3))
@@ -96,7 +92,7 @@ def test_largest_distance_over_time(name: str, key: str, steady: str, case: Case
         assert found.u_num >= case.fem3d.traces.errors[key] / abs(final)
 
 
-def test_a_maximum_between_two_times_is_bounded() -> None:
+def test_a_maximum_between_two_times_is_bounded():
     """Of a parabola whose top lies between the times the bound reaches it."""
     time = np.array([1e-5, 1e-3, 2e-3, 3e-3])
     off = 3 - ((time - 1.7e-3) / 1e-3) ** 2
@@ -104,10 +100,9 @@ def test_a_maximum_between_two_times_is_bounded() -> None:
     assert off[i] + overshoot(time, off, i) == pytest.approx(3.0, rel=1e-12)
 
 
-def test_current_that_does_not_change() -> None:
+def test_current_that_does_not_change():
     sink = Sink(silicon=replace(Sink().silicon, temperature_coefficient=0.0))
     fem3d = stand_in(sink)
-    assert fem3d.traces is not None
     off = replace(fem3d.traces, values={k: 1.1 * v if k == "current_A" else v for k, v in fem3d.traces.values.items()})
     for traces, difference in ((fem3d.traces, 0.0), (off, 0.1)):
         found = checks_of(Case(sink, fem3d, Result("reduced1d", fem3d.steady, traces)))["fig7_current"]
@@ -115,7 +110,7 @@ def test_current_that_does_not_change() -> None:
         assert "of itself" in found.title
 
 
-def test_large_errors_leave_a_check_unresolved(case: Case) -> None:
+def test_large_errors_leave_a_check_unresolved(case):
     exact, rough = checks_of(case.errors(0.0)), checks_of(case.errors(0.05))
     assert exact["eq13"].u_num == 0.0
     assert exact["eq13"].verdict == "agrees"
@@ -134,7 +129,7 @@ def test_large_errors_leave_a_check_unresolved(case: Case) -> None:
     (Options(only="3d"), {"fig4", "fig6_peak", "fig6_end", "fig7_current"}),
     (Options(only="1d"), set(DEFAULT_TOLERANCES)),
 ])  # fmt: skip
-def test_which_checks_a_run_makes(request_: Options, missing: set[str], case: Case) -> None:
+def test_which_checks_a_run_makes(request_, missing, case):
     assert set(KINDS["sink"].skipped(case.sink, request_)) == missing
     assert set(KINDS["sink"].made(case.sink, request_)) == set(DEFAULT_TOLERANCES) - missing
     if "fem3d" in request_.models:
@@ -142,12 +137,11 @@ def test_which_checks_a_run_makes(request_: Options, missing: set[str], case: Ca
         assert judged(case.sink, case.fem3d, reduced1d, request_).keys() == set(DEFAULT_TOLERANCES) - missing
 
 
-def test_reference_temperature_other_than_room() -> None:
+def test_reference_temperature_other_than_room():
     """Eq 12's slope is about room temperature, whatever the material's coefficient refers to."""
     silicon = replace(Sink().silicon, reference_temperature=350.0)
     sink = replace(Sink(), silicon=silicon)
     fem3d = stand_in(sink)
-    assert fem3d.traces is not None
     found = judged(sink, fem3d, None, Options(steady=True, only="3d"))
     assert abs(found["eq12"].difference) < 1e-4
 
@@ -161,7 +155,7 @@ def test_reference_temperature_other_than_room() -> None:
         (float("inf"), float("inf"), "unresolved"),
     ],
 )  # fmt: skip
-def test_judge(difference: float, u_num: float, verdict: str) -> None:
+def test_judge(difference, u_num, verdict):
     assert judge(difference, 0.02, u_num) == verdict
 
 
@@ -179,10 +173,8 @@ CHECK = Check("eq14", "", 1.0, 2.0, "K/W", -0.5, 0.02, 1e-4, "differs")
         ("differs", (), {}, True, True), ("differs", ("eq14",), {"eq14": 0.1}, False, False),
     ],
 )  # fmt: skip
-def test_what_contradicts_the_scene(
-    verdict: str, declared: tuple[str, ...] | None, tolerances: dict[str, float], loose: bool, strict: bool
-) -> None:
+def test_what_contradicts_the_scene(verdict, declared, tolerances, loose, strict):
     sink = Sink(tolerances=tolerances, expected_to_differ=declared)
-    check = replace(CHECK, verdict=verdict, expected=expected(sink, "eq14"))  # type: ignore[arg-type]
+    check = replace(CHECK, verdict=verdict, expected=expected(sink, "eq14"))
     assert contradicts(check, sink, strict=False) is loose
     assert contradicts(check, sink, strict=True) is strict

@@ -1,13 +1,10 @@
 """The interface from Python, and the assertions for a user's own tests; with a stand-in for the 3D solver."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -21,11 +18,11 @@ pytestmark = pytest.mark.usefixtures("no_solver")
 
 
 @pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _somewhere_else(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def test_three_lines_and_a_folder_only_where_asked_for(tmp_path: Path) -> None:
+def test_three_lines_and_a_folder_only_where_asked_for(tmp_path):
     scene = scenes.load("sink")
     run = compare.run(scene, voltage=1)
     check = run.check("eq13")
@@ -39,14 +36,14 @@ def test_three_lines_and_a_folder_only_where_asked_for(tmp_path: Path) -> None:
     assert Path("mine/report.html").exists()
 
 
-def test_another_voltage_withdraws_what_the_scene_declares() -> None:
+def test_another_voltage_withdraws_what_the_scene_declares():
     scene = scenes.load("sink")
     assert compare.run(scene, voltage=1, steady=True).scene == scene
     moved = compare.run(scene, voltage=2, accuracy=1e-2, steady=True).scene
     assert (moved.voltage, moved.accuracy, moved.expected_to_differ) == (2.0, 1e-2, None)
 
 
-def test_refusals() -> None:
+def test_refusals():
     run = compare.run("sink", steady=True)
     with pytest.raises(SceneError, match='did you mean "eq13"'):
         run.check("eq133")
@@ -64,7 +61,7 @@ def test_refusals() -> None:
         compare.nothing  # noqa: B018
 
 
-def test_within_and_outside() -> None:
+def test_within_and_outside():
     """The stand-in's end rise is off by 30 %, its mean by 9 %."""
     scene = scenes.load("sink")
     assert_reduction_agrees(scene, mean="10 %", eq13=0.02)
@@ -78,7 +75,7 @@ def test_within_and_outside() -> None:
         assert_reduction_agrees(scene, eq14=0.01)
 
 
-def test_a_tolerance_within_the_numerical_error_is_undecided() -> None:
+def test_a_tolerance_within_the_numerical_error_is_undecided():
     run = compare.run("sink", steady=True)
     a, b = run.reduced1d.steady["mean_rise_K"].value, run.fem3d.steady["mean_rise_K"].value
     with pytest.raises(AssertionError, match="UNDECIDED"):
@@ -90,12 +87,12 @@ def test_a_tolerance_within_the_numerical_error_is_undecided() -> None:
     ({"end": 40}, "end = 40 is out of range"), ({"end": "5 K"}, "is a temperature, not a plain number"),
     ({"end": "much"}, "not a number"), ({"end": None}, "not a plain number"), ({"end": float("nan")}, "finite"),
 ])  # fmt: skip
-def test_what_cannot_be_asserted(tolerances: dict[str, Any], said: str) -> None:
+def test_what_cannot_be_asserted(tolerances, said):
     with pytest.raises(SceneError, match=said):
         assert_reduction_agrees(scenes.load("sink"), **tolerances)
 
 
-def test_traces_of_a_file() -> None:
+def test_traces_of_a_file():
     time, three, _ = compare.run("sink").traces("peak_K")
     for name, values in (("good.csv", three), ("bad.csv", 293 + 0.9 * (three - 293))):
         rows = [f"{t!r},{v!r}\n" for t, v in zip(time.tolist(), values.tolist(), strict=True)]
@@ -107,14 +104,14 @@ def test_traces_of_a_file() -> None:
         assert_traces_agree("sink", "good.csv", end=0.05)
 
 
-def test_importing_costs_nothing() -> None:
+def test_importing_costs_nothing():
     heavy = "{'numpy', 'scipy', 'skfem', 'matplotlib', 'pyvista'}"
     code = f"import sys, scenes, compare\nprint(sorted({heavy} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", cwd=ROOT, check=True)
     assert found.stdout.strip() == "[]"
 
 
-def test_a_run_prints_as_its_answer() -> None:
+def test_a_run_prints_as_its_answer():
     run = compare.run("sink")
     text = repr(run)
     assert " ".join(text.split()).startswith(run.answer)
@@ -126,7 +123,7 @@ def test_a_run_prints_as_its_answer() -> None:
     assert "object at 0x" not in repr(run.traces)
 
 
-def test_traces_are_named_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_traces_are_named_columns(monkeypatch):
     run = compare.run("sink")
     columns = run.traces
     assert list(columns)[:2] == ["time_s", "fem3d_peak_K"]
@@ -144,7 +141,7 @@ def test_traces_are_named_columns(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("overrides", [["sink.width=20um"], {"sink.width": "20um"}, {"sink.width": 2e-5}])
-def test_overrides_and_another_reduction(overrides: list[str] | dict[str, object]) -> None:
+def test_overrides_and_another_reduction(overrides):
     run = compare.run(scenes.load("sink"), overrides=overrides, reduction="plate", why=True, steady=True)
     assert run.scene.width == pytest.approx(2e-5)
     assert run.scene.expected_to_differ is None
@@ -153,7 +150,7 @@ def test_overrides_and_another_reduction(overrides: list[str] | dict[str, object
     assert "plate differs from 3D" in run.report()
 
 
-def test_a_free_scene_and_the_device() -> None:
+def test_a_free_scene_and_the_device():
     found = compare.solve("bridge", overrides={"boundary.left electrode.voltage": "0.5V"})
     assert found["middle"].error > 0
     assert "middle" in repr(found)
@@ -169,14 +166,13 @@ def test_a_free_scene_and_the_device() -> None:
     assert list(Path().iterdir()) == []
 
 
-def test_what_the_package_says_it_has() -> None:
+def test_what_the_package_says_it_has():
     assert {"run", "solve", "device", "sweep"} <= set(dir(compare))
     assert all(getattr(compare, name) for name in dir(compare))
-    assert compare.__doc__ is not None
     assert len(compare.__doc__.splitlines()) <= 12
 
 
-def test_any_scene_loads_by_its_name_or_file() -> None:
+def test_any_scene_loads_by_its_name_or_file():
     from scenes.loading import builtin_text
 
     assert type(scenes.load("bridge")) is type(scenes.load("plate"))
@@ -193,7 +189,7 @@ def test_any_scene_loads_by_its_name_or_file() -> None:
         compare.device(metre="MAX1367")
 
 
-def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter() -> None:
+def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter():
     from compare.kinds import kind_of
     from compare.options import Options
 

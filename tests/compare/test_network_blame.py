@@ -1,7 +1,5 @@
 """Which joint of a network is to blame: parts that add up, and a joint that is all there is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -27,11 +25,10 @@ def stepped() -> Scene:
         [at("tip", 200 * UM, 20 * UM, UM), over("through", (0, 0, 0), (0, 40 * UM, 2 * UM), quantity="heat_flow")],
         [material()], accuracy=1e-4,
     )  # fmt: skip
-    assert isinstance(found, Scene)
     return found
 
 
-def test_a_constriction_is_all_there_is() -> None:
+def test_a_constriction_is_all_there_is():
     given = stepped()
     three, one = solve_3d(given), solve(given)
     found = blame(given, three, one)

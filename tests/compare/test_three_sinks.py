@@ -5,11 +5,8 @@ pads, the wind takes most of the heat and the resistance grows. The third meets 
 as wide as its pads, with thick oxide under the whole pads.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -47,7 +44,7 @@ def checks_of(name: str, accuracy: float) -> dict[str, Check]:
 
 @pytest.mark.parametrize("check", DEFAULT_TOLERANCES)
 @pytest.mark.parametrize("name", SINKS)
-def test_the_verdict_is_the_declared_one(name: str, check: str) -> None:
+def test_the_verdict_is_the_declared_one(name, check):
     found = checks_of(name, COARSE)[check]
     assert found.verdict == ("differs" if check in DIFFER[name] else "agrees")
     assert bool(found.because) == (check in DIFFER[name])
@@ -57,7 +54,7 @@ def test_the_verdict_is_the_declared_one(name: str, check: str) -> None:
     assert finer.u_num <= found.u_num
 
 
-def test_each_check_can_come_out_either_way() -> None:
+def test_each_check_can_come_out_either_way():
     """Both verdicts are declared: a check that ignores the sink could not have both. No sink loses energy."""
     either = {check for check in DEFAULT_TOLERANCES if {check in found for found in DIFFER.values()} == {True, False}}
     assert either == set(DEFAULT_TOLERANCES) - {"energy"}
@@ -67,7 +64,7 @@ def test_each_check_can_come_out_either_way() -> None:
     assert judged(sink, lossy, None, Options(only="3d", steady=True))["energy"].verdict == "differs"
 
 
-def test_a_thickness_at_the_end_of_its_range_is_solved() -> None:
+def test_a_thickness_at_the_end_of_its_range_is_solved():
     """The peak rises above the end as at any thickness: the power falls with it as the conductance does."""
     found = compare.run(load("sink", ["sink.thickness=1nm", "run.accuracy=1e-2"]), steady=True)
     peak = found.fem3d.steady["peak_rise_K"]
@@ -76,9 +73,7 @@ def test_a_thickness_at_the_end_of_its_range_is_solved() -> None:
     assert peak.value - end.value == pytest.approx(1 / (8 * 6e-5 * 130), rel=1e-2)
 
 
-def test_where_3d_fails_the_command_says_so(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_3d_fails_the_command_says_so(capsys, tmp_path, monkeypatch):
     def fails(*_: object) -> None:
         raise NumericsError("it does not converge")
 

@@ -1,7 +1,5 @@
 """Intervals of noisy traces hold the truth as often as stated, for any shared part of noise, and detect an offset."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -45,7 +43,7 @@ def share_that_holds(
     (2001, 0.5, 0.0, 0.0, 0.93), (2001, 0.0, 0.01, 0.0, 0.93), (60, 0.0, 0.0, 0.9, 0.93), (200, 0.0, 0.0, 0.2, 0.93),
     (200, 0.0, 0.0, 0.9, 0.93), (60, 0.0, 0.0, 0.3, 0.90), (60, 0.5, 0.0, 0.0, 0.86),
 ])  # fmt: skip
-def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float, follows: float, least: float) -> None:
+def test_the_truth_is_within_in_95_of_100(rows, shared, other, follows, least):
     """93 to 97 % of 800 repetitions, which by chance may be 1 % more. A shared part of the noise of 60 rows is not
     distinguishable from chance in some of a hundred repetitions, whose intervals are too narrow then."""
     worst_held, end_held, _ = share_that_holds(rows, 0.0, shared, other, count=800, follows=follows)
@@ -53,13 +51,13 @@ def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float
     assert least <= end_held <= 0.98, end_held
 
 
-def test_half_an_interval_is_caught() -> None:
+def test_half_an_interval_is_caught():
     worst_held, _, _ = share_that_holds(2001, 0.0, 0.0, slack=0.6)
     assert worst_held < 0.75
 
 
 @pytest.mark.long
-def test_an_offset_is_found() -> None:
+def test_an_offset_is_found():
     """Twice the noise of one row: detected in every repetition, and in 5 of 100 a false offset."""
     assert share_that_holds(2001, 0.1, 0.0)[2] == 1.0
     assert share_that_holds(2001, 0.0, 0.0)[2] < 0.07
@@ -67,7 +65,7 @@ def test_an_offset_is_found() -> None:
     assert share_that_holds(2001, 0.1, 1.0)[2] < 0.75
 
 
-def test_noise_that_changes_slowly_falls_with_how_often_it_changes() -> None:
+def test_noise_that_changes_slowly_falls_with_how_often_it_changes():
     """Steps of ten equal rows: 12.5 numbers in a window of 125, and so the uncertainty of the mean is U/sqrt(12.5);
     the sum over distances is within a tenth, for correlations that fall in a straight line."""
     drawn = np.random.default_rng(4)

@@ -3,8 +3,6 @@
 ``python -m tests.contract.test_commands`` records the file anew: run it only where a change of the contract is meant.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -72,7 +70,7 @@ def schema(summary: dict[str, Any]) -> list[str]:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _folder(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def _folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("contract")
     prepare(folder)
     with chdir(folder):
@@ -80,7 +78,7 @@ def _folder(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.mark.parametrize("command", RECORDED)
-def test_command_line_keeps_its_contract(command: str) -> None:
+def test_command_line_keeps_its_contract(command):
     """Numbers stay within the sum of the recorded and the new error; a verdict changes only through "unresolved"."""
     expected = RECORDED[command]
     status, error, summary = run(command)
@@ -101,7 +99,7 @@ def test_command_line_keeps_its_contract(command: str) -> None:
         assert schema(summary) == expected["schema"]
 
 
-def test_python_interface_keeps_its_shape() -> None:
+def test_python_interface_keeps_its_shape():
     sink = compare.run("sink", accuracy=1e-2, steady=True)
     assert sink.fem3d.steady["peak_rise_K"].value == pytest.approx(20.33, rel=2e-2)
     assert sink.reduced1d.steady["peak_rise_K"].value == pytest.approx(19.00, rel=1e-3)

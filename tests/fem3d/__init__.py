@@ -1,7 +1,5 @@
 """Tests of the 3D model: meshes and scenes that several of them solve."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """A platinum meander on a membrane, with pads of gold at random places beside it that align with nothing."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from scenes.free import check

@@ -1,7 +1,5 @@
 """Scenes on tetrahedra that are halved once, and the exponents of the edges that their cells touch."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fem3d.spaces import edge_exponents

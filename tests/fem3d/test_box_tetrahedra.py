@@ -1,7 +1,5 @@
 """Scenes of boxes on tetrahedra: chosen where a grid of bricks takes more, with values that agree within errors."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -49,7 +47,7 @@ def off(a: Result, b: Result) -> float:
 
 
 @pytest.mark.long
-def test_values_agree_with_bricks() -> None:
+def test_values_agree_with_bricks():
     """A parabola of degree 2 hides how slowly the pads' part falls: believed as fast as both together, the middle was
     2.4 times as far off as its error said."""
     bricks, tetrahedra = solved("bricks", 2), solved("tetrahedra", 2)
@@ -59,7 +57,7 @@ def test_values_agree_with_bricks() -> None:
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_cells_fill_the_boxes(seed: int) -> None:
+def test_cells_fill_the_boxes(seed):
     """Each box its volume, the outside its area, and no cell is flat; refined too, in places."""
     scene = plate(12, seed)
     columns, draw = Columns.of(scene), np.random.default_rng(seed)
@@ -91,7 +89,7 @@ def test_cells_fill_the_boxes(seed: int) -> None:
         columns = columns.refined(cut, sharp)
 
 
-def test_plan_names_reason_for_tetrahedra() -> None:
+def test_plan_names_reason_for_tetrahedra():
     pads = 20
     scene = check(plate(pads))
     result = runs.solve(scene)
@@ -104,7 +102,7 @@ def test_plan_names_reason_for_tetrahedra() -> None:
     assert result.steady["middle"].value == pytest.approx(296.5, abs=0.35)
 
 
-def test_requested_kind_of_mesh_is_used() -> None:
+def test_requested_kind_of_mesh_is_used():
     few, many = heated(), replace(check(plate(10)), memory=1e9)
     assert runs.start(replace(few, mesh="tetrahedra"))[1].whole
     assert not runs.start(replace(few, mesh="bricks"))[1].whole
@@ -113,18 +111,18 @@ def test_requested_kind_of_mesh_is_used() -> None:
     assert runs.start(many)[1].whole
     found = as_dict(replace(few, mesh="tetrahedra"))
     assert found["run"]["mesh"] == "tetrahedra"
-    assert from_dict(found).mesh == "tetrahedra"  # type: ignore[union-attr]
+    assert from_dict(found).mesh == "tetrahedra"
     found["run"]["mesh"] = "wedges"
     with pytest.raises(SceneError, match=r'run\.mesh = "wedges".*bricks.*tetrahedra'):
         from_dict(found)
 
 
-def test_tetrahedra_beyond_memory_are_refused() -> None:
+def test_tetrahedra_beyond_memory_are_refused():
     with pytest.raises(NumericsError, match=r"degree 2, .* run\.memory allows 0\.1 GB; set run\.memory"):
         runs.solve(replace(check(plate(40)), mesh="tetrahedra", memory=1e8))
 
 
-def test_bricks_beyond_memory_become_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bricks_beyond_memory_become_tetrahedra(monkeypatch):
     """A grid that was chosen may outgrow the memory: then the scene is begun anew, unless it insists on bricks."""
 
     def small(*_: Any) -> None:
@@ -142,12 +140,12 @@ def test_bricks_beyond_memory_become_tetrahedra(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.long
 @pytest.mark.parametrize(("worse", "kind"), [(0.1, None), (100.0, "tetra")])
-def test_better_of_two_meshes_is_kept(worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_better_of_two_meshes_is_kept(worse, kind, monkeypatch):
     """Two grids leave 3e-5, as tetrahedra do; these do not reach a tenth of it, but a hundred times as much."""
     relative, said = Answer.relative, list[str]()
 
     def larger(self: Answer, study: Study) -> dict[str, float]:
-        factor = 1.0 if self.mesh.whole else worse  # type: ignore[attr-defined]
+        factor = 1.0 if self.mesh.whole else worse
         return {name: factor * error for name, error in relative(self, study).items()}
 
     monkeypatch.setattr(Answer, "relative", larger)
@@ -160,7 +158,7 @@ def test_better_of_two_meshes_is_kept(worse: float, kind: str | None, monkeypatc
 
 
 @pytest.mark.long
-def test_transient_bricks_beyond_memory_become_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_transient_bricks_beyond_memory_become_tetrahedra(monkeypatch):
     """Traces have rows on a mesh alone that is fine enough, or as fine as it may be: nothing is kept of bricks."""
     scene = replace(heated(), accuracy=1e-2, steady=False, end_time=1e-5, output_times=(5e-6, 1e-5))
     scene = replace(scene, probes=tuple(p for p in scene.probes if p.reduce == "mean"))
@@ -177,14 +175,12 @@ def test_transient_bricks_beyond_memory_become_tetrahedra(monkeypatch: pytest.Mo
     assert said[0].startswith("level 1:")
     assert any("begun anew on tetrahedra" in line for line in said)
     assert result.details["mesh"]["cell_type"] == "tetra"
-    assert result.traces is not None
-    assert on_bricks is not None
     for name, error in result.traces.errors.items():
         gap = abs(result.traces.values[name][-1] - on_bricks.values[name][-1])
         assert gap <= error + on_bricks.errors[name]
 
 
-def test_unreached_accuracy_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreached_accuracy_is_a_warning(monkeypatch):
     monkeypatch.setattr("fem3d.adaptivity.cell_mesh.MOST_UNKNOWNS", 1_000)
     result = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-5))
     assert any("less accurate than the 1e-05 asked for" in w for w in result.details["warnings"])
@@ -193,14 +189,12 @@ def test_unreached_accuracy_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.long
-def test_transient_values_agree_within_errors() -> None:
+def test_transient_values_agree_within_errors():
     found = []
     for mesh in ("bricks", "tetrahedra"):
         scene = replace(heated(1), mesh=mesh, steady=False, end_time=1e-3, output_times=(1e-4, 3e-4, 1e-3))
         found.append(runs.solve(check(scene), whole=True).traces)
     a, b = found
-    assert a is not None
-    assert b is not None
     for name in a.values:
         for t in (1e-4, 3e-4, 1e-3):
             x, y = (float(np.interp(t, r.time, r.values[name])) for r in (a, b))

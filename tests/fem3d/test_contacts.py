@@ -1,7 +1,5 @@
 """Contacts: exact slabs, steady and over time, with the readings of each contact."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -35,7 +33,7 @@ def slab(*conditions: dict[str, Any], probes: Sequence[dict[str, Any]] = (), **r
     }
 
 
-def test_contact_warms_face_by_its_resistance() -> None:
+def test_contact_warms_face_by_its_resistance():
     flux = 1e4
     held = {"temperature": 300.0, "contact_resistance": RESISTANCE}
     result = solve(from_dict(slab(held, {"heat_flux": flux})))
@@ -47,7 +45,7 @@ def test_contact_warms_face_by_its_resistance() -> None:
         assert abs(found.value - (exact - 0.01 * jump)) > 10 * found.error
 
 
-def test_step_behind_contact_follows_series() -> None:
+def test_step_behind_contact_follows_series():
     slow = LENGTH**2 * CAPACITY / K
     times = np.array([0.02, 0.1, 0.5, 2.0]) * slow
     document = slab(
@@ -55,7 +53,6 @@ def test_step_behind_contact_follows_series() -> None:
         end_time=float(times[-1]), output_times=times.tolist(), accuracy=1e-4,
     )  # fmt: skip
     traces = solve(from_dict(document)).traces
-    assert traces is not None
     layers = [Layer(LENGTH, K, CAPACITY)]
     exact, worse = (
         step_response(layers, "film", 10.0, 0.0, times, coefficient=1 / r) for r in (RESISTANCE, 1.01 * RESISTANCE)
@@ -119,7 +116,7 @@ def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
 CASES = [(5e-4, 3e-8, 2e-8), (5e-4, 0.0, 0.0), (0.0, 3e-8, 0.0), (0.0, 0.0, 2e-8), (5e-4, 3e-8, 0.0)]
 
 
-def test_contact_and_series_resistance_add() -> None:
+def test_contact_and_series_resistance_add():
     contact, behind, series = 3e-8, 2e-8, 20.0
     scene = pair(0.0, contact, behind)
     ends = (*scene.boundaries[:2], replace(scene.boundaries[2], series_resistance=series))
@@ -154,7 +151,7 @@ def _rim(resistance: float, **more: Any) -> Scene:
     ))  # fmt: skip
 
 
-def test_contact_that_ends_inside_agrees_with_second_path() -> None:
+def test_contact_that_ends_inside_agrees_with_second_path():
     """On one mesh; a contact one percent worse differs."""
     scene = replace(_rim(RESISTANCE), probes=_rim(RESISTANCE).probes[2:3])
     grid = plain_grid(scene, 2, cuts=3)
@@ -170,14 +167,14 @@ def test_contact_that_ends_inside_agrees_with_second_path() -> None:
 
 
 @pytest.mark.long
-def test_errors_hold_where_contact_ends_inside() -> None:
+def test_errors_hold_where_contact_ends_inside():
     coarse, fine = (solve(_rim(RESISTANCE, accuracy=accuracy)).steady for accuracy in (1e-2, 1e-4))
     for name, found in coarse.items():
         assert abs(found.value - fine[name].value) <= found.error + fine[name].error, name
         assert fine[name].error < 0.1 * found.error
 
 
-def test_slab_with_contact_warms_like_its_layers() -> None:
+def test_slab_with_contact_warms_like_its_layers():
     a, b = Layer(LENGTH, 2.0, CAPACITY), Layer(LENGTH, 5.0, CAPACITY)
     slow = LENGTH**2 * CAPACITY / 2.0
     times = np.array([0.05, 0.2, 1.0, 4.0]) * slow
@@ -187,7 +184,6 @@ def test_slab_with_contact_warms_like_its_layers() -> None:
     scene = replace(scene, boundaries=(replace(scene.boundaries[0], value=303.0),), probes=tuple(
         p for p in scene.probes if p.name in ("temperature a", "temperature b", "end")))  # fmt: skip
     traces = solve(scene).traces
-    assert traces is not None
     for worse in (1.0, 1.01):
         # The contact is a layer of no capacity to speak of, and as thin.
         thin = Layer(1e-9, 1e-9 / (worse * RESISTANCE), 1e-3)
@@ -198,7 +194,7 @@ def test_slab_with_contact_warms_like_its_layers() -> None:
             assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
 
 
-def test_part_of_scene_with_contacts_equals_whole() -> None:
+def test_part_of_scene_with_contacts_equals_whole():
     m = Material("m", K, 1.0, CAPACITY, RHO)
     low, side = LENGTH, SIDE
     boxes_ = (

@@ -1,7 +1,5 @@
 """Contacts on tetrahedra and on mesh files: the exact cases and the same scenes as on bricks, with twins."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,9 +27,7 @@ def on_file(scene: Scene, folder: Path, cell: str = "tetra", pieces: int = 1) ->
     document = as_dict(scene)
     document["run"].pop("mesh", None)
     boxes.write(boxes.grouped(scene, cell, pieces), folder / "m.msh", 1e-6)
-    meshed = from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(folder))
-    assert isinstance(meshed, MeshScene)
-    return meshed
+    return from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(folder))
 
 
 def off(a: dict[str, Estimate], b: dict[str, Estimate]) -> float:
@@ -51,13 +47,13 @@ def holds(result: Result, resistances: tuple[float, float, float]) -> None:
 
 @pytest.mark.parametrize("resistances", CASES)
 @pytest.mark.parametrize("mesh", ["bricks", "tetrahedra"])
-def test_fields_jump_at_contact(resistances: tuple[float, float, float], mesh: Any) -> None:
+def test_fields_jump_at_contact(resistances, mesh):
     """Between its contacts a rise is a parabola, which is in the space; half of a contact's heat enters each face."""
     holds(solve(replace(pair(*resistances), mesh=mesh)), resistances)
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_fields_jump_at_contact_of_mesh_file(cell: str, tmp_path: Path) -> None:
+def test_fields_jump_at_contact_of_mesh_file(cell, tmp_path):
     holds(solve(on_file(pair(*CASES[0]), tmp_path, cell)), CASES[0])
 
 
@@ -71,7 +67,7 @@ def over_time() -> tuple[Scene, np.ndarray]:
 
 
 @pytest.mark.long
-def test_slab_with_contact_warms_like_its_layers(tmp_path: Path) -> None:
+def test_slab_with_contact_warms_like_its_layers(tmp_path):
     times = np.array([0.05, 0.2, 1.0, 4.0]) * LENGTH**2 * CAPACITY / 2.0
     run = {"end_time": float(times[-1]), "output_times": tuple(times.tolist()), "accuracy": 3e-3, "steady": False}
     scene = pair(RESISTANCE, 0.0, **run)
@@ -115,7 +111,7 @@ def crossed(**more: Any) -> Scene:
 
 @pytest.mark.long
 @pytest.mark.parametrize("exponent", [0.0, -1.0])
-def test_values_agree_with_bricks(exponent: float, tmp_path: Path) -> None:
+def test_values_agree_with_bricks(exponent, tmp_path):
     scene = with_law(crossed(), "thermal_conductivity", exponent) if exponent else crossed()
     bricks = solve(replace(scene, mesh="bricks", accuracy=1e-3)).steady
     on_columns = solve(replace(scene, mesh="tetrahedra"))
@@ -131,7 +127,7 @@ def test_values_agree_with_bricks(exponent: float, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_sensitivities_agree_with_bricks() -> None:
+def test_sensitivities_agree_with_bricks():
     scene = crossed()
     scene = replace(scene, probes=tuple(p for p in scene.probes if p.quantity not in ("heat_flow", "current")))
     keys = [f"contact.{c.name}.thermal_resistance" for c in scene.contacts] + ["contact.c.electrical_resistance"]
@@ -150,9 +146,9 @@ def test_sensitivities_agree_with_bricks() -> None:
 
 
 @pytest.mark.parametrize("mesh", ["bricks", "tetrahedra", "file"])
-def test_fields_show_the_jump(mesh: str, tmp_path: Path) -> None:
+def test_fields_show_the_jump(mesh, tmp_path):
     scene, expected = pair(5e-4, 3e-8), exact(5e-4, 3e-8, 0.0)
-    given = on_file(scene, tmp_path, "hexahedron") if mesh == "file" else replace(scene, mesh=mesh)  # type: ignore[arg-type]
+    given = on_file(scene, tmp_path, "hexahedron") if mesh == "file" else replace(scene, mesh=mesh)
     fields = solve(given).details["fields"]
     on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-9)
     both = [expected["temperature a"], expected["temperature b"]]
@@ -186,7 +182,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_bad_contacts_of_mesh_file_are_refused(case: str, tmp_path: Path) -> None:
+def test_bad_contacts_of_mesh_file_are_refused(case, tmp_path):
     changes, words = REFUSED[case]
     scene = pair(5e-4, 3e-8, 2e-8)
     inside = Probe("inside", (0.0, 0.0, 0.0), (LENGTH / 2, SIDE, SIDE))

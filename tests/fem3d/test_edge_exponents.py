@@ -1,7 +1,5 @@
 """Exponents of edges on tetrahedra (`fem3d.spaces.edge_exponents`), against edges between bricks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -47,15 +45,13 @@ def given(name: str, low: float, high: float, value: float) -> Boundary:
         ),
     ],
 )  # fmt: skip
-def test_smallest_exponent_equals_edge_of_bricks(
-    boxes: tuple[Box, ...], boundaries: tuple[Boundary, ...], known: float
-) -> None:
+def test_smallest_exponent_equals_edge_of_bricks(boxes, boundaries, known):
     assert exponents(halved(held(boxes, boundaries))).min() == pytest.approx(known, rel=1e-6)
 
 
 def test_errors_hold_at_held_edge_of_good_conductor(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     """A heated pad of gold whose end is flush with the cold end of a plate of steel: an exponent of 0.1. The twin
     without edges is off by more than twice its errors."""
     steel = Material("steel", 16.0, 8000.0, 500.0)

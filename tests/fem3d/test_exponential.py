@@ -78,7 +78,7 @@ def test_lines_between_rows_stay_within_their_share_behind_a_bend_that_samples_h
     assert len(times) < 10 / np.sqrt(1e-3)
 
 
-def test_all_of_many_output_times_are_rows() -> None:
+def test_all_of_many_output_times_are_rows():
     conductor = Material("m", 100.0, 2000.0, 700.0)
     box = Box("b", conductor, (0.0, 0.0, 0.0), (1e-4, 1e-5, 1e-5), heat_source=1e12)
     base = Boundary("base", "temperature", (0.0, 0.0, 0.0), (0.0, 1e-5, 1e-5), 293.0)

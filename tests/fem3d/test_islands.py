@@ -1,7 +1,5 @@
 """A row of spans in 3D, against the second path on one mesh, and its balance of heat."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -31,13 +29,13 @@ def difference(sink: Sink, other: Sink) -> float:
 
 
 @pytest.mark.parametrize("sink", [PAIR, Sink(spans=3, length=400e-6, convection_coefficient=10.0)])
-def test_row_agrees_with_second_path(sink: Sink) -> None:
+def test_row_agrees_with_second_path(sink):
     assert difference(sink, sink) < 1e-9
     assert difference(replace(sink, island_length=45e-6), sink) > 1e-3
 
 
 @pytest.mark.long
-def test_spans_and_islands_carry_all_heat() -> None:
+def test_spans_and_islands_carry_all_heat():
     """Every watt leaves through an anchor or an island."""
     for spans in (2, 3, 20):
         found = sink_run.solve(Sink(spans=spans, accuracy=1e-2), False)
@@ -48,7 +46,7 @@ def test_spans_and_islands_carry_all_heat() -> None:
         assert found.details["energy_imbalance"] < 1e-9
 
 
-def test_ends_of_row_are_like_those_of_one_span() -> None:
+def test_ends_of_row_are_like_those_of_one_span():
     """An anchor resistance is the anchor's own, whatever heat passes."""
     one, row_of_three = (sink_run.solve(Sink(spans=n, accuracy=1e-2), False).steady for n in (1, 3))
     name = "anchor_resistance_K_per_W"

@@ -1,7 +1,5 @@
 """The change of readings on tetrahedra by degrees after the last (`fem3d.adaptivity.nested`)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -40,14 +38,13 @@ def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
     search = Search(study, True, False, lambda _: None)
     for number in range(levels):
         verdict = search.judge(mesh, number)
-        assert verdict.answer is not None
         current = float(verdict.answer.fine.quantities["current"])
         series.append((abs(current / EXACT - 1), verdict.answer.errors["current"] / EXACT))
         mesh = mesh.refine(verdict.indicators, search.enough)
     return series
 
 
-def test_extrapolated_current_around_corner_is_closer() -> None:
+def test_extrapolated_current_around_corner_is_closer():
     """Three times at least, five times on most meshes, and within the bound; without it the same would be too
     little."""
     known, solved = currents(True), currents(False, 3)
@@ -62,7 +59,7 @@ def test_extrapolated_current_around_corner_is_closer() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("pads", "accuracy", "most"), [(10, 1e-2, 20_000), (10, 1e-3, 150_000), (50, 1e-2, 66_000)])
-def test_meander_among_pads_reaches_accuracy(pads: int, accuracy: float, most: int) -> None:
+def test_meander_among_pads_reaches_accuracy(pads, accuracy, most):
     """50 pads ended at 1.3 % with 143,000 unknowns. With 10 the values agree with NGSolve
     at order 4 on 122,000 tetrahedra, halved once at the rims: orders 3 and 4 are 0.010 K apart in the mean, 0.12 K at
     the peak, 3.3e-6 A in the current."""
@@ -77,7 +74,7 @@ def test_meander_among_pads_reaches_accuracy(pads: int, accuracy: float, most: i
 
 
 @pytest.mark.long
-def test_errors_hold_on_long_thin_film() -> None:
+def test_errors_hold_on_long_thin_film():
     """A plate of 1 um among pads, 370 um wide; 131,000 unknowns know its mean to 0.14 K."""
     mean = runs.solve(random_plates.draw(634).scene).steady["mean of the plate"]
     assert abs(mean.value - 503.545) < mean.error

@@ -1,7 +1,5 @@
 """The search for an accuracy and its verdicts, on stand-in meshes with given errors."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,7 +29,7 @@ class Meshes:
             driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
         )  # fmt: skip
 
-    def begin(self) -> Meshes:
+    def begin(self) -> "Meshes":
         return self
 
     def examine(self, study: Any, given: Any, fine: Any) -> Any:
@@ -46,20 +44,20 @@ class Meshes:
             low=fine,
         )
 
-    def _next(self, how: str) -> Meshes | None:
+    def _next(self, how: str) -> "Meshes | None":
         last = self.number + 1 == len(self.told)
         return None if last else Meshes(self.told, self.number + 1, (*self.way, how))
 
-    def refine_all(self) -> Meshes | None:
+    def refine_all(self) -> "Meshes | None":
         return self._next("raised")
 
-    def refine(self, indicators: Any, target: float) -> Meshes | None:
+    def refine(self, indicators: Any, target: float) -> "Meshes | None":
         assert indicators.worst == self.told[self.number] > target
         return self._next("refined")
 
 
 @pytest.fixture(autouse=True)
-def _told(monkeypatch: pytest.MonkeyPatch) -> None:
+def _told(monkeypatch):
     def solution(study: Any, given: Any, near: Any = None) -> SimpleNamespace:
         if isinstance(given.told, Exception):
             raise given.told
@@ -92,33 +90,33 @@ def fold(limit: float) -> RunawayError:
         ([fold(0.9), fold(0.95), 0.009], ("raised", "raised")),
     ],
 )
-def test_a_mesh_is_refined_raised_or_accepted(told: list[Any], way: tuple[str, ...]) -> None:
+def test_a_mesh_is_refined_raised_or_accepted(told, way):
     answer = solved(told)
     assert answer.mesh.way == way
     assert answer.levels == len(told)
     assert answer.errors == {"probe": told[-1]}
 
 
-def test_a_runaway_is_one_where_another_mesh_confirms_it() -> None:
+def test_a_runaway_is_one_where_another_mesh_confirms_it():
     with pytest.raises(RunawayError) as caught:
         solved([fold(0.90), fold(0.91), 0.009])
     assert caught.value.limit == 0.91
 
 
 @pytest.mark.parametrize("told", [[fold(0.9)], [RunawayInTimeError("runs away", 1e-3)]])
-def test_a_runaway_on_the_last_mesh_there_is(told: list[Any]) -> None:
+def test_a_runaway_on_the_last_mesh_there_is(told):
     with pytest.raises(RunawayError, match="run"):
         solved(told)
 
 
-def test_a_transient_runs_away_where_two_meshes_say_so() -> None:
+def test_a_transient_runs_away_where_two_meshes_say_so():
     told = [RunawayInTimeError("first", 1e-3), RunawayInTimeError("second", 2e-3), 0.009]
     with pytest.raises(RunawayInTimeError, match="second"):
         solved(told)
     assert solved(told[1:]).levels == 2
 
 
-def test_no_mesh_is_left() -> None:
+def test_no_mesh_is_left():
     with pytest.raises(NumericsError, match="isn't reached"):
         solved([None])
     # An error that falls by a twentieth from level to level, too slowly to end.
@@ -126,7 +124,7 @@ def test_no_mesh_is_left() -> None:
         solved([0.5 * 0.95**n for n in range(MOST_LEVELS)])
 
 
-def test_an_error_that_does_not_fall_is_named() -> None:
+def test_an_error_that_does_not_fall_is_named():
     """Each mesh has twice the unknowns of the last."""
     sentence = "the error of probe is 0.5 of its size and doesn't fall, although the mesh grew from 10 to 80 unknowns"
     with pytest.raises(NumericsError, match=sentence):

@@ -1,8 +1,6 @@
 """A finished run leaves no problem, space or factor behind once its result is let go of: without waiting for Python's
 search for cycles, which counts objects and not their size."""
 
-from __future__ import annotations
-
 import gc
 from dataclasses import replace
 from typing import Any
@@ -45,9 +43,9 @@ def kept(scene: Any, names: list[str]) -> int:
 
 
 @pytest.mark.parametrize(("scene", "names"), [("plate", []), ("hotplate", ["heat to the left"])])
-def test_a_run_on_bricks_leaves_nothing_behind(scene: str, names: list[str]) -> None:
+def test_a_run_on_bricks_leaves_nothing_behind(scene, names):
     assert kept(load_free(scene), names) == 0
 
 
-def test_a_run_on_tetrahedra_leaves_nothing_behind() -> None:
+def test_a_run_on_tetrahedra_leaves_nothing_behind():
     assert kept(on_tetrahedra(), ["out"]) == 0

@@ -1,7 +1,5 @@
 """Further probes are read on the mesh of a scene's own probes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -11,7 +9,7 @@ from scenes.loading import load_free
 from scenes.model import Probe
 
 
-def test_a_vanishing_flow_is_read_with_its_error_and_refines_nothing() -> None:
+def test_a_vanishing_flow_is_read_with_its_error_and_refines_nothing():
     scene = replace(load_free("bridge", []), accuracy=1e-2)
     middle = Probe("middle flow", (0.0, 100e-6, 2e-6), (10e-6, 100e-6, 4e-6), "heat_flow")
     found, alone = observe(scene, [middle]), solve(scene).steady

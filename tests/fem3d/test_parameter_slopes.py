@@ -1,10 +1,6 @@
 """Slopes by parameters of a scene: the sum over the faces, properties and conditions that they move; and differences of
 solutions."""
 
-from __future__ import annotations
-
-from typing import cast
-
 import pytest
 
 from fem3d.runs import scene as scene_run
@@ -23,13 +19,13 @@ def solved(scene: Scene) -> Sensitivities:
 
 
 @pytest.fixture(scope="module")
-def bridge() -> tuple[Scene, Sensitivities]:
+def bridge():
     """The bridge whose voltage and foot conductivity are parameters too, the latter not in proportion to one."""
     found = written(load("bridge"))
     found["parameters"] |= {"U": "1 V", "d": "2 um"}
     found["boundary"][1]["voltage"] = "U"
     found["material"][1]["thermal_conductivity"] = "1.4 W/(m K)*(2 um/d)**2"
-    scene = cast(Scene, from_dict(found, "bridge"))
+    scene = from_dict(found, "bridge")
     return scene, solved(scene)
 
 
@@ -50,7 +46,7 @@ def moves(scene: Scene, parameter: str) -> dict[str, float]:
     return found
 
 
-def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge: tuple[Scene, Sensitivities]) -> None:
+def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge):
     scene, slopes = bridge
     assert not slopes.left_out
     for parameter in (key for key in numbers(scene) if key.startswith("parameters.")):
@@ -68,7 +64,7 @@ def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge: tuple[S
 
 
 @pytest.mark.long
-def test_a_parameter_takes_along_a_point_that_is_read(bridge: tuple[Scene, Sensitivities]) -> None:
+def test_a_parameter_takes_along_a_point_that_is_read(bridge):
     """Against the difference of two solutions, whose errors are 1e-6 of the potential."""
     _, slopes = bridge
     step, keys = 0.01, ("run.accuracy=1e-5",)

@@ -1,7 +1,5 @@
 """The fields on quadratic cells: the solution itself, to the distance stated, with its heat and its symmetry."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from skfem import ElementHex2

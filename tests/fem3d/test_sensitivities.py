@@ -1,7 +1,5 @@
 """Sensitivities against closed forms, and against differences of solutions on meshes of their own."""
 
-from __future__ import annotations
-
 import math
 from copy import deepcopy
 from dataclasses import replace
@@ -19,7 +17,6 @@ from scenes.errors import RunawayError
 from scenes.faces import SIGMA
 from scenes.free import from_dict
 from scenes.loading import load_free
-from scenes.model import MeshScene, Scene
 from scenes.result import Estimate
 from scenes.sink import Sink
 from scenes.varied import numbers, varied
@@ -56,7 +53,7 @@ def solved(scene: Any, *keys: str) -> Sensitivities:
     return of_scene(scene, scene_run.solve(scene, None, True), keys or None)
 
 
-def test_exponents_of_a_heated_bar() -> None:
+def test_exponents_of_a_heated_bar():
     """The peak is V^2 / (8 k rho), whatever the sizes; the current V A / (rho L)."""
     slopes = solved(bar())
     expected = {
@@ -79,7 +76,7 @@ def test_exponents_of_a_heated_bar() -> None:
     assert not slopes.left_out
 
 
-def test_a_wire_that_radiates_alone() -> None:
+def test_a_wire_that_radiates_alone():
     """All heat leaves by radiation: eps sigma A (T^4 - T_a^4) = P, so that d T / d ln eps = -(T^4 - T_a^4) / (4 T^3),
     and by the power of a source the same with the other sign."""
     side, ambient, source = 1e-3, 300.0, 1e8
@@ -105,7 +102,7 @@ def test_a_wire_that_radiates_alone() -> None:
     assert exact < 0.5 * (t - ambient)
 
 
-def test_a_table_and_a_film_on_a_mesh_file(tmp_path: Path) -> None:
+def test_a_table_and_a_film_on_a_mesh_file(tmp_path):
     """A bar of tetrahedra between a cold end and a film: the flow through both, theta(T_end) / L = h (T_a - T_end),
     and differentiated by the law as a whole and by the coefficient gives the slopes."""
     document = {
@@ -121,7 +118,6 @@ def test_a_table_and_a_film_on_a_mesh_file(tmp_path: Path) -> None:
         "probe": [{"name": "end", "lower": [1e-4, 0, 0], "upper": [1e-4, 2e-5, 2e-5]}],
     }  # fmt: skip
     whole = from_dict(deepcopy(document))
-    assert isinstance(whole, Scene)
     boxes.write(boxes.grouped(whole, "tetra", 1), tmp_path / "m.msh", 1e-6)
     slopes = solved(from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(tmp_path)))
     rise = slopes.values["end"].value
@@ -162,7 +158,7 @@ PAIR: dict[str, Any] = {
 }  # fmt: skip
 
 
-def test_a_contact_and_a_series_resistance() -> None:
+def test_a_contact_and_a_series_resistance():
     """The current is V / (R_s + r / A + rho L / A)."""
     area = 200e-12
     parts = {
@@ -184,7 +180,7 @@ def test_a_contact_and_a_series_resistance() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("key", ["parameters.h", "material.oxide.thermal_conductivity"])
-def test_bridge_against_solutions_on_meshes_of_their_own(key: str) -> None:
+def test_bridge_against_solutions_on_meshes_of_their_own(key):
     scene, step = load_free("bridge"), 0.02
     slopes = solved(scene, key)
     fine = replace(scene, accuracy=1e-5)
@@ -197,7 +193,7 @@ def test_bridge_against_solutions_on_meshes_of_their_own(key: str) -> None:
 
 
 @pytest.mark.long
-def test_boxes_that_move_take_tetrahedra_along() -> None:
+def test_boxes_that_move_take_tetrahedra_along():
     scene = load_free("bridge", ["run.accuracy=1e-2"])
     keys = ("parameters.w", "parameters.L")
     bricks, tetrahedra = (solved(replace(scene, mesh=mesh), *keys) for mesh in ("bricks", "tetrahedra"))
@@ -229,10 +225,9 @@ WIRE: dict[str, Any] = {
 }  # fmt: skip
 
 
-def test_a_mesh_file_has_no_coordinates() -> None:
+def test_a_mesh_file_has_no_coordinates():
     """Materials, conditions and sources have slopes, against solutions of changed scenes."""
     scene = from_dict(deepcopy(WIRE), folder=str(FILES))
-    assert isinstance(scene, MeshScene)
     slopes = solved(scene)
     assert not any(key.endswith((".x", ".y", ".z")) for key in slopes.steady)
     key, step = "source.lower.heat_source", 1e-2
@@ -244,7 +239,7 @@ def test_a_mesh_file_has_no_coordinates() -> None:
         assert slope.value == pytest.approx(expected, abs=2e-3), (key, name)
 
 
-def test_zero_has_no_percent() -> None:
+def test_zero_has_no_percent():
     document = deepcopy(PAIR)
     document["probe"].append({"name": "floor", "lower": [0, 0, 0], "upper": [0, 20e-6, 10e-6]})
     assert set(solved(from_dict(document), "boundary.in.voltage").left_out) == {'probe "floor"'}
@@ -263,7 +258,7 @@ HEATED: dict[str, Any] = {
 
 
 @pytest.mark.long
-def test_over_time() -> None:
+def test_over_time():
     """A heated bar: by the source all goes in proportion; material and source times one factor leave the rise as it is;
     the diffusion time goes with the square of the length."""
     scene = from_dict(deepcopy(HEATED))
@@ -272,8 +267,6 @@ def test_over_time() -> None:
         scene, result,
         ("box.bar.heat_source", "material.m.thermal_conductivity", "material.m.density", "box.bar.upper.z"),
     )  # fmt: skip
-    assert found.course is not None
-    assert result.traces is not None
     course = {key: by_name["top"] for key, by_name in found.course.values.items()}
     own = np.interp(found.course.times, result.traces.time, result.traces.values["top"]) - 300.0
     size = own.max()
@@ -289,7 +282,7 @@ def test_over_time() -> None:
         assert by_name["most"].value == pytest.approx(by_name["top"].value, abs=by_name["most"].error)
 
 
-def test_inputs_that_jump() -> None:
+def test_inputs_that_jump():
     """The scene is linear in its source and in all temperatures together."""
     given = deepcopy(HEATED)
     given["probe"] = given["probe"][:1]
@@ -300,7 +293,6 @@ def test_inputs_that_jump() -> None:
     result = scene_run.solve(scene, None, True)
     found = of_scene(scene, result, ("box.bar.heat_source", "boundary.cold.temperature", "scene.initial_temperature"))
     traces, together = result.over_time, sum(by_name["top"] for by_name in found.course.values.values())
-    assert found.course is not None
     rows = np.interp(found.course.times, traces.time, traces.values["top"]) - 300.0
     late = np.abs(found.course.times - 1e-3) > 2e-5
     assert together[late] == pytest.approx(rows[late], abs=5e-3 * found.values["top"].value)
@@ -316,7 +308,7 @@ def of(sink: Sink, *keys: str, transient: bool = False) -> Sensitivities:
 
 
 @pytest.mark.long
-def test_laws_of_scale() -> None:
+def test_laws_of_scale():
     """All sizes times one factor change an anchor's resistance by its inverse, and so do all conductivities; the rises
     of a sink without air don't change with its sizes; no steady state has a heat capacity."""
     slopes = of(Sink()).steady
@@ -329,7 +321,7 @@ def test_laws_of_scale() -> None:
 
 
 @pytest.mark.long
-def test_errors_hold() -> None:
+def test_errors_hold():
     """On coarse meshes, with films, a current that crowds and pads in the circuit."""
     sink = Sink(electrodes="pad-edge", convection_coefficient=2e4, voltage=3.0)
     keys = ("sink.width", "anchor.pad_width", "anchor.oxide_length", "anchor.oxide_offset", "drive.voltage",
@@ -342,10 +334,9 @@ def test_errors_hold() -> None:
 
 
 @pytest.mark.long
-def test_sink_over_time_against_runs_of_their_own() -> None:
+def test_sink_over_time_against_runs_of_their_own():
     sink, key, step = Sink(), "anchor.pad_length", 5e-3
     found = of(sink, key, "materials.silicon.density", transient=True)
-    assert found.course is not None
     runs = [sink_run.solve(varied(sink, key, 1 + s)).over_time for s in (step, -step)]
     for name in ("peak_K", "end_K", "mean_K"):
         at = np.array([1e-4, 1e-3, 1e-2])
@@ -362,7 +353,7 @@ def test_sink_over_time_against_runs_of_their_own() -> None:
     assert early == pytest.approx(-1, abs=1e-2)
 
 
-def test_faces_that_would_part_are_named() -> None:
+def test_faces_that_would_part_are_named():
     """A beam as wide as its pads: a wider one and a narrower one have other cells."""
     found = of(Sink(width=150e-6, accuracy=1e-2), "sink.width", "anchor.pad_width", "anchor.pad_length")
     assert set(found.left_out) == {"sink.width", "anchor.pad_width"}
@@ -370,7 +361,7 @@ def test_faces_that_would_part_are_named() -> None:
     assert "anchor.pad_length" in found.steady
 
 
-def test_one_side_is_enough() -> None:
+def test_one_side_is_enough():
     """At its limit a scene has no solution above: two steps below give the slope and its error."""
 
     def solve(step: float, lower: bool) -> Point:

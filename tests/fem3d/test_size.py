@@ -1,7 +1,5 @@
 """The cost of a grid of bricks is predicted before any work on it, and too large a cost is refused then."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 
@@ -45,7 +43,7 @@ def graded(scene: Scene, accuracy: float) -> grading.Grid:
 
 @pytest.mark.long
 @pytest.mark.parametrize("pads", [2, 4])
-def test_predicted_factor_size_is_within_two(pads: int) -> None:
+def test_predicted_factor_size_is_within_two(pads):
     """The sizes of a dissection's joins are a power law, and the joins beyond a constant: on plates,
     rows and cubes the predicted entries were 1.0 to 1.4 times the true entries; a third either way is left."""
     scene = plate(pads)
@@ -59,7 +57,7 @@ def test_predicted_factor_size_is_within_two(pads: int) -> None:
 @pytest.mark.parametrize(
     ("pads", "when"), [(20, "at an accuracy of 0.01"), (60, "at an accuracy of 0.01"), (200, "at any accuracy")]
 )
-def test_too_many_planes_are_refused(pads: int, when: str) -> None:
+def test_too_many_planes_are_refused(pads, when):
     """20 pads took 5.8 GB before they were refused, 50 were killed at 23.6 GB."""
     scene = replace(check(plate(pads)), memory=4e9)
     with pytest.raises(NumericsError) as refused:
@@ -70,7 +68,7 @@ def test_too_many_planes_are_refused(pads: int, when: str) -> None:
     assert f'{4 * pads} of these are used once, most by "pad-0"' in said
 
 
-def test_memory_limit_decides_at_one_percent() -> None:
+def test_memory_limit_decides_at_one_percent():
     scene = replace(plate(1), mesh="bricks")
     size = foreseen(scene, reach.first_grid(scene, 1e-2, grading.features(scene)))
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0

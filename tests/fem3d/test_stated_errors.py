@@ -1,8 +1,6 @@
 """A stated error includes every error that a run can see: the residual of the heat balance, sums of voltages,
 and too few rows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -27,7 +25,7 @@ def through(name: str, x: float, quantity: str = "heat_flow") -> Probe:
     return Probe(name, (x, 0.0, 0.0), (x, SIDE, SIDE), quantity)
 
 
-def test_an_error_is_at_least_what_the_heat_balance_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_is_at_least_what_the_heat_balance_leaves(monkeypatch):
     """A part in a million of the rise by rounding, which no degree of the functions shows."""
     half = LENGTH / 2
     boxes = replace(BAR, upper=(half, SIDE, SIDE)), replace(BAR, name="end", lower=(half, 0.0, 0.0))
@@ -54,7 +52,7 @@ def test_an_error_is_at_least_what_the_heat_balance_leaves(monkeypatch: pytest.M
     assert abs(found.steady["tip"].value - 298.0) <= found.steady["tip"].error
 
 
-def test_a_balance_of_nothing_is_not_stated() -> None:
+def test_a_balance_of_nothing_is_not_stated():
     """At one temperature flows are rounding, and their sum over their sizes is anything up to 2."""
     everywhere = (end("left", 0.0, 320.0), end("right", LENGTH, 320.0))
     film = Boundary("top", "convection", (0.0, 0.0, SIDE), (LENGTH, SIDE, SIDE), 1e3, 320.0)
@@ -78,7 +76,7 @@ def ramp(to: float) -> Schedule:
 
 
 @pytest.mark.long
-def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left() -> None:
+def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left():
     """1 V against 0.9 V: the current of each alone, within 3e-2, is ten times the current."""
     found = solve(l_shaped(ramp(1.0), ramp(0.9), 3e-2))
     alone = solve(l_shaped(ramp(0.1), ramp(0.0), 1e-3)).over_time
@@ -93,7 +91,7 @@ def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left() -> None:
 
 
 @pytest.mark.long
-def test_rows_that_are_too_few_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_that_are_too_few_are_said(monkeypatch):
     steps = tuple(t for n in range(3) for t in (n * 1e-5, (n + 1) * 1e-5))
     square = Schedule(steps, tuple(v for n in range(3) for v in (n % 2, n % 2)))
     source = Schedule(square.times, tuple(1e14 * v for v in square.values))

@@ -108,8 +108,6 @@ def test_what_a_substrate_is_given_leaves_through_its_bottom_and_both_mirrors_st
     assert steady["heat_out_W"].value == pytest.approx(steady["power_W"].value, rel=1e-9)
     assert found.details["symmetry"] == "the quarter"
     traces, bare = found.traces, sink_run.solve(Sink(), transient=True).traces
-    assert traces is not None
-    assert bare is not None
     early = [np.interp(2e-5, t.time, t.values["peak_K"]) - 293.0 for t in (traces, bare)]
     # Heat is then no further than sqrt(D t) = 40 um from the beam's middle: it does not reach the substrate yet.
     assert early[0] == pytest.approx(early[1], abs=traces.errors["peak_K"] + bare.errors["peak_K"])

@@ -1,7 +1,5 @@
 """A bar with a contact that its current warms: a resistivity by a law, and the way to the steady state."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -39,7 +37,7 @@ OTHER = {"resistivity": {"temperatures": [300.0, 1300.0], "values": [1e-5, 2.9e-
 
 
 @pytest.mark.parametrize("electrical", [0.0, 3e-10])
-def test_table_of_line_beside_contact_equals_line(electrical: float) -> None:
+def test_table_of_line_beside_contact_equals_line(electrical):
     line, law, other = (solve(from_dict(_warming(electrical, **of))).steady for of in (LINE, SAID, OTHER))
     for name, value in line.items():
         assert abs(law[name].value - value.value) <= law[name].error + value.error
@@ -74,7 +72,7 @@ def warmed_bar(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("electrical", "of"), [(3e-10, SAID), (1e-11, LINE)])
-def test_warmed_bar_with_contact_ends_in_steady_state(electrical: float, of: dict[str, Any]) -> None:
+def test_warmed_bar_with_contact_ends_in_steady_state(electrical, of):
     names = ("p", "q", "current")
     values, others = (
         warmed_bar((4e-5, 6e-5), 2e-11, 100.0, (1e-5, slope), 1e-6, electrical, 0.9) for slope in (2e-3, 1.9e-3)

@@ -1,7 +1,5 @@
 """Rows of spans in 1D: the paper's equations for unequal ends, and the fin along the whole row."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -19,14 +17,14 @@ K, A, L = 130.0, 2e-10, 1e-3
 
 
 @pytest.mark.parametrize("R", [100.0, 1861.76, 1e6])
-def test_equal_ends_are_the_papers(R: float) -> None:
+def test_equal_ends_are_the_papers(R):
     dT0, left, right = equations.unequal_ends(13.7, R, R, K, A, L)
     assert left == right == pytest.approx(equations.end_rise_from_equivalent(13.7, R, K, A, L), rel=1e-14)
     assert dT0 == pytest.approx(equations.peak_above_end(left, R, K, A, L), rel=1e-13)
     assert equations.unequal_peak(dT0, left, right) == pytest.approx(dT0 + left, rel=1e-14)
 
 
-def test_unequal_ends_are_what_a_parabola_and_two_resistances_say() -> None:
+def test_unequal_ends_are_what_a_parabola_and_two_resistances_say():
     """The mean, both flows and the top of the profile itself."""
     R1, R2 = 1861.76, 25_000.0
     dT0, left, right = equations.unequal_ends(10.0, R1, R2, K, A, L)
@@ -43,7 +41,7 @@ def test_unequal_ends_are_what_a_parabola_and_two_resistances_say() -> None:
     assert equations.unequal_peak(1.0, 0.0, 5.0) == 5.0
 
 
-def test_a_rows_lumps_are_in_one_circuit() -> None:
+def test_a_rows_lumps_are_in_one_circuit():
     """Heat, resistance and voltage of the spans add up to the totals of the row."""
     sink = Sink(spans=5)
     found = {name: e.value for name, e in ladder.solve(sink, "paper", steady_only=True).steady.items()}
@@ -56,13 +54,13 @@ def test_a_rows_lumps_are_in_one_circuit() -> None:
     assert half_island(sink) == pytest.approx(2 * 2e-6 / (1.38 * 50e-6 * 50e-6), rel=1e-12)
 
 
-def test_only_the_outer_spans_differ() -> None:
+def test_only_the_outer_spans_differ():
     found = ladder.solve(Sink(spans=7), "paper", steady_only=True).steady
     names = [f"span{k}_mean_rise_K" for k in range(1, 5)]
     assert found[names[1]].value == found[names[3]].value != found[names[0]].value
 
 
-def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink() -> None:
+def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink():
     """A row with anchors like its islands has spans that are all alike, and like one sink on such anchors."""
     sink = Sink(spans=4)
     row = lumps(sink, half_island(sink))
@@ -73,7 +71,7 @@ def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink() -> None:
     assert all_of["current_A"] == pytest.approx(one["current_A"], rel=1e-11)
 
 
-def test_the_fin_of_a_row_solves_its_equation() -> None:
+def test_the_fin_of_a_row_solves_its_equation():
     """Against a boundary-value solver on the same equation, with no feedback so that one current does."""
     silicon = replace(Sink().silicon, temperature_coefficient=0.0)
     sink = Sink(spans=3, silicon=silicon, convection_coefficient=300.0)
@@ -100,12 +98,12 @@ def test_the_fin_of_a_row_solves_its_equation() -> None:
         assert float(exact.sol(place)[0]) == pytest.approx(value.value, abs=2e-5 * value.value + value.error)
 
 
-def test_what_is_made_for_one_span_says_so() -> None:
+def test_what_is_made_for_one_span_says_so():
     with pytest.raises(SceneError, match="made for one span"):
         ladder.solve(Sink(spans=2), "plate")
 
 
-def test_a_long_row_is_solved_whole() -> None:
+def test_a_long_row_is_solved_whole():
     """At one current the spans in the middle of 100 are alike, and like the inner spans of 20."""
     silicon = replace(Sink().silicon, temperature_coefficient=0.0)
     per_heat = []

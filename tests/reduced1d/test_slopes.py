@@ -1,7 +1,5 @@
 """Derivatives of the reductions, against their formulas."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from scenes.sink import Sink
 from scenes.varied import numbers
 
 
-def test_anchor_resistance_by_its_formula() -> None:
+def test_anchor_resistance_by_its_formula():
     """Eq 14: R = u_o / (k w t) + t_o / (k_o l_o w_o), and u_o half of the pad's length beyond the oxide."""
     sink = Sink()
     steady, _ = slopes.of_sink(sink, "paper", numbers(sink))
@@ -32,7 +30,7 @@ def test_anchor_resistance_by_its_formula() -> None:
     assert {key: found[key] for key in expected} == pytest.approx(expected, abs=1e-6)
 
 
-def test_current_by_its_formula() -> None:
+def test_current_by_its_formula():
     """I = V / (R (1 + a dT)) and the power V I; dT is proportional to the power: d ln dT / d ln V = 2 / (1 + f)
     with f = a dT / (1 + a dT), a fixed point."""
     sink = Sink(voltage=5.0)
@@ -46,7 +44,7 @@ def test_current_by_its_formula() -> None:
     assert steady["drive.voltage"]["current_A"] == pytest.approx(1 - 2 * f / (1 + f), abs=1e-6)
 
 
-def test_over_time_it_goes_to_the_steady_state() -> None:
+def test_over_time_it_goes_to_the_steady_state():
     sink = Sink()
     steady, course = slopes.of_sink(sink, "paper", ["sink.width"], np.array([1e-5, 0.2]))
     found = course["sink.width"]

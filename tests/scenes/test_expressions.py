@@ -1,9 +1,6 @@
 """Expressions of quantities: their values and units, and refusals before any cost."""
 
-from __future__ import annotations
-
 import math
-from fractions import Fraction
 
 import pytest
 from hypothesis import given, settings
@@ -32,13 +29,13 @@ NAMES = {
     ("2 um/s * 1 s", 2e-6, LENGTH), ("2 um**2 / w", 2e-7, LENGTH), ("5 % * w", 5e-7, LENGTH),
     ("( ( w ) )", 1e-5, LENGTH),
 ])  # fmt: skip
-def test_an_expression_has_its_value_and_its_unit(text: str, value: float, powers: tuple[int, ...]) -> None:
+def test_an_expression_has_its_value_and_its_unit(text, value, powers):
     found, of = measured(text, NAMES)
     assert found == pytest.approx(value, rel=1e-15, abs=0)  # a few roundings, of roots alone
     assert of == powers
 
 
-def test_sums_of_decimals_are_the_doubles_of_the_decimals() -> None:
+def test_sums_of_decimals_are_the_doubles_of_the_decimals():
     """In doubles 0.1 um + 0.2 um is not 0.3 um, and two faces meant as one plane would be two."""
     assert 0.1 + 0.2 != 0.3
     assert measured("0.1 m + 0.2 m", {})[0] == 0.3
@@ -47,13 +44,13 @@ def test_sums_of_decimals_are_the_doubles_of_the_decimals() -> None:
 
 @settings(deadline=None)
 @given(st.fractions(-1000, 1000, max_denominator=1000), st.fractions(1, 1000, max_denominator=1000))
-def test_sums_and_quotients_are_exact(a: Fraction, b: Fraction) -> None:
+def test_sums_and_quotients_are_exact(a, b):
     names = {"a": Measure(a, PLAIN), "b": Measure(b, PLAIN)}
     assert measured("(a + b)*(a - b)/b", names)[0] == float((a + b) * (a - b) / b)
 
 
 @pytest.mark.parametrize("text", ["20 um", "2e-6", "130 W/(m*K)", "1 m**2", "5e-4/K", "20 degC", "2330 kg/m^3"])
-def test_what_is_no_expression_is_as_before(text: str) -> None:
+def test_what_is_no_expression_is_as_before(text):
     from scenes.units import parse_quantity
 
     value, unit = parse_quantity(text)
@@ -76,26 +73,26 @@ def test_what_is_no_expression_is_as_before(text: str) -> None:
     # An unknown name is read as a quantity, whose sentence has more detail.
     ("5 mm/sec", 'unknown unit "sec", did you mean "s"'), ("abc", "names no parameter"), ("10² um", "no expression"),
 ])  # fmt: skip
-def test_a_bad_expression_is_refused(text: str, said: str) -> None:
+def test_a_bad_expression_is_refused(text, said):
     with pytest.raises(UnitError) as found:
         measured(text, NAMES)
     assert said in str(found.value)
 
 
-def test_a_power_of_powers_stays_small() -> None:
+def test_a_power_of_powers_stays_small():
     """An exact fraction of 1.23456789**1000000 would have 30 million digits."""
     assert measured("((1.00001**100)**100)**100", {})[0] == pytest.approx(1.00001**1e6, rel=1e-10)
 
 
-def test_a_long_chain_of_signs_is_no_traceback() -> None:
+def test_a_long_chain_of_signs_is_no_traceback():
     assert measured("-" * 480 + "w", NAMES)[0] == 10e-6
 
 
-def test_a_word_without_parameters_is_no_name() -> None:
+def test_a_word_without_parameters_is_no_name():
     with pytest.raises(UnitError, match="is not a number with a unit"):
         measured("abc", {})
 
 
 @pytest.mark.parametrize(("name", "unit"), [("V", True), ("m2", False), ("mm", True), ("w", False), ("gap", False)])
-def test_names_of_units_are_known(name: str, unit: bool) -> None:
+def test_names_of_units_are_known(name, unit):
     assert is_unit(name) is unit

@@ -1,7 +1,5 @@
 """Files are read with a bounded size, and only where they have an end."""
 
-from __future__ import annotations
-
 import os
 import tracemalloc
 from pathlib import Path
@@ -16,14 +14,14 @@ from scenes.schema import toml_value
 
 
 @pytest.fixture
-def pipe(tmp_path: Path) -> Path:
+def pipe(tmp_path):
     """A named pipe that nobody writes to: to open it for reading waits for ever."""
     path = tmp_path / "pipe.toml"
     os.mkfifo(path)
     return path
 
 
-def test_a_pipe_or_a_device_is_refused_where_a_scene_or_data_are_wanted(pipe: Path) -> None:
+def test_a_pipe_or_a_device_is_refused_where_a_scene_or_data_are_wanted(pipe):
     for path in (pipe, Path("/dev/zero")):
         with pytest.raises(SceneError, match=r'^"[^"]*" is a pipe or a device: save what it holds'):
             document(path, ())
@@ -31,14 +29,14 @@ def test_a_pipe_or_a_device_is_refused_where_a_scene_or_data_are_wanted(pipe: Pa
             text.read_bytes(path)
 
 
-def test_a_mesh_that_is_a_pipe_is_refused(pipe: Path) -> None:
+def test_a_mesh_that_is_a_pipe_is_refused(pipe):
     from meshes.grouped.read import read
 
     with pytest.raises(SceneError, match=r"^mesh\.file: .* is a pipe or a device"):
         read(pipe, 1.0)
 
 
-def test_a_scene_file_is_read_up_to_a_megabyte(tmp_path: Path) -> None:
+def test_a_scene_file_is_read_up_to_a_megabyte(tmp_path):
     path = tmp_path / "large.toml"
     path.write_bytes(b"# " + b"x" * 999_998)
     assert document(path, ())[0] == {}
@@ -48,9 +46,7 @@ def test_a_scene_file_is_read_up_to_a_megabyte(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("inline", [False, True])
-def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inline: bool
-) -> None:
+def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(tmp_path, monkeypatch, inline):
     box = 'name = "{n}"{s}material = "m"{s}lower = [{n}, 0, 0]{s}upper = [{n}.5, 1, 1]'
     if inline:
         text = "box = [" + ",".join("{" + box.format(n=n, s=", ") + "}" for n in range(MOST_BOXES + 1)) + "]"
@@ -64,7 +60,7 @@ def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
 
 
 @pytest.mark.parametrize("given", ["mine", "Mine.TOML", "mien.toml"])
-def test_a_file_that_is_nearly_called_so_is_named(given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_nearly_called_so_is_named(given, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text("", encoding="utf-8")
     for path in (given, str(tmp_path / given)):
@@ -72,7 +68,7 @@ def test_a_file_that_is_nearly_called_so_is_named(given: str, tmp_path: Path, mo
             document(path, ("bridge", "hotplate"))
 
 
-def test_ten_thousand_tables_are_refused_before_any_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ten_thousand_tables_are_refused_before_any_is_read(tmp_path, monkeypatch):
     path = tmp_path / "junk.toml"
     path.write_text("[s]\n" * 10_001, encoding="utf-8")
     monkeypatch.setattr("scenes.loading.parsed", None)
@@ -80,7 +76,7 @@ def test_ten_thousand_tables_are_refused_before_any_is_read(tmp_path: Path, monk
         load(path)
 
 
-def test_a_scene_of_as_many_boxes_and_contacts_as_are_solved_is_no_larger_than_is_read(tmp_path: Path) -> None:
+def test_a_scene_of_as_many_boxes_and_contacts_as_are_solved_is_no_larger_than_is_read(tmp_path):
     box = '[[box]]\nname = "box {n}"\nmaterial = "material {n}"\nlower = ["{n} um", 0, 0]\nupper = ["{m} um", 1, 1]\n'
     material = '[[material]]\nname = "material {n}"\nthermal_conductivity = "130.0 W/(m K)"\n'
     contact = '[[contact]]\nbetween = ["box {n}", "box {m}"]\nthermal_resistance = "1e-7 m2 K/W"\n'
@@ -90,7 +86,7 @@ def test_a_scene_of_as_many_boxes_and_contacts_as_are_solved_is_no_larger_than_i
     assert [len(each) for each in document(path, ())[0].values()] == [MOST_BOXES] * 3
 
 
-def test_a_file_may_grow_while_it_is_read(tmp_path: Path) -> None:
+def test_a_file_may_grow_while_it_is_read(tmp_path):
     path = tmp_path / "data.csv"
     path.write_bytes(b"x" * 1_000_001)
     with pytest.raises(SceneError, match="it is larger than 1 MB: less"):
@@ -98,7 +94,7 @@ def test_a_file_may_grow_while_it_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("joint", [".", " . ", '."a".', ".'a'."])
-def test_a_key_of_thousands_of_parts_takes_no_memory(tmp_path: Path, joint: str) -> None:
+def test_a_key_of_thousands_of_parts_takes_no_memory(tmp_path, joint):
     """The parser of the standard library would take 64 MB for one of 4,000, 9.6 GB for one of 50,000; a file is read
     through a buffer of 10 MB."""
     path = tmp_path / "deep.toml"
@@ -112,7 +108,7 @@ def test_a_key_of_thousands_of_parts_takes_no_memory(tmp_path: Path, joint: str)
         tracemalloc.stop()
 
 
-def test_what_only_looks_like_a_deep_key_is_read() -> None:
+def test_what_only_looks_like_a_deep_key_is_read():
     rows = ", ".join(f"{n}.5" for n in range(100))
     assert len(parsed(f"times = [{rows}]")["times"]) == 100
     assert parsed(".".join("a" * DEEPEST) + " = 1")

@@ -240,7 +240,7 @@ def test_different_sizes_have_different_safe_texts(a, b):
 
 
 @pytest.mark.parametrize(("kelvin", "said"), [(20.0, "-253.1 degC"), (77.0, "")])
-def test_degrees_without_their_unit_are_remarked_on(kelvin: float, said: str) -> None:
+def test_degrees_without_their_unit_are_remarked_on(kelvin, said):
     remarks = physics.frozen(Sink(room_temperature=kelvin).scene())
     assert [said in remark for remark in remarks] == [True] * bool(said)
 

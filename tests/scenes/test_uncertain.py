@@ -1,7 +1,5 @@
 """Uncertainties of keys as given, and refusals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +13,7 @@ from scenes.uncertain import read
 from scenes.varied import varied
 
 
-def test_relative_and_absolute() -> None:
+def test_relative_and_absolute():
     found = read(Sink(), ["oxide_thickness=0.1um", "drive.voltage=1%", "room_temperature=0.5K"])
     expected = {
         "anchor.oxide_thickness": 0.05, "drive.voltage": 0.01, "environment.room_temperature": 0.5 / 293.0,
@@ -23,7 +21,7 @@ def test_relative_and_absolute() -> None:
     assert found.relative == pytest.approx(expected)
 
 
-def test_the_table_of_the_scene_and_one_over_it() -> None:
+def test_the_table_of_the_scene_and_one_over_it():
     found = read(Sink(), ["materials", "materials.oxide.thermal_conductivity=5%"])
     assert found.relative["materials.oxide.thermal_conductivity"] == 0.05
     assert (
@@ -33,12 +31,12 @@ def test_the_table_of_the_scene_and_one_over_it() -> None:
     assert load("sink").uncertainties == Sink().uncertainties
 
 
-def test_a_table_of_ones_own() -> None:
+def test_a_table_of_ones_own():
     sink = from_dict({"inputs": {"uncertainties": {"materials.oxide.density": "3 %"}}})
     assert read(sink, ["materials"]).relative == {"materials.oxide.density": 0.03}
 
 
-def test_a_law_and_three_along_the_axes() -> None:
+def test_a_law_and_three_along_the_axes():
     """A law stands for its value, with its exponent beside; of three along the axes each has the table's."""
     law = PowerLaw(130.0, 293.0, -1.3)
     sink = replace(Sink(), silicon=replace(Sink().silicon, thermal_conductivity=law))
@@ -53,7 +51,7 @@ def test_a_law_and_three_along_the_axes() -> None:
     assert {known[f"materials.silicon.thermal_conductivity[{axis}]"] for axis in "xyz"} == {usual}
 
 
-def test_covariance() -> None:
+def test_covariance():
     found = read(Sink(), ["sink.width=1%", "pad_width=2%"], ["pad_width,sink.width=0.5"])
     assert found.covariance() == pytest.approx(np.array([[1e-4, 1e-4], [1e-4, 4e-4]]))
 
@@ -79,13 +77,13 @@ ONE, TWO = ["sink.width=1%"], ["sink.width=1%", "sink.length=1%"]
     ([*TWO, "sink.thickness=1%"],
      ["sink.width,sink.length=0.9", "sink.length,sink.thickness=0.9", "sink.width,sink.thickness=-0.9"], "contradict"),
 ])  # fmt: skip
-def test_refused(given: list[str], correlated: list[str], said: str) -> None:
+def test_refused(given, correlated, said):
     with pytest.raises(SceneError) as found:
         read(Sink(), given, correlated)
     assert said in str(found.value)
     assert "\n" not in str(found.value)
 
 
-def test_a_table_with_an_unknown_key_is_refused() -> None:
+def test_a_table_with_an_unknown_key_is_refused():
     with pytest.raises(SceneError, match="unknown key"):
         from_dict({"inputs": {"uncertainties": {"materials.oxyde.density": 0.01}}})

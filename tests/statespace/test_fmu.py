@@ -1,7 +1,5 @@
 """The FMU, run by fmpy, and the files beside it."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from typing import Any
@@ -29,7 +27,7 @@ def run(made: dict[str, Any], folder: Path, drive: dict[str, Any]) -> Any:
 
 
 @needs_fmu
-def test_over_time(tmp_path: Path) -> None:
+def test_over_time(tmp_path):
     """A jump at a communication point; each file of a folder in its own."""
     made = document()
     expected = CompactModel(made).simulate([0.5, 1.0], {"V": ([0.5, 0.5], [1.5, -1.0]), "T": 0.0})["t"]
@@ -42,20 +40,20 @@ def test_over_time(tmp_path: Path) -> None:
 
 
 @needs_fmu
-def test_a_steady_state(tmp_path: Path) -> None:
+def test_a_steady_state(tmp_path):
     made = document(steady=True)
     found = run(made, tmp_path, {"output": ["y"]})
     assert found["y"][-1] == pytest.approx(CompactModel(made).steady({"V": -1.0, "T": 0.0})["y"], rel=1e-9)
 
 
-def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_pythonfmu_the_rest_is_written(tmp_path, monkeypatch):
     monkeypatch.setattr(export, "fmu_available", lambda: False)
     export.write(document(), tmp_path)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["model.cir", "model.json", "model.py"]
 
 
 @needs_fmu
-def test_every_variable_has_a_unit_of_si(tmp_path: Path) -> None:
+def test_every_variable_has_a_unit_of_si(tmp_path):
     import fmpy
 
     export.write(document(), tmp_path)

@@ -1,9 +1,6 @@
 """Names that a format takes for one: each run by the program whose format it is."""
 
-from __future__ import annotations
-
 import importlib.util
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,7 +25,7 @@ def alike() -> dict[str, Any]:
     return made
 
 
-def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
+def test_each_is_told_apart_by_the_rule_of_its_format():
     made = alike()
     pins, reads = spice_names(made)
     assert pins == ["Drive_voltage", "drive_voltage_2"]
@@ -42,7 +39,7 @@ def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
 
 
 @pytest.mark.needs("ngspice")
-def test_in_ngspice(tmp_path: Path) -> None:
+def test_in_ngspice(tmp_path):
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
     nodes = {entry["name"]: entry["spice"] for entry in names(made)}
@@ -57,7 +54,7 @@ def test_in_ngspice(tmp_path: Path) -> None:
     not export.fmu_available() or importlib.util.find_spec("fmpy") is None,
     reason="pythonfmu and fmpy are not installed",
 )
-def test_in_fmpy(tmp_path: Path) -> None:
+def test_in_fmpy(tmp_path):
     import fmpy
 
     made = alike()

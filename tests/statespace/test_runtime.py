@@ -1,7 +1,5 @@
 """The code that runs a compact model, against a general integrator and by hand."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -50,7 +48,7 @@ def by_hand(model: CompactModel, g: np.ndarray, slope: np.ndarray, b: np.ndarray
     return rate, rows
 
 
-def test_over_time_as_a_general_integrator_finds_it() -> None:
+def test_over_time_as_a_general_integrator_finds_it():
     """A voltage that jumps and a temperature that ramps."""
     model = CompactModel(document())
     given = {"V": ([0.5, 0.5], [2.0, -1.0]), "T": ([0.2, 1.2], [0.0, 3.0])}
@@ -79,7 +77,7 @@ def test_over_time_as_a_general_integrator_finds_it() -> None:
     assert np.abs(model.simulate(times, given)["y"] - expected).max() > 1e-5 * scale
 
 
-def test_the_steady_state_is_where_nothing_moves() -> None:
+def test_the_steady_state_is_where_nothing_moves():
     model = CompactModel(document())
     g = np.array([1.5, 0.3])
     b = model.rest(g)
@@ -89,7 +87,7 @@ def test_the_steady_state_is_where_nothing_moves() -> None:
     assert late == pytest.approx(model.steady({"V": 1.5, "T": 0.3})["y"], rel=1e-5)
 
 
-def test_what_it_refuses() -> None:
+def test_what_it_refuses():
     with pytest.raises(KeyError, match="there is no input 'W'"):
         CompactModel(document()).simulate([1.0], {"W": 1.0})
     with pytest.raises(ValueError, match="steady state"):
@@ -101,7 +99,7 @@ def test_what_it_refuses() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_steady_state_in_which_all_inputs_cancel_out(seed: int) -> None:
+def test_a_steady_state_in_which_all_inputs_cancel_out(seed):
     """As where all is of one temperature: the states are rounding errors of large terms."""
     rng, n, warm = np.random.default_rng(seed), 20, np.full(3, 293.15)
     per_kelvin = rng.normal(size=(n, 3))

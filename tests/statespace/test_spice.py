@@ -1,7 +1,5 @@
 """The SPICE subcircuit in ngspice, against the compact model in Python."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -36,7 +34,7 @@ def run(
     return dict(zip((node.lower() for node in reads), values, strict=True))
 
 
-def test_steady_extreme_of_two_current_fields(tmp_path: Path) -> None:
+def test_steady_extreme_of_two_current_fields(tmp_path):
     made = document(steady=True)
     expected = CompactModel(made).steady({"V": 1.2, "T": 2.6})
     sources = ["V1 V 0 1.2", "V2 T 0 0.6"]
@@ -47,7 +45,7 @@ def test_steady_extreme_of_two_current_fields(tmp_path: Path) -> None:
     assert wrong["out_t"] != pytest.approx(expected["t"] - 2.0, rel=1e-8)
 
 
-def test_ramp_over_time(tmp_path: Path) -> None:
+def test_ramp_over_time(tmp_path):
     """All states start at zero (uic); the first output follows the rate of an input, too."""
     made = document()
     model = CompactModel(made)
@@ -60,7 +58,7 @@ def test_ramp_over_time(tmp_path: Path) -> None:
     assert found["out_t"] != pytest.approx(still["t"][0] - 2.0, rel=1e-3)
 
 
-def test_heat_into_pin(tmp_path: Path) -> None:
+def test_heat_into_pin(tmp_path):
     """Watts into the pin of a heat source are its density times its volume."""
     made = document(steady=True)
     made["inputs"][1] |= {"kind": "heat_source", "unit": "W/m3", "port": {"row": 1, "unit": "K", "size": 4.0}}

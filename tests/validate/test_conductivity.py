@@ -2,7 +2,6 @@
 
 import json
 from math import log, sqrt
-from pathlib import Path
 
 import pytest
 
@@ -43,7 +42,7 @@ at = ["0.5 mm", "5 um", "5 um"]
 """  # fmt: skip
 
 
-def test_a_table_of_conductivity_is_exact_between_its_rows(tmp_path: Path):
+def test_a_table_of_conductivity_is_exact_between_its_rows(tmp_path):
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
     given = ["--uncertain", "material.metal.electrical_conductivity=2%", "--no-figures", "--quiet", "--out"]
     assert main(["solve", str(tmp_path / "bar.toml"), *given, str(tmp_path / "out")]) == 0

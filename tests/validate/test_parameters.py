@@ -1,7 +1,5 @@
 """Parameters on the command line: overrides, uncertainties, slopes, sweeps, maps, samples and fits take them."""
 
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace
@@ -43,7 +41,7 @@ FACES = ("sink.width", "anchor.oxide_width")
 
 
 @pytest.fixture
-def mine(tmp_path: Path) -> Path:
+def mine(tmp_path):
     (tmp_path / "mine.toml").write_text(TEXT, encoding="utf-8")
     return tmp_path / "mine.toml"
 
@@ -53,7 +51,7 @@ def summary(folder: Path) -> Any:
 
 
 @pytest.mark.long
-def test_slopes_and_uncertainties_of_a_sink(mine: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_slopes_and_uncertainties_of_a_sink(mine, tmp_path, capsys):
     given = ["sink", str(mine), "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
     assert main([*given, "--sensitivities", "--uncertain", "parameters.w=2%", "--set", "parameters.w=90um"]) == 0
     capsys.readouterr()
@@ -74,7 +72,7 @@ def test_slopes_and_uncertainties_of_a_sink(mine: Path, tmp_path: Path, capsys: 
 
 
 @pytest.mark.long
-def test_a_sweep_over_a_parameter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sweep_over_a_parameter(tmp_path, capsys):
     given = ["sweep", "bridge", "--vary", "parameters.gap=1um,3um", "--workers", "1", "--no-figures", "--quiet"]
     assert main([*given, "--out", str(tmp_path / "sweep")]) == 0
     assert "parameters.gap 1.00 um" in capsys.readouterr().out
@@ -87,18 +85,17 @@ def test_a_sweep_over_a_parameter(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert float(rows[1]["fem3d_middle"]) == pytest.approx(one["value"], abs=1e-9)
 
 
-def test_what_a_map_and_a_sample_are_made_of(mine: Path) -> None:
+def test_what_a_map_and_a_sample_are_made_of(mine):
     of = base(mine)
     axis = parse(of, "parameters.w=20um:200um", "range")
     assert (axis.key, axis.values, of.unit(axis.key)) == ("parameters.w", (20e-6, 200e-6), "m")
     sink = of.at(["parameters.w=2e-05 m"])
-    assert isinstance(sink, Sink)
     assert (sink.width, sink.oxide_width) == (20e-6, 10e-6)
     again = base(load(mine)).at(["parameters.w=2e-05 m"])
     assert again == sink
 
 
-def test_a_parameter_is_fitted(mine: Path) -> None:
+def test_a_parameter_is_fitted(mine):
     """Data of the paper's model at another conductivity of the oxide, without noise."""
     sink, times = load(mine, scene_type=SINK), np.linspace(2e-4, 0.02, 40)
     truth = varied(sink, "parameters.k", 0.9)
@@ -116,7 +113,7 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
 
 
-def test_a_room_that_is_a_parameter_moves_temperatures(mine: Path) -> None:
+def test_a_room_that_is_a_parameter_moves_temperatures(mine):
     """One that is 1 % warmer is 2.93 K warmer, and the rises change by the resistance alone."""
     sink, times = load(mine, scene_type=SINK), np.array([1e-5, 1e-2])
     found = sink_1d(sink, solve(sink, times=times), times)
@@ -126,7 +123,7 @@ def test_a_room_that_is_a_parameter_moves_temperatures(mine: Path) -> None:
     assert abs(found.at("parameters.w", "peak_K", times)[0]) < 1
 
 
-def test_rounding_is_no_spread() -> None:
+def test_rounding_is_no_spread():
     """Samples of a quantity without inputs differ by rounding, which linear propagation leaves out."""
     assert Sampled(10, 0, {"peak": Spread(20.0, 1e-13, 1e-14, 0.0)}, {}, {}).warnings() == ()
     assert "infinite" in Sampled(10, 0, {"peak": Spread(20.0, 1e-3, 1e-4, 0.0)}, {}, {}).warnings()[0]
@@ -140,7 +137,7 @@ def test_rounding_is_no_spread() -> None:
     ["sweep", "--vary", "parameters.w=1K,2K"], ["sweep", "--vary", "parameters.w=1um,2um", "--set", "parameters.w=3um"],
     ["map", "--vary", "parameters.x=1:2", "--vary", "parameters.w=1um:2um", "--check", "fig4"],
 ])  # fmt: skip
-def test_bad_input_is_one_sentence(given: list[str], mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_is_one_sentence(given, mine, capsys):
     assert main([given[0], str(mine), *given[1:], "--out", str(mine.parent / "run")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not (mine.parent / "run").exists()

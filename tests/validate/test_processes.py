@@ -1,12 +1,9 @@
 """Linear algebra uses one thread, unless the environment sets another number; limits of time; a pool of processes."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
 import time
-from pathlib import Path
 from threading import Thread
 
 import pytest
@@ -20,7 +17,7 @@ from validate.cli import main
 
 
 @pytest.fixture
-def unsaid(monkeypatch: pytest.MonkeyPatch) -> None:
+def unsaid(monkeypatch):
     """An environment without a number of threads."""
     for name in ONE_THREAD:
         monkeypatch.setenv(name, "")  # so that what is set meanwhile goes again
@@ -31,7 +28,7 @@ def threads() -> set[int]:
     return {library["num_threads"] for library in threadpool_info()}
 
 
-def test_inside_and_not_after(unsaid: None) -> None:
+def test_inside_and_not_after(unsaid):
     with threadpool_limits(2):
         assert threads() == {2}
         with single_threaded():
@@ -41,7 +38,7 @@ def test_inside_and_not_after(unsaid: None) -> None:
     assert not any(name in os.environ for name in ONE_THREAD)
 
 
-def test_what_the_environment_says_stays(unsaid: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_environment_says_stays(unsaid, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     with threadpool_limits(2), single_threaded():
         assert threads() == {2}
@@ -49,12 +46,12 @@ def test_what_the_environment_says_stays(unsaid: None, monkeypatch: pytest.Monke
     assert {name: os.environ[name] for name in ONE_THREAD if name in os.environ} == {"OMP_NUM_THREADS": "2"}
 
 
-def test_the_command_says_so_before_numpy_is_loaded(unsaid: None) -> None:
+def test_the_command_says_so_before_numpy_is_loaded(unsaid):
     main(["--version"])
     assert {os.environ[name] for name in ONE_THREAD} == {"1"}
 
 
-def test_what_takes_too_long_ends_in_any_thread_and_what_ends_in_time_goes_on() -> None:
+def test_what_takes_too_long_ends_in_any_thread_and_what_ends_in_time_goes_on():
     said = []
 
     def busy() -> None:
@@ -78,7 +75,7 @@ def test_what_takes_too_long_ends_in_any_thread_and_what_ends_in_time_goes_on() 
     assert said == ["late", "done", "done"]
 
 
-def test_a_script_needs_no_guard_around_a_pool(tmp_path: Path) -> None:
+def test_a_script_needs_no_guard_around_a_pool(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         """import math

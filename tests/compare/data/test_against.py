@@ -1,7 +1,5 @@
 """A user's traces against the 3D model: equal traces agree, moved traces show their shift, at any rows of time."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +19,6 @@ KEYS = ("peak_K", "end_K", "mean_K", "current_A", "power_W")
 def made(fem3d: Result, times: np.ndarray, factor: float = 1.0, later: float = 0.0) -> Data:
     """The 3D traces at other times, their changes times a factor, and later by a part of the time."""
     traces = fem3d.traces
-    assert traces is not None
     values = {}
     for key in KEYS:
         first = traces.values[key][0]
@@ -32,7 +29,7 @@ def made(fem3d: Result, times: np.ndarray, factor: float = 1.0, later: float = 0
 UNEVEN = np.concatenate([[0.0], np.geomspace(3e-6, 0.05, 300)])
 
 
-def test_the_same_curves_agree_at_other_rows(case: Case) -> None:
+def test_the_same_curves_agree_at_other_rows(case):
     """Twice as many rows as the 3D trace has, and none in common: nothing is compared by its row."""
     for check in evaluate(case.sink, made(case.fem3d, UNEVEN), case.fem3d):
         assert check.verdict == "agrees"
@@ -40,7 +37,7 @@ def test_the_same_curves_agree_at_other_rows(case: Case) -> None:
 
 
 @pytest.mark.parametrize("factor", [0.9, 1.1])
-def test_a_curve_that_is_off_is_found_by_how_much(case: Case, factor: float) -> None:
+def test_a_curve_that_is_off_is_found_by_how_much(case, factor):
     found = {check.id: check for check in evaluate(case.sink, made(case.fem3d, UNEVEN, factor), case.fem3d)}
     assert list(found) == ["against_peak", "against_end", "against_mean", "against_current", "against_power"]
     for name in ("against_peak", "against_end", "against_mean", "against_current"):
@@ -50,16 +47,15 @@ def test_a_curve_that_is_off_is_found_by_how_much(case: Case, factor: float) -> 
     assert found["against_current"].difference * (factor - 1) < 0
 
 
-def test_a_shift_in_time_is_a_difference(case: Case) -> None:
+def test_a_shift_in_time_is_a_difference(case):
     """Compared by rows, a curve with the same values at times 30 % later would agree."""
     found = compare(case.sink, made(case.fem3d, UNEVEN * 1.3, later=0.3), case.fem3d, "peak_K")
     assert abs(found.difference) > 0.05
-    assert found.time is not None
     assert 1e-4 < found.time < 0.02
 
 
 @pytest.mark.parametrize("every", [0.5e-3, 2e-3, 4e-3])
-def test_exact_values_agree_at_any_spacing(case: Case, every: float) -> None:
+def test_exact_values_agree_at_any_spacing(case, every):
     """3D's own values, at rows between which the curves bend by up to a quarter of their rise."""
     times = np.arange(0.0, 0.02 + 1e-9, every)
     for check in evaluate(case.sink, made(case.fem3d, times), case.fem3d):
@@ -72,7 +68,7 @@ def test_exact_values_agree_at_any_spacing(case: Case, every: float) -> None:
 
 
 @pytest.mark.parametrize("key", ["peak_K", "end_K", "mean_K"])
-def test_what_a_distance_may_be_between_rows(case: Case, key: str) -> None:
+def test_what_a_distance_may_be_between_rows(case, key):
     """The distance of a curve that is 30 % late rises and falls within a few rows: between them it is as large as the
     difference with its error has it, and the error shrinks with the rows' spacing."""
 
@@ -87,12 +83,12 @@ def test_what_a_distance_may_be_between_rows(case: Case, key: str) -> None:
     assert at(np.linspace(0, 0.02, 21))[1] > 4 * at(np.linspace(0, 0.02, 161))[1]
 
 
-def test_no_time_in_common(case: Case) -> None:
+def test_no_time_in_common(case):
     with pytest.raises(SceneError, match="no time to compare"):
         evaluate(case.sink, made(case.fem3d, np.array([1.0, 2.0, 3.0])), case.fem3d)
 
 
-def test_a_declared_tolerance_holds(case: Case) -> None:
+def test_a_declared_tolerance_holds(case):
     data = made(case.fem3d, UNEVEN, 1.1)
     loose = replace(case.sink, tolerances={"against_peak": 0.2})
     assert evaluate(loose, data, case.fem3d)[0].verdict == "agrees"
@@ -100,9 +96,7 @@ def test_a_declared_tolerance_holds(case: Case) -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_solver")
-def test_the_command(
-    case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_the_command(case, monkeypatch, capsys, tmp_path):
     """In the table, the summary, the report and figure 6; and refused before anything is solved."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
@@ -146,7 +140,7 @@ def noisy(fem3d: Result, u: float, off: float = 0.0, seed: int = 0) -> Data:
     return replace(data, values={"end_K": data.values["end_K"] + drawn}, u={"end_K": np.full(len(drawn), u)})
 
 
-def test_noise_that_is_known_is_no_difference(case: Case) -> None:
+def test_noise_that_is_known_is_no_difference(case):
     """The largest of 2,001 samples is 0.17 K off by chance, 5 % of the rise of the ends; the worst window is not. An
     offset of 0.3 K is detected, whatever the noise."""
     for seed in range(20):
@@ -162,7 +156,7 @@ def test_noise_that_is_known_is_no_difference(case: Case) -> None:
     assert abs(evaluate(case.sink, bare, case.fem3d)[0].difference) > 0.04
 
 
-def test_the_verdict_counts_what_the_data_are_known_to(case: Case) -> None:
+def test_the_verdict_counts_what_the_data_are_known_to(case):
     """Data 0.1 K too high as a whole, 3 % of the rise: resolved with an uncertainty of 0.01 K, not with 0.5 K."""
     data = made(case.fem3d, UNEVEN)
     high = replace(data, values={"end_K": data.values["end_K"] + 0.1})
@@ -179,9 +173,7 @@ def check_scale(case: Case) -> float:
 
 
 @pytest.mark.usefixtures("no_solver")
-def test_a_start_that_is_off_is_judged_against_what_the_data_are_known_to(
-    case: Case, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_start_that_is_off_is_judged_against_what_the_data_are_known_to(case, capsys, monkeypatch, tmp_path):
     """0.6 K is 18 % of the ends' rise: refused of exact data, accepted with an uncertainty of 0.3 K."""
     monkeypatch.chdir(tmp_path)
     times = np.linspace(0, 0.02, 60)

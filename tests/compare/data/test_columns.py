@@ -1,9 +1,5 @@
 """Which column is which quantity: ordinary headers, --column, ngspice's tables, and columns of another scene."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -34,7 +30,7 @@ MILLISECONDS = ("Time (ms)", TIMES)
         ("T (K), Point: (0, 0.5, 0.001)", "peak_K", 293 + RISES), ("T (K), Point: (0, 1000, 1)", "end_K", 293 + RISES),
     ],
 )  # fmt: skip
-def test_ordinary_headers(header: str, key: str, values: np.ndarray, tmp_path: Path) -> None:
+def test_ordinary_headers(header, key, values, tmp_path):
     """Kelvins, degrees and rises, a rise in degrees among them; and one in kelvins that is not called so."""
     for separator in (",", "  "):
         data = found(tmp_path, table(MILLISECONDS, (header, values), separator=separator))
@@ -46,7 +42,7 @@ def test_ordinary_headers(header: str, key: str, values: np.ndarray, tmp_path: P
 @pytest.mark.parametrize(
     "header", ["T (K), Point: (0, 2E-4, 0)", "T (K), Point: (4E-5, 5E-4, 0)", "T (K), Point: (0, 0, 9)"]
 )
-def test_points_elsewhere_are_no_place(header: str, tmp_path: Path) -> None:
+def test_points_elsewhere_are_no_place(header, tmp_path):
     """A point on the beam in metres is not looked for in micrometres, where it would be next to the origin."""
     with pytest.raises(SceneError, match="names no place"):
         found(tmp_path, table(MILLISECONDS, (header, 293 + RISES)))
@@ -55,7 +51,7 @@ def test_points_elsewhere_are_no_place(header: str, tmp_path: Path) -> None:
 POINTS = (("T (K), Point 1", 293 + RISES), ("T (K), Point 2", 293 + RISES / 4))
 
 
-def test_column_settles_what_cannot_be_told(tmp_path: Path) -> None:
+def test_column_settles_what_cannot_be_told(tmp_path):
     text = table(MILLISECONDS, *POINTS)
     with pytest.raises(SceneError, match='--column "peak'):
         found(tmp_path, text)
@@ -72,7 +68,7 @@ def test_column_settles_what_cannot_be_told(tmp_path: Path) -> None:
     assert "max 1 (K)" in data.left_out
 
 
-def test_names_that_stand_twice_are_told_apart(tmp_path: Path) -> None:
+def test_names_that_stand_twice_are_told_apart(tmp_path):
     text = table(MILLISECONDS, ("T (K)", 293 + RISES), ("T (K)", 293 + RISES / 4))
     for end in ("T (K) #2", "3"):
         data = found(tmp_path, text, "peak=T (K)", f"end={end}")
@@ -80,7 +76,7 @@ def test_names_that_stand_twice_are_told_apart(tmp_path: Path) -> None:
         assert data.values["end_K"][-1] == pytest.approx(298.0)
 
 
-def test_a_column_that_is_in_the_way_is_left_out(tmp_path: Path) -> None:
+def test_a_column_that_is_in_the_way_is_left_out(tmp_path):
     """Called like a key of the scene, and not meant for it."""
     text = table(MILLISECONDS, ("peak (K)", 293 + RISES), ("width (mm)", np.full(4, 3.0)))
     with pytest.raises(SceneError, match="no run of this scene"):
@@ -89,7 +85,7 @@ def test_a_column_that_is_in_the_way_is_left_out(tmp_path: Path) -> None:
         assert found(tmp_path, text, f"ignore={name}").left_out == {"width (mm)": "is left out by --column"}
 
 
-def test_column_gives_units_and_rises(tmp_path: Path) -> None:
+def test_column_gives_units_and_rises(tmp_path):
     text = table(("Time", TIMES), ("sensor", RISES), ("A", 19.85 + RISES))
     for told in ("peak rise (K)=sensor", "peak (degC)=A"):
         data = found(tmp_path, text, "time (ms)=Time", told)
@@ -106,7 +102,7 @@ def test_column_gives_units_and_rises(tmp_path: Path) -> None:
         (["peak=Time (ms)"], "no column is the time"),
     ],
 )  # fmt: skip
-def test_what_column_refuses(columns: list[str], said: str, tmp_path: Path) -> None:
+def test_what_column_refuses(columns, said, tmp_path):
     with pytest.raises(SceneError, match=said) as caught:
         found(tmp_path, table(MILLISECONDS, *POINTS), *columns)
     assert "\n" not in str(caught.value)
@@ -126,7 +122,7 @@ def wrdata(names: bool, single: bool) -> str:
 
 @pytest.mark.parametrize("names", [True, False])
 @pytest.mark.parametrize("single", [True, False])
-def test_wrdata(names: bool, single: bool, tmp_path: Path) -> None:
+def test_wrdata(names, single, tmp_path):
     """With and without wr_vecnames and wr_singlescale; columns without names are assigned by number, never guessed."""
     told: tuple[str, ...] = ()
     if not names:
@@ -142,7 +138,7 @@ def test_wrdata(names: bool, single: bool, tmp_path: Path) -> None:
     assert "rise" in data.how["peak_K"]
 
 
-def test_two_wrdata_runs_in_one_file(tmp_path: Path) -> None:
+def test_two_wrdata_runs_in_one_file(tmp_path):
     with pytest.raises(SceneError, match="repeat or step back"):
         found(tmp_path, wrdata(True, True) + wrdata(True, True))
     unequal = wrdata(True, False).replace(" 1.00000000e-03  2.5", " 1.10000000e-03  2.5")
@@ -159,15 +155,13 @@ def test_two_wrdata_runs_in_one_file(tmp_path: Path) -> None:
         ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), r"1 time up to .* --column \"time \(ms\)="),
     ],
 )
-def test_what_is_of_another_scene_is_refused(
-    columns: tuple[tuple[str, np.ndarray], ...], said: str, tmp_path: Path
-) -> None:
+def test_what_is_of_another_scene_is_refused(columns, said, tmp_path):
     """Each would otherwise come out as a difference of the models."""
     with pytest.raises(SceneError, match=said):
         found(tmp_path, table(*columns))
 
 
-def test_what_may_be_of_another_scene_is_warned_of(tmp_path: Path) -> None:
+def test_what_may_be_of_another_scene_is_warned_of(tmp_path):
     """COMSOL's own room temperature is 293.15 K; the paper's is 293 K."""
     assert found(tmp_path, table(MILLISECONDS, ("peak (K)", 293.05 + RISES))).warnings == ()
     (said,) = found(tmp_path, table(MILLISECONDS, ("peak (K)", 293.15 + RISES))).warnings
@@ -187,14 +181,14 @@ def test_what_may_be_of_another_scene_is_warned_of(tmp_path: Path) -> None:
         "\tt (ms)\tTmax [K]\n0\t0\t293\n1\t1\t303\n2\t5\t311\n3\t20\t313\n",
     ],
 )
-def test_what_spreadsheets_write(text: str, tmp_path: Path) -> None:
+def test_what_spreadsheets_write(text, tmp_path):
     """Separators behind the last cell, other words for the time, quotes around numbers."""
     data = found(tmp_path, text)
     assert data.time == pytest.approx(1e-3 * TIMES)
     assert data.values["peak_K"] == pytest.approx(293 + RISES)
 
 
-def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path):
     """Rows of the compared columns; a column that is left out, or unknown, costs no row."""
     text = "t (ms);Tmax [K];Tend [K];remark\n0;293;293;\n1;;294;1\n5;311;;2\n;312;296;3\n17;313;297;\n18;314;298;4\n"
     data = found(tmp_path, text)
@@ -208,7 +202,7 @@ def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("name", ["peak", "Tmax", "T_end", "mean temperature"])
-def test_temperature_without_unit_is_absolute_or_rise_by_its_column(name: str, tmp_path: Path) -> None:
+def test_temperature_without_unit_is_absolute_or_rise_by_its_column(name, tmp_path):
     for values, how in ((293 + RISES, "is taken in K"), (RISES, "taken in K, a rise, for it starts at 0 K")):
         data = found(tmp_path, table(("time", 1e-3 * TIMES), (name, values)))
         assert data.time == pytest.approx(1e-3 * TIMES)
@@ -230,6 +224,6 @@ def test_temperature_without_unit_is_absolute_or_rise_by_its_column(name: str, t
         (("peak rise", 293 + RISES), "293 K above"),
     ],
 )
-def test_temperature_without_unit_is_refused(column: tuple[str, np.ndarray], reason: str, tmp_path: Path) -> None:
+def test_temperature_without_unit_is_refused(column, reason, tmp_path):
     with pytest.raises(SceneError, match=reason):
         found(tmp_path, table(MILLISECONDS, column))

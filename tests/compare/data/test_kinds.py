@@ -1,11 +1,7 @@
 """Files as other programs and instruments write them, of a bar whose middle warms by a given course."""
 
-from __future__ import annotations
-
 import json
 import struct
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,7 +71,7 @@ MID = 293.15 + RISES
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Path:
+def scene(tmp_path):
     path = tmp_path / "bar.toml"
     path.write_text(SCENE, encoding="utf-8")
     return path
@@ -143,7 +139,7 @@ TRACES: dict[str, str | bytes] = {
 
 
 @pytest.mark.parametrize("kind", TRACES)
-def test_kind_of_file_is_read(kind: str, scene: Path) -> None:
+def test_kind_of_file_is_read(kind, scene):
     path, content = scene.with_name("data.txt"), TRACES[kind]
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     data = read(path, load(scene))
@@ -158,7 +154,7 @@ MARKED = TIMES * np.array([1, 1, -1, 1, -1, 1])
 
 
 @pytest.mark.parametrize("kind", ["text", "UTF-16", "single", "double"])
-def test_raw_file_of_ltspice(kind: str, scene: Path) -> None:
+def test_raw_file_of_ltspice(kind, scene):
     """Minus signs of times are LTspice's marks; binary files have single precision unless marked "double"."""
     values = rows("0\t{:.15e}\n\t{:.15e}\n\t-1e-1", MARKED, MID)
     point = "<dff" if kind == "single" else "<ddd"
@@ -179,7 +175,7 @@ def test_raw_file_of_ltspice(kind: str, scene: Path) -> None:
 
 
 @pytest.mark.parametrize(("probe", "value", "turned"), [("I", -0.1, True), ("I", 0.1, False), ("out", 0.1, True)])
-def test_current_has_the_sign_that_the_voltages_give(probe: str, value: float, turned: bool, scene: Path) -> None:
+def test_current_has_the_sign_that_the_voltages_give(probe, value, turned, scene):
     """A current enters the bar at the electrode of the larger voltage and leaves at the other."""
     path = scene.with_name("data.csv")
     path.write_text(f"time (s),{probe} (mA)\n" + rows("{:.9g}," + str(1e3 * value), TIMES), encoding="utf-8")
@@ -209,7 +205,7 @@ FIRST, THIRD = PAIRS.splitlines()[0], PAIRS.splitlines()[2]
     ],
     ids=["#N/A", "NaN", "placeholder", "event", "jump at an event"],
 )
-def test_rows_that_are_left_out(change: Callable[[str], str], kept: list[int], said: str, scene: Path) -> None:
+def test_rows_that_are_left_out(change, kept, said, scene):
     path = scene.with_name("data.csv")
     path.write_text(change("time (s),mid (K)\n" + PAIRS), encoding="utf-8")
     data = read(path, load(scene))
@@ -218,7 +214,7 @@ def test_rows_that_are_left_out(change: Callable[[str], str], kept: list[int], s
     assert said in data.said()
 
 
-def test_placeholder_in_degrees_celsius(scene: Path) -> None:
+def test_placeholder_in_degrees_celsius(scene):
     path = scene.with_name("data.csv")
     path.write_text(put("time (s);mid (degC)\n" + CELSIUS, ("0;20", "0;0")), encoding="utf-8")
     assert read(path, load(scene)).values["mid"] == pytest.approx(MID[1:])
@@ -240,7 +236,7 @@ STEADY = {
 
 
 @pytest.mark.parametrize("kind", STEADY)
-def test_steady_values(kind: str, scene: Path) -> None:
+def test_steady_values(kind, scene):
     path = scene.with_name("data.txt")
     path.write_text(STEADY[kind], encoding="utf-8")
     data = read(path, load(scene, ["run.steady=true"]))
@@ -250,7 +246,7 @@ def test_steady_values(kind: str, scene: Path) -> None:
     assert data.values.get("I", np.array([0.09917895])) == pytest.approx([0.09917895])
 
 
-def test_steady_rows_of_unknown_states_are_refused(scene: Path) -> None:
+def test_steady_rows_of_unknown_states_are_refused(scene):
     path = scene.with_name("data.csv")
     path.write_text("U (V),mid (K)\n0.05,296\n0.1,305.6\n", encoding="utf-8")
     steady = load(scene, ["run.steady=true"])
@@ -268,7 +264,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene: Path) -> None:
         ("mid,305 parsec\n", "unknown unit"),
     ],
 )
-def test_cause_and_cure_of_what_cannot_be_read(text: str, said: str, scene: Path) -> None:
+def test_cause_and_cure_of_what_cannot_be_read(text, said, scene):
     path = scene.with_name("data.txt")
     path.write_text(text, encoding="utf-8")
     with pytest.raises(SceneError, match=said) as caught:
@@ -276,7 +272,7 @@ def test_cause_and_cure_of_what_cannot_be_read(text: str, said: str, scene: Path
     assert "\n" not in str(caught.value)
 
 
-def test_steady_table_on_the_command_line(scene: Path) -> None:
+def test_steady_table_on_the_command_line(scene):
     path, out = scene.with_name("data.txt"), scene.with_name("run")
     path.write_text(STEADY["COMSOL sweep"], encoding="utf-8")
     assert main(["solve", str(scene), "--steady", "--against", str(path), "--no-figures", "--out", str(out)]) == 0
@@ -288,7 +284,7 @@ def test_steady_table_on_the_command_line(scene: Path) -> None:
     assert "100 mV" in summary["against"]["run"]
 
 
-def test_curve_over_a_parameter_is_solved_row_by_row(scene: Path) -> None:
+def test_curve_over_a_parameter_is_solved_row_by_row(scene):
     """Both ends of the bar are held at T0 and its conductivity is constant: the integral of rho from T0 to the peak
     is V^2/(8 k)."""
     volts = np.array([0.0, 0.05, 0.1, 0.2])

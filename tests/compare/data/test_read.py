@@ -1,9 +1,6 @@
 """Reading other tools' tables: the content of each kind of file, and refusals that name the fault."""
 
-from __future__ import annotations
-
 import struct
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,7 +28,7 @@ def raw(kind: str) -> bytes:
 
 
 @pytest.mark.parametrize("kind", ["binary", "after another"])
-def test_an_ngspice_raw_file(kind: str, tmp_path: Path) -> None:
+def test_an_ngspice_raw_file(kind, tmp_path):
     data = found(tmp_path, raw(kind))
     assert data.time == pytest.approx([0.0, 1e-3, 2e-3])
     assert data.values["peak_K"] == pytest.approx([293.0, 300.0, 301.0])
@@ -44,7 +41,7 @@ def test_an_ngspice_raw_file(kind: str, tmp_path: Path) -> None:
             found(tmp_path, raw(kind)[:-3])
 
 
-def test_what_ngspice_prints(tmp_path: Path) -> None:
+def test_what_ngspice_prints(tmp_path):
     """With the header repeated on a second page, and rows kept apart from a second table."""
     page = "Index   time            v(peak)         v(mean)         \n" + "-" * 80 + "\n"
     rows = [f"{k}\t{k * 1e-3:.6e}\t{293 + k:.6e}\t{293 + k / 2:.6e}\t\n" for k in range(6)]
@@ -78,7 +75,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_refusals_say_what_was_found(text: str, tmp_path: Path) -> None:
+def test_refusals_say_what_was_found(text, tmp_path):
     with pytest.raises(SceneError, match=REFUSED[text]) as caught:
         found(tmp_path, text)
     assert "\n" not in str(caught.value)
@@ -86,12 +83,12 @@ def test_refusals_say_what_was_found(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("points", ["\N{SUPERSCRIPT TWO}", "0"])
-def test_a_raw_file_of_nothing(points: str, tmp_path: Path) -> None:
+def test_a_raw_file_of_nothing(points, tmp_path):
     with pytest.raises(SceneError, match="a run with 4 variables and"):
         found(tmp_path, raw("ascii").decode().replace("No. Points: 3", f"No. Points: {points}").encode("latin-1"))
 
 
-def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
+def test_binary_that_is_no_raw_file(tmp_path):
     with pytest.raises(SceneError, match="binary"):
         found(tmp_path, bytes(range(256)))
     with pytest.raises(SceneError, match="save the table as text or CSV"):
@@ -100,7 +97,7 @@ def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
         read(tmp_path / "none.csv", SINK)
 
 
-def test_what_is_left_out_is_said(tmp_path: Path) -> None:
+def test_what_is_left_out_is_said(tmp_path):
     data = found(tmp_path, "time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
     assert data.left_out == {"stress (MPa)": "has no unit that is known"}
     assert 'peak is "peak (K)"' in data.said()

@@ -1,9 +1,6 @@
 """Several runs in one file: the scene's own run is taken and named; runs are never merged."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -56,7 +53,7 @@ def exported(unit: str, place: float) -> str:
     ],
     ids=["below", "in mV", "by its path", "beside", "with unit", "in brackets", "two", "export", "export um"],
 )  # fmt: skip
-def test_the_run_of_the_scene_is_taken(text: str, volts: float, tmp_path: Path) -> None:
+def test_the_run_of_the_scene_is_taken(text, volts, tmp_path):
     """At each of the three voltages; the first block would be 4 and 16 times off."""
     data = found(tmp_path, text, sink=replace(SINK, voltage=volts))
     assert data.time == pytest.approx(TIMES)
@@ -68,13 +65,13 @@ def test_the_run_of_the_scene_is_taken(text: str, volts: float, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("text", [below(), beside(), exported("mm", 0.5)])
-def test_no_run_of_the_scene(text: str, tmp_path: Path) -> None:
+def test_no_run_of_the_scene(text, tmp_path):
     with pytest.raises(SceneError, match=r"no run of this scene.*V0.*5.*1.*2.*3 V") as caught:
         found(tmp_path, text, sink=replace(SINK, voltage=3.0))
     assert "--set drive.voltage=" in str(caught.value)
 
 
-def test_a_parameter_of_another_name(tmp_path: Path) -> None:
+def test_a_parameter_of_another_name(tmp_path):
     """Refused with the choices, which --column resolves; so is a column that stands for no voltage."""
     for text in (below("Ua (V)"), beside("Ua={}")):
         with pytest.raises(SceneError, match=r"Ua.*0\.5, 1, 2.*--column KEY="):
@@ -86,7 +83,7 @@ def test_a_parameter_of_another_name(tmp_path: Path) -> None:
         found(tmp_path, below(), "sink.width=V0 (V)")
 
 
-def test_two_parameters(tmp_path: Path) -> None:
+def test_two_parameters(tmp_path):
     """A run matches where all do; where one alone does, rows of several runs are left, and that is refused."""
     rows = [
         f"{v} {w} {1e3 * t:g} {293 + (k - 293) * w / 100:.9g}"
@@ -102,7 +99,7 @@ def test_two_parameters(tmp_path: Path) -> None:
     assert data.values["peak_K"] == pytest.approx(peak(1.0))
 
 
-def test_runs_whose_rows_take_turns(tmp_path: Path) -> None:
+def test_runs_whose_rows_take_turns(tmp_path):
     rows = [f"{t} {v} {peak(v)[i]:.9g}" for i, t in enumerate(TIMES) for v in VOLTS]
     text = "time_s  V0_V  peak_K\n" + "\n".join(rows) + "\n"
     data = found(tmp_path, text)
@@ -112,7 +109,7 @@ def test_runs_whose_rows_take_turns(tmp_path: Path) -> None:
         found(tmp_path, text.replace("V0", "Ua"))
 
 
-def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path: Path) -> None:
+def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path):
     """A single run at another voltage is refused like one of many; a column without a key of its name is reported."""
     assert found(tmp_path, below(volts=(1.0,))).run == "the run at V0 = 1 V (drive.voltage)"
     with pytest.raises(SceneError, match="no run of this scene"):
@@ -122,13 +119,13 @@ def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("second", [[0.0, 1.0, 2.0], [1.5, 3.0, 4.0]])
-def test_times_that_repeat_or_step_back_are_not_merged(second: list[float], tmp_path: Path) -> None:
+def test_times_that_repeat_or_step_back_are_not_merged(second, tmp_path):
     rows = [f"{t},{293 + t}" for t in (0.0, 1.0, 2.0, *second)]
     with pytest.raises(SceneError, match="repeat or step back"):
         found(tmp_path, "time (ms),peak (K)\n" + "\n".join(rows))
 
 
-def test_current_that_varies_over_time_is_the_quantity(tmp_path: Path) -> None:
+def test_current_that_varies_over_time_is_the_quantity(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time (ms),current (mA),peak (K)\n0,3.33,293\n1,3.32,300\n2,3.31,305\n", encoding="utf-8")
     data = read(path, SINK)
@@ -136,7 +133,7 @@ def test_current_that_varies_over_time_is_the_quantity(tmp_path: Path) -> None:
     assert data.values["current_A"] == pytest.approx([3.33e-3, 3.32e-3, 3.31e-3])
 
 
-def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path: Path) -> None:
+def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n", encoding="utf-8")
     data = read(path, SINK)
@@ -146,13 +143,13 @@ def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path: Path) -> None
         read(path, SINK, ("voltage=voltage (V)",))
 
 
-def test_a_field_is_no_table(tmp_path: Path) -> None:
+def test_a_field_is_no_table(tmp_path):
     rows = "\n".join(f"0 {y} 0 293 294 295" for y in range(300))
     with pytest.raises(SceneError, match="300 points"):
         found(tmp_path, f"{HEAD}% x  y  z  T (K) @ t=0  T (K) @ t=0.001  T (K) @ t=0.002\n{rows}\n")
 
 
-def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path: Path) -> None:
+def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path):
     """The advice for a file without the scene's run, for a parameter with the name of a key."""
     rows = "\n".join(f"{t:g}  {k:g}" for t, k in zip(TIMES, peak(1.0), strict=True))
     text = f"{HEAD}% Time (s)  T (K), peak @ voltage=3\n{rows}\n"

@@ -1,7 +1,5 @@
 """The checks of Figures 9 to 14 on the paper's own scene: given numbers, by hand where there is a formula."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -37,17 +35,17 @@ def solved(device: Device, options: Options) -> tuple[Runs, dict[str, Check]]:
 
 
 @pytest.fixture(scope="module")
-def found() -> dict[str, Check]:
+def found():
     return solved(load("device", scene_type=DEVICE), Options())[1]
 
 
-def test_every_check_is_made_once_and_as_declared(found: dict[str, Check]) -> None:
+def test_every_check_is_made_once_and_as_declared(found):
     assert tuple(found) == tuple(DEVICE_TOLERANCES)
     assert all(check.verdict == check.expected for check in found.values())
     assert all(check.u_num < check.tolerance / 10 for check in found.values())
 
 
-def test_settling_is_that_of_the_polymer(found: dict[str, Check]) -> None:
+def test_settling_is_that_of_the_polymer(found):
     alpha, thickness = 0.15 / (970 * 1460), 100e-6
     time = np.log(2 / 0.01) * thickness**2 / (np.pi**2 * alpha)  # its slowest mode, at twice the step
     assert found["fig9_settling"].measured == pytest.approx(time, rel=0.01)
@@ -55,7 +53,7 @@ def test_settling_is_that_of_the_polymer(found: dict[str, Check]) -> None:
 
 
 @pytest.mark.parametrize("moved", [0.0, 1e-3, 9e-3])
-def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(moved: float) -> None:
+def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(moved):
     """The sink's voltage, which the outer step leaves as it is in 1D and moves by 0.1 % in 3D: its settling is alike in
     both, and not that into 1 % of almost nothing."""
     device = load("device", scene_type=DEVICE)
@@ -68,17 +66,17 @@ def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(move
     assert settling(device, shifted, "sink_V")[-1].band == pytest.approx(0.01 * after.sink_V)
 
 
-def test_steady_power_and_flow(found: dict[str, Check]) -> None:
+def test_steady_power_and_flow(found):
     for name in ("fig9_balance", "fig10_steady"):
         assert found[name].measured == pytest.approx(SLOPE * 37.5, rel=1e-10)
 
 
-def test_slope_and_limit(found: dict[str, Check]) -> None:
+def test_slope_and_limit(found):
     assert found["fig13_slope"].measured == pytest.approx(-SLOPE, rel=1e-9)
     assert found["fig13_limit"].measured == pytest.approx(310.5, abs=1e-7)
 
 
-def test_slow_sampling_is_slower(found: dict[str, Check]) -> None:
+def test_slow_sampling_is_slower(found):
     slow = found["fig11_slow"]
     assert slow.measured > 4 * slow.predicted
     assert (slow.sense, slow.difference, slow.verdict) == ("at least", 0.0, "agrees")
@@ -86,13 +84,13 @@ def test_slow_sampling_is_slower(found: dict[str, Check]) -> None:
     assert found["fig9_settling"].sense == "equal"
 
 
-def test_only_the_step_beyond_the_set_point_takes_another_time(found: dict[str, Check]) -> None:
+def test_only_the_step_beyond_the_set_point_takes_another_time(found):
     same = found["fig12_same_time"]
     assert same.predicted == pytest.approx(found["fig9_settling"].measured, rel=1e-3)
     assert same.measured == pytest.approx(29.5e-3, abs=0.1e-3)
 
 
-def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
+def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower():
     slow = sampled_slowly(Device())
     slower = replace(slow, control=replace(slow.control, sink_gain=0.1, sensor_gain=0.01), end_time=1.5)
     request = Options(about=("figure11",))
@@ -101,7 +99,7 @@ def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
     assert check.difference > 0.5
 
 
-def test_what_is_not_needed_is_not_run() -> None:
+def test_what_is_not_needed_is_not_run():
     device = Device()
     assert KIND.made(device, Options(about=("figure11",))) == ("fig11_slow",)
     assert not KIND.runs_for(device, Options(about=("figure9",)), "figure11", "figure12", "figure13")
@@ -112,7 +110,7 @@ def test_what_is_not_needed_is_not_run() -> None:
 
 
 @pytest.mark.long
-def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
+def test_the_papers_scheme_is_checked_against_the_accurate_one():
     device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Options(scheme="paper")
     made, found = solved(device, request)
     assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", "fig14_ground", *METERS}
@@ -132,7 +130,7 @@ def meters(device: Device) -> dict[str, Check]:
     return {name: judged(name, comparison, device, always=True) for name, comparison in made.items() if comparison}
 
 
-def test_the_papers_sentence_on_meters_by_hand(found: dict[str, Check]) -> None:
+def test_the_papers_sentence_on_meters_by_hand(found):
     # R = 1.115 ohm (1 + 17.5 a) takes P = 150 uW/K 37.5 K; on 100 mV to 100 nV and 200 mA to 100 nA.
     R, P = 1.115 * (1 + 3.768e-3 * 17.5), SLOPE * 37.5
     V, current = np.sqrt(P * R), np.sqrt(P / R)
@@ -145,7 +143,7 @@ def test_the_papers_sentence_on_meters_by_hand(found: dict[str, Check]) -> None:
     assert found["meter_rate"].verdict == "differs"
 
 
-def test_a_meter_fails_a_thin_film_and_suffices_for_a_slow_loop() -> None:
+def test_a_meter_fails_a_thin_film_and_suffices_for_a_slow_loop():
     thin, slow = meters(Device(sensor_thickness=1e-9)), meters(Device(control=Control(0.25)))
     assert [thin[name].verdict for name in METERS] == ["differs"] * 3
     assert [slow[name].verdict for name in METERS] == ["agrees"] * 3
@@ -154,7 +152,7 @@ def test_a_meter_fails_a_thin_film_and_suffices_for_a_slow_loop() -> None:
     assert "takes no power" in without["meter_power"].because
 
 
-def test_nothing_is_judged_by_a_run_that_ends_too_early() -> None:
+def test_nothing_is_judged_by_a_run_that_ends_too_early():
     short = replace(Device(), control=Control(1e-3, 0.5), external=External(step_time=0.1), end_time=0.11)
     early = evaluated(short, "figure9", "figure10")
     assert {check.verdict for check in early.values()} == {"unresolved"}
@@ -163,7 +161,7 @@ def test_nothing_is_judged_by_a_run_that_ends_too_early() -> None:
     assert [check.verdict for check in late.values()] == ["differs", "agrees", "agrees"]
 
 
-def test_a_time_that_does_not_come_is_at_least_as_long_as_was_watched() -> None:
+def test_a_time_that_does_not_come_is_at_least_as_long_as_was_watched():
     slow = replace(Device(), control=Control(50e-3))
     check = evaluated(slow, "figure9")["fig9_settling"]
     assert check.measured == np.inf
@@ -173,7 +171,7 @@ def test_a_time_that_does_not_come_is_at_least_as_long_as_was_watched() -> None:
 
 
 @pytest.mark.long
-def test_an_unstable_loop_settles_nothing() -> None:
+def test_an_unstable_loop_settles_nothing():
     device = replace(Device(), control=Control(5e-3, 1.0, 2.0))
     found = evaluated(device)
     assert found["fig9_settling"].verdict == found["fig12_same_time"].verdict == "differs"
@@ -181,7 +179,7 @@ def test_an_unstable_loop_settles_nothing() -> None:
     assert "the loop is unstable, its largest eigenvalue per sample -" in found["fig12_same_time"].because
 
 
-def test_a_mode_that_is_gone_within_a_sample_has_a_rate() -> None:
+def test_a_mode_that_is_gone_within_a_sample_has_a_rate():
     result: Any = None
     rates = [Run(Device(), result, lambda _, left=left: left).decay for left in (0.0, 0.5, 1.0, 2.0)]
     assert rates == sorted(rates, reverse=True)

@@ -1,10 +1,6 @@
 """A bar that is heated throughout and cold at one end, whose tip and mean have closed forms; and files of models of
 it."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from tests.validate.conftest import no_field
@@ -57,7 +53,7 @@ upper = [0, "10 um", "2 um"]
 
 
 @pytest.fixture
-def steady(tmp_path: Path) -> Path:
+def steady(tmp_path):
     """The scene in its steady state: the tip rises by g L^2/2k = 100 K."""
     path = tmp_path / "bar.toml"
     path.write_text(SCENE.format(run="steady = true"), encoding="utf-8")
@@ -65,7 +61,7 @@ def steady(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def transient(tmp_path: Path) -> Path:
+def transient(tmp_path):
     """The same over three of its slowest time constants, (2 L/pi)^2/D = 0.16 ms."""
     path = tmp_path / "heating.toml"
     path.write_text(SCENE.format(run='end_time = "0.5 ms"'), encoding="utf-8")
@@ -73,7 +69,7 @@ def transient(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def model(tmp_path: Path) -> Path:
+def model(tmp_path):
     """A lumped model of the bar as a Python file, with functions that misbehave."""
     path = tmp_path / "lumped.py"
     path.write_text(

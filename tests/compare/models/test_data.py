@@ -1,8 +1,6 @@
 """Data of a free scene: a bar whose tip and mean have series over time, held against 3D and against a user's model; its
 conductivity and the model's time constant are fitted."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -50,7 +48,7 @@ def measured(values: dict[str, np.ndarray], times: np.ndarray, u: float) -> Data
 
 @pytest.mark.long
 @pytest.mark.parametrize("at_rest", [False, True])
-def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady: Path, transient: Path) -> None:
+def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest, steady, transient):
     """Bars whose conductivity is drawn from its own uncertainty, measured with noise: 3D has no error of its own, and
     the interval of its error, which is -1 K where the data are 1 K too hot, holds that in 95.5 % of the cases (k = 2),
     give or take three times 0.66 %, which is the standard deviation of 1,000. With half of the uncertainty of the
@@ -98,9 +96,7 @@ def run(scene: Path, *more: str) -> tuple[int, dict[str, Any]]:
 
 
 @pytest.mark.parametrize("at_rest", [False, True])
-def test_the_command(
-    at_rest: bool, steady: Path, transient: Path, model: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command(at_rest, steady, transient, model, capsys):
     """A mean that is measured 2 K too hot: 3D is off by -2 K, and the lumped model shows its own error."""
     scene = steady if at_rest else transient
     file = written(scene.parent / "mine.csv", quantities.AT_REST if at_rest else TIMES, K, 2.0)
@@ -128,7 +124,7 @@ def test_the_command(
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_field")
-def test_the_figure(transient: Path, steady: Path) -> None:
+def test_the_figure(transient, steady):
     for scene, times in ((transient, TIMES), (steady, quantities.AT_REST)):
         file = written(scene.parent / "mine.csv", times, K, 2.0)
         out = scene.parent / "pictures"
@@ -138,7 +134,7 @@ def test_the_figure(transient: Path, steady: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("at_rest", [False, True])
-def test_a_key_is_fitted_in_3d(at_rest: bool, steady: Path, transient: Path) -> None:
+def test_a_key_is_fitted_in_3d(at_rest, steady, transient):
     scene = steady if at_rest else transient
     file = written(scene.parent / "mine.csv", quantities.AT_REST if at_rest else TIMES, 43.0)
     given = ["--against", str(file), "--data-uncertainty", "0.1K", "--calibrate", "film.thermal_conductivity"]
@@ -161,7 +157,7 @@ def bar(scene, times):
 """
 
 
-def test_parameters_of_the_model_are_fitted_with_it(transient: Path) -> None:
+def test_parameters_of_the_model_are_fitted_with_it(transient):
     """Data of the model itself: the fit returns its time constant and its end, whatever 3D has."""
     (transient.parent / "own.py").write_text(MODEL, encoding="utf-8")
     text = (
@@ -185,7 +181,7 @@ def test_parameters_of_the_model_are_fitted_with_it(transient: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_assertion_and_declared_tolerances(transient: Path) -> None:
+def test_the_assertion_and_declared_tolerances(transient):
     file = written(transient.parent / "mine.csv", TIMES, K, 5.0)
     assert_traces_agree(transient, file, tip=0.01)
     with pytest.raises(AssertionError, match=r"against_bar mean: .*, data \d"):
@@ -211,7 +207,7 @@ def test_the_assertion_and_declared_tolerances(transient: Path) -> None:
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
      ["--data-uncertainty", "1K", "--calibrate", "film.conductivity"], "is no key"),
 ])  # fmt: skip
-def test_refused(text: str, more: list[str], said: str, transient: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_refused(text, more, said, transient, capsys):
     file = transient.parent / "mine.csv"
     file.write_text(text, encoding="utf-8")
     out = transient.parent / "run"
@@ -223,7 +219,7 @@ def test_refused(text: str, more: list[str], said: str, transient: Path, capsys:
 
 
 @pytest.mark.long
-def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> None:
+def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path):
     """Four of the five rows of a square wave are at its jumps, or at the start."""
     file = tmp_path / "mine.csv"
     file.write_text("time (ms),heater (K)\n0,293\n1,300\n2,302\n3,310\n4,297\n", encoding="utf-8")
@@ -234,9 +230,8 @@ def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> N
     assert not any("rows are compared" in text for text in with_most)
 
 
-def test_a_steady_scene_takes_the_last_row_of_traces(steady: Path) -> None:
+def test_a_steady_scene_takes_the_last_row_of_traces(steady):
     file = written(steady.parent / "mine.csv", TIMES, K)
     data = compare.solve(steady, against=file).outcome.options.against
-    assert data is not None
     assert data.at_rest
     assert "the last of 80 rows is taken for the steady state" in data.said()

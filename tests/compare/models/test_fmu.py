@@ -1,7 +1,5 @@
 """Units that an FMU declares, and its steady state, whatever its scale of time."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 from zipfile import ZipFile
@@ -112,9 +110,7 @@ CELSIUS = "T - 273.15", "x + 273.15"
         (('unit="K"', "T", "x"), ('unit="W"', "-2e-5*(T - 300)")),
     ],
 )
-def test_declared_units_are_converted(
-    steady: Path, tmp_path: Path, tip: tuple[str, str, str], heat: tuple[str, str]
-) -> None:
+def test_declared_units_are_converted(steady, tmp_path, tip, heat):
     """The outputs to SI, and the parameters from SI."""
     model = build(tmp_path, tip=tip, heat=heat)
     for setting, rise in (
@@ -127,7 +123,7 @@ def test_declared_units_are_converted(
         assert checks["heat out"].predicted == pytest.approx(-2e-5 * rise, rel=1e-6)
 
 
-def test_declared_units_are_converted_over_time(transient: Path, tmp_path: Path) -> None:
+def test_declared_units_are_converted_over_time(transient, tmp_path):
     model = build(tmp_path, tip=('unit="degC"', *CELSIUS), heat=('unit="uW"', "-20*(T - 300)"))
     run = compare.solve(transient, model=model).traces
     assert run["reduced1d tip"][0] == pytest.approx(300, abs=1e-9)
@@ -137,7 +133,7 @@ def test_declared_units_are_converted_over_time(transient: Path, tmp_path: Path)
 @pytest.mark.parametrize(
     ("unit", "why"), [("uW", '"tip" is in "uW", not in K'), ("lm", "not in K"), ("furlong", "is not known")]
 )
-def test_units_of_another_dimension_are_refused(steady: Path, tmp_path: Path, unit: str, why: str) -> None:
+def test_units_of_another_dimension_are_refused(steady, tmp_path, unit, why):
     with pytest.raises(SceneError, match=why):
         compare.solve(steady, model=build(tmp_path, tip=(f'unit="{unit}"', "T", "x")))
 
@@ -153,22 +149,22 @@ def test_units_of_another_dimension_are_refused(steady: Path, tmp_path: Path, un
     ],
     ids=["10 ns", "4 minutes", "on after 5 ms", "on after an hour", "rests before it moves on"],
 )
-def test_the_end_value_is_independent_of_the_scale_of_time(steady: Path, tmp_path: Path, rate: str) -> None:
+def test_the_end_value_is_independent_of_the_scale_of_time(steady, tmp_path, rate):
     check = compare.solve(steady, model=build(tmp_path, rate)).checks["tip"]
     assert check.predicted == pytest.approx(100, rel=1e-6)
     assert check.verdict == "agrees"
 
 
 @pytest.mark.parametrize("rate", ["1.0", "1e5*cos(1e3*t)"], ids=["ramp", "oscillation"])
-def test_an_fmu_without_a_steady_state_is_refused(steady: Path, tmp_path: Path, rate: str) -> None:
+def test_an_fmu_without_a_steady_state_is_refused(steady, tmp_path, rate):
     with pytest.raises(SceneError, match="does not come to rest"):
         compare.solve(steady, model=build(tmp_path, rate))
 
 
-def test_a_model_prints_as_its_file(tmp_path: Path) -> None:
+def test_a_model_prints_as_its_file(tmp_path):
     assert repr(open_model(build(tmp_path))) == "<model Lump.fmu>"
 
 
-def test_an_fmu_that_crashes_is_a_sentence(steady: Path, tmp_path: Path) -> None:
+def test_an_fmu_that_crashes_is_a_sentence(steady, tmp_path):
     with pytest.raises(SceneError, match="it ended its process, with the signal SIGABRT"):
         compare.solve(steady, model=build(tmp_path, "(abort(), 1.0)"))

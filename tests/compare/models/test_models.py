@@ -1,7 +1,5 @@
 """A model of one's own is judged alike whatever it is: a function, a netlist, an FMU, a table."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path
@@ -76,7 +74,7 @@ def judged(scene: Any, given: Any) -> dict[str, Any]:
 
 
 @pytest.mark.long
-def test_four_forms_of_one_model_get_the_same_checks(transient: Path, tmp_path: Path) -> None:
+def test_four_forms_of_one_model_get_the_same_checks(transient, tmp_path):
     scene = load(transient, PUT_IN)
     found = {"function": judged(scene, lambda _, times: rises(times))}
     (tmp_path / "lump.cir").write_text(NETLIST, encoding="utf-8")
@@ -100,7 +98,7 @@ def test_four_forms_of_one_model_get_the_same_checks(transient: Path, tmp_path: 
             assert check.verdict == wanted[name].verdict
 
 
-def test_values_of_3d_agree_and_three_percent_off_differ_at_two(steady: Path) -> None:
+def test_values_of_3d_agree_and_three_percent_off_differ_at_two(steady):
     own = compare.solve(steady)
     exact = {name: estimate.value for name, estimate in own.steady.items()}
 
@@ -118,7 +116,7 @@ def test_values_of_3d_agree_and_three_percent_off_differ_at_two(steady: Path) ->
 
 
 @pytest.mark.long
-def test_a_trace_of_3d_agrees_and_a_slower_one_is_told_so(transient: Path) -> None:
+def test_a_trace_of_3d_agrees_and_a_slower_one_is_told_so(transient):
     course = compare.solve(transient).traces
 
     def slower(_: Any, times: np.ndarray | None, stretch: float = 1.25) -> dict[str, Any]:
@@ -133,7 +131,7 @@ def test_a_trace_of_3d_agrees_and_a_slower_one_is_told_so(transient: Path) -> No
     assert "its time constant is 25 % long" in found.answer
 
 
-def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transient: Path) -> None:
+def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transient):
     """The model runs several times for the same times; noise of a kelvin leaves 1 % of a hundred open."""
     drawn = np.random.default_rng(0)
 
@@ -148,7 +146,7 @@ def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transien
     assert found.verdict == "unresolved"
 
 
-def test_degrees_and_rises_are_told_from_kelvins(steady: Path, transient: Path) -> None:
+def test_degrees_and_rises_are_told_from_kelvins(steady, transient):
     def celsius(_: Any, times: np.ndarray | None) -> dict[str, Any]:
         return {"tip": rises(times)["tip"] - 273.15}
 
@@ -166,9 +164,7 @@ def test_degrees_and_rises_are_told_from_kelvins(steady: Path, transient: Path) 
     assert "give kelvins" not in str(judged(steady, far)["tip"].because)
 
 
-def test_the_command_writes_both_models_beside_each_other(
-    transient: Path, model: Path, tmp_path: Path, capfd: Any
-) -> None:
+def test_the_command_writes_both_models_beside_each_other(transient, model, tmp_path, capfd):
     assert main(["solve", str(transient), "--model", f"{model}:bar", "--out", str(tmp_path / "o"), "--no-figures"]) == 0
     said = capfd.readouterr()
     assert said.out.startswith("lumped.py:bar is ")
@@ -185,7 +181,7 @@ def test_the_command_writes_both_models_beside_each_other(
     assert check["difference"] == pytest.approx(off[np.abs(off).argmax()], rel=1e-9)
 
 
-def test_a_declared_difference_is_no_surprise(steady: Path, model: Path, tmp_path: Path) -> None:
+def test_a_declared_difference_is_no_surprise(steady, model, tmp_path):
     out = ["--out", str(tmp_path / "o"), "--no-figures", "--quiet"]
     asked = ["solve", str(steady), "--model", f"{model}:bar", *out]
     off = ["--set", "box.bar.heat_source=2e12", "--set", "material.film.thermal_conductivity=60"]
@@ -196,13 +192,13 @@ def test_a_declared_difference_is_no_surprise(steady: Path, model: Path, tmp_pat
     assert main([*asked, "--set", 'checks.expect_differs=["tip"]']) == 1
 
 
-def test_a_row_without_a_number_is_named(transient: Path, tmp_path: Path) -> None:
+def test_a_row_without_a_number_is_named(transient, tmp_path):
     (tmp_path / "gap.csv").write_text("time (ms);tip (degC)\n0;20\n0.1;\n0.2;40\n0.5;80\n", encoding="utf-8")
     with pytest.raises(SceneError, match=r'"tip \(degC\)" has no number at 100\.0 us'):
         compare.solve(transient, model=str(tmp_path / "gap.csv"))
 
 
-def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient: Path, tmp_path: Path, capsys: Any) -> None:
+def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient, tmp_path, capsys):
     """Its last values were taken to hold from then on."""
     given = ["solve", str(transient), "--model", str(fmu(tmp_path, until=1e-4)), "--no-figures", "--quiet"]
     parameters = ["--set", "model.parameters.top=100", "--set", "model.parameters.tau=1.6e-4"]
@@ -211,7 +207,7 @@ def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient: Path, tm
     assert (tmp_path / "o/summary.json").exists()
 
 
-def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path, monkeypatch):
     with ZipFile(tmp_path / "bomb.fmu", "w", ZIP_DEFLATED) as archive:
         archive.writestr("resources/zeros", bytes(100_000))
     monkeypatch.setattr("compare.models.fmu.LARGEST", 1e4)
@@ -222,7 +218,7 @@ def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path: Path, monkeypatch: p
         open_model(str(tmp_path / "bomb.fmu"))
 
 
-def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) -> None:
+def test_a_function_imports_what_lies_beside_it(steady, tmp_path):
     """At the top of its file, and when it is called."""
     (tmp_path / "top_of_it.py").write_text("VALUE = 300.0\n", encoding="utf-8")
     (tmp_path / "within_it.py").write_text("VALUE = 100.0\n", encoding="utf-8")
@@ -236,7 +232,7 @@ def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) ->
     assert sys.path == before
 
 
-def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: Path, capfd: Any) -> None:
+def test_a_scene_runs_no_program_by_itself(steady, model, tmp_path, capfd):
     with steady.open("a", encoding="utf-8") as file:
         file.write('\n[model]\nfile = "lumped.py:bar"\n')
     out = ["--out", str(tmp_path / "o"), "--no-figures"]
@@ -259,7 +255,7 @@ def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: 
         ('.model s other (input_file="escaped")', "reads files"),
     ],
 )
-def test_a_netlist_is_a_circuit_and_nothing_else(steady: Path, tmp_path: Path, line: str, why: str) -> None:
+def test_a_netlist_is_a_circuit_and_nothing_else(steady, tmp_path, line, why):
     for text in (f"title\nR1 tip 0 1\n{line}\n.end\n", f"title\nR1 tip 0 1\n.end\n{line}\n"):
         (tmp_path / "bad.cir").write_text(text, encoding="utf-8")
         with pytest.raises(SceneError, match=why):
@@ -268,14 +264,14 @@ def test_a_netlist_is_a_circuit_and_nothing_else(steady: Path, tmp_path: Path, l
 
 
 @pytest.mark.needs("ngspice")
-def test_a_command_broken_over_two_lines_is_not_run(steady: Path, tmp_path: Path) -> None:
+def test_a_command_broken_over_two_lines_is_not_run(steady, tmp_path):
     (tmp_path / "bad.cir").write_text("title\nR1 tip 0 1\n.cont\n+rol\n.end\n", encoding="utf-8")
     with pytest.raises(SceneError, match="ngspice has no"):
         judged(steady, str(tmp_path / "bad.cir"))
 
 
 @pytest.mark.needs("ngspice")
-def test_comments_and_titles_that_are_commands_do_nothing(steady: Path, tmp_path: Path) -> None:
+def test_comments_and_titles_that_are_commands_do_nothing(steady, tmp_path):
     """ngspice runs text after *# , and takes a file that begins with *ng_script for commands."""
     escaped = tmp_path / "escaped"
     text = f"*ng_script\n*#shell touch {escaped}\nV1 tip 0 350\n.op\n.end\n"
@@ -284,7 +280,7 @@ def test_comments_and_titles_that_are_commands_do_nothing(steady: Path, tmp_path
     assert not escaped.exists()
 
 
-def test_a_models_parameters_are_made_of_the_scenes() -> None:
+def test_a_models_parameters_are_made_of_the_scenes():
     given = ["model.parameters.half=w/2", "model.parameters.end=box.beam.upper.y", "model.parameters.R=300 ohm"]
     assert make_question(load("bridge", [*given, "parameters.w=12um"])).parameters == {
         "half": 6e-6, "end": 200e-6, "R": 300.0,
@@ -299,6 +295,6 @@ def test_a_models_parameters_are_made_of_the_scenes() -> None:
         make_question(load("bridge", ["model.parameters.half=width/2"]))
 
 
-def test_a_folder_has_the_function_apart_from_its_file() -> None:
+def test_a_folder_has_the_function_apart_from_its_file():
     name = folder_name("free", {"model": "lumped.py:bridge"}, Options(), load("bridge"), ()).name
     assert name == "bridge-model-lumped.py-bridge"

@@ -1,10 +1,7 @@
 """The network as a model: judged like any other, with errors, and without code that a scene could bring."""
 
-from __future__ import annotations
-
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +16,7 @@ from scenes.model import MeshScene
 from validate.cli import main
 
 
-def test_the_bridge_is_judged() -> None:
+def test_the_bridge_is_judged():
     found = compare.solve("bridge", model="network")
     checks = found.checks
     assert set(checks) == {"middle", "beam mean", "current", "heat to the substrate", "quarter"}
@@ -31,13 +28,13 @@ def test_the_bridge_is_judged() -> None:
     assert checks["middle"].difference > checks["middle"].u_num
 
 
-def test_it_runs_no_code_of_anybody() -> None:
+def test_it_runs_no_code_of_anybody():
     assert not runs_code("network")
     with pytest.raises(SceneError, match="network, or scene for the scene's own"):
         open_model("netwerk")
 
 
-def test_rows_just_before_a_jump_bend_nothing() -> None:
+def test_rows_just_before_a_jump_bend_nothing():
     """3D has a row a billionth of the run before a jump: no straight line there is off by the jump."""
     time = np.array([0.0, 1.0, 2.0, 2.0 + 4e-9, 3.0, 4.0])
     values = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
@@ -46,9 +43,7 @@ def test_rows_just_before_a_jump_bend_nothing() -> None:
     assert bends(np.delete(time, 2), np.delete(values, 2)).max() > 0.1
 
 
-def test_a_network_without_an_answer_leaves_what_3d_found(
-    steady: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_network_without_an_answer_leaves_what_3d_found(steady, monkeypatch, capsys):
     def runs_away(*_: object, **__: object) -> None:
         raise RunawayError("the network runs away", 1.0)
 
@@ -62,7 +57,7 @@ def test_a_network_without_an_answer_leaves_what_3d_found(
     assert "reduced1d" not in summary
 
 
-def test_why_of_a_drive_that_varies_is_said(transient: Path) -> None:
+def test_why_of_a_drive_that_varies_is_said(transient):
     source = 'heat_source = {times = [0, "0.2 ms"], values = [1e12, 2e12]}'
     transient.write_text(transient.read_text(encoding="utf-8").replace("heat_source = 1e12", source), encoding="utf-8")
     out = transient.parent / "run"
@@ -72,7 +67,7 @@ def test_why_of_a_drive_that_varies_is_said(transient: Path) -> None:
     assert any("--why is of the steady state" in text for text in summary["warnings"])
 
 
-def test_a_network_of_a_mesh_is_refused_before_3d_is_solved() -> None:
+def test_a_network_of_a_mesh_is_refused_before_3d_is_solved():
     """The scene alone decides: the mesh file is not even read."""
     scene = MeshScene("plug", "none.msh", 1.0, (), (), (), ())
     for ask in (pipeline.plan, pipeline.solve):

@@ -1,8 +1,6 @@
 """An invalid model ends in one sentence with status 2, and nothing is written; where a model fails during its run, or
 is ended, the 3D result is kept."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -109,7 +107,7 @@ def endless(scene, times):
 
 
 @pytest.fixture
-def here(steady: Path, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(steady, model, tmp_path, monkeypatch):
     """The folder of the scene and of all these files."""
     others = {"odd.py": ODD, "broken.fmu": "PK", "model.txt": "tip,350\n"}
     for name, text in {**NETLISTS, **TABLES, **PYTHON, **others}.items():
@@ -134,15 +132,13 @@ def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> 
 
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(("given", "why"), REFUSED)
-def test_what_is_no_model_is_one_sentence(given: str, why: str, capsys: Any) -> None:
+def test_what_is_no_model_is_one_sentence(given, why, capsys):
     refused(["--model", given], why, capsys)
 
 
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(("given", "why"), FAILED)
-def test_where_a_model_fails_what_3d_found_is_kept(
-    given: str, why: str, capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_a_model_fails_what_3d_found_is_kept(given, why, capsys, monkeypatch):
     if given.endswith("endless"):
         monkeypatch.setattr("compare.models.function.LONGEST", 3.0)
     refused(["--model", given], why, capsys, kept=True)
@@ -151,12 +147,12 @@ def test_where_a_model_fails_what_3d_found_is_kept(
 @pytest.mark.needs("ngspice")
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(("netlist", "why"), NO_SOLUTION)
-def test_where_a_netlist_has_no_solution_3d_is_kept(netlist: str, why: str, capsys: Any) -> None:
+def test_where_a_netlist_has_no_solution_3d_is_kept(netlist, why, capsys):
     refused(["--model", netlist], why, capsys, kept=True)
 
 
 @pytest.mark.usefixtures("here")
-def test_a_folder_with_files_called_as_those_of_python_is_no_matter(capsys: Any) -> None:
+def test_a_folder_with_files_called_as_those_of_python_is_no_matter(capsys):
     for name in ("json.py", "numpy.py", "random.py", "socket.py"):
         Path(name).write_text("raise ImportError('of the user')\n", encoding="utf-8")
     Path("elsewhere").mkdir()
@@ -166,7 +162,7 @@ def test_a_folder_with_files_called_as_those_of_python_is_no_matter(capsys: Any)
 
 @pytest.mark.needs("ngspice")
 @pytest.mark.usefixtures("here")
-def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys: Any) -> None:
+def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys):
     refused(["--model", "fine.cir", "--set", "model.parameters.Q=3"], "has no .param", capsys, kept=True)
     outputs = 'model.outputs={"bar mean" = "`touch escaped`"}'
     refused(["--model", "fine.cir", "--set", outputs], "starts programs or reads files", capsys, kept=True)
@@ -183,7 +179,7 @@ def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys: Any) ->
         ("model.colour=3", "[model] takes file, parameters, outputs"),
     ],
 )
-def test_what_a_scene_says_of_its_model(setting: str, why: str, capsys: Any) -> None:
+def test_what_a_scene_says_of_its_model(setting, why, capsys):
     refused(["--model", "lumped.py:bar", "--set", setting], why, capsys)
 
 
@@ -192,9 +188,7 @@ def test_what_a_scene_says_of_its_model(setting: str, why: str, capsys: Any) -> 
     ("scene", "quantity", "value"),
     [(["solve", "bar.toml", "--model"], "tip", 400.0), (["sink", "--steady", "--reduction"], "peak_rise_K", 20.33)],
 )
-def test_a_model_that_never_answers_is_ended_and_3d_is_kept(
-    here: Path, scene: list[str], quantity: str, value: float
-) -> None:
+def test_a_model_that_never_answers_is_ended_and_3d_is_kept(here, scene, quantity, value):
     command = [sys.executable, "-m", "validate", *scene, "lumped.py:asleep", "--out", "o"]
     root = Path(__file__).parents[3]
     environment = os.environ | {"PYTHONPATH": str(root)}

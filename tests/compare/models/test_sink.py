@@ -1,7 +1,5 @@
 """A model of one's own of the sink: where it is the paper's, it is judged as the paper's is."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +34,7 @@ def hotter(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
 
 
 @pytest.mark.long
-def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) -> None:
+def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path):
     own = compare.run("sink", reduction=papers, accuracy=1e-2, sensitivities=True, uncertain={"sink.width": "1%"})
     paper = compare.run("sink", accuracy=1e-2, sensitivities=True, uncertain={"sink.width": "1%"})
     for check in OF_ONE:
@@ -47,7 +45,6 @@ def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) 
         assert one.u_input == pytest.approx(other.u_input, rel=1e-3)
     slopes = []
     for found in (own, paper):
-        assert found.sensitivities is not None
         slopes.append(found.sensitivities["reduced1d"].relative["sink.width"]["end_rise_K"].value)
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
     assert own.answer.startswith("The 1D model papers is 6.6 % low at the peak and 30 % low at the ends")
@@ -56,7 +53,7 @@ def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_field")
-def test_a_model_of_one_number(tmp_path: Path) -> None:
+def test_a_model_of_one_number(tmp_path):
     """Checks of missing quantities are not made, pictures and files are."""
     out = tmp_path / "run"
     found = compare.run("sink", reduction=hotter, accuracy=1e-2, out=out, figures=True)
@@ -69,7 +66,7 @@ def test_a_model_of_one_number(tmp_path: Path) -> None:
     assert list(summary["reduced1d"]["steady"]) == ["peak_rise_K"]
 
 
-def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_of_values(tmp_path, capsys):
     """Traces in a CSV, and rows in the steady state."""
     (tmp_path / "rest.csv").write_text("peak_rise_K, 20 K\n", encoding="utf-8")
     given = ["sink", "--reduction", str(tmp_path / "rest.csv"), "--steady", "--accuracy", "1e-2", "--no-figures"]
@@ -81,11 +78,10 @@ def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 @pytest.mark.long
-def test_the_network_is_judged_and_has_no_slope_where_it_jumps() -> None:
+def test_the_network_is_judged_and_has_no_slope_where_it_jumps():
     """Pads and oxide are square: with another side the longest they lie another way, so that there is no slope."""
     run = compare.run("sink", reduction="network", accuracy=1e-2, steady=True)
     sink, three = run.outcome.scene, run.outcome.fem3d
-    assert three is not None
 
     def peak(voltage: float) -> float:
         return by_lines(replace(sink, voltage=voltage)).steady["peak_rise_K"].value
@@ -111,9 +107,9 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps() -> None:
     ("own.py:wrong", ["--accuracy", "1e-2"], "line 5: ZeroDivisionError"),
 ])  # fmt: skip
 def test_refused(
-    reduction: str, more: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+    reduction, more, said, tmp_path, monkeypatch,
+    capsys,
+):  # fmt: skip
     monkeypatch.chdir(tmp_path)
     Path("own.py").write_text(
         "def sink(scene, times):\n    return {}\n\ndef wrong(scene, times):\n    return 1 / 0\n", encoding="utf-8"
@@ -125,6 +121,6 @@ def test_refused(
     assert Path("run").exists() == ("own.py:wrong" in reduction)  # which is asked after 3D has been solved
 
 
-def test_a_function_is_asked_not_guessed() -> None:
+def test_a_function_is_asked_not_guessed():
     with pytest.raises(SceneError, match="says nothing of"):
         compare.run("sink", reduction=lambda scene, times: {}, accuracy=1e-2, steady=True)

@@ -1,12 +1,8 @@
 """A user's own model at many designs, whose difference from 3D has a closed form: rises are as (k/50)^-1/2 and
 (g/1e12)^0.1 too high."""
 
-from __future__ import annotations
-
 import csv
 import json
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +14,7 @@ K, G = "material.film.thermal_conductivity", "box.bar.heat_source"
 
 
 @pytest.fixture
-def bent(tmp_path: Path) -> str:
+def bent(tmp_path):
     path = tmp_path / "bent.py"
     path.write_text(
         '''"""The bar's tip, off by powers of its conductivity and its source."""
@@ -41,7 +37,7 @@ def asleep(scene, times):
 
 
 @pytest.mark.long
-def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str, tmp_path: Path) -> None:
+def test_the_map_finds_the_line_within_its_stated_error(steady, bent, tmp_path):
     vary = ["--vary", f"{K}=40:60", "--vary", f"{G}=5e11:2e12:log"]
     asked = ["map", str(steady), "--model", f"{bent}:tip", "--check", "tip", "--tolerance", "5%", *vary]
     out = ["--cells", "20", "--solves", "40", "--out", str(tmp_path / "m"), "--no-figures", "--quiet"]
@@ -60,7 +56,7 @@ def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str,
 
 
 @pytest.mark.long
-def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, bent: str, tmp_path: Path) -> None:
+def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady, bent, tmp_path):
     asked = ["sweep", str(steady), "--model", f"{bent}:asleep", "--check", "tip", "--vary", f"{K}=40,50,60"]
     out = ["--point-timeout", "4s", "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]
     assert main([*asked, *out]) == 0
@@ -74,7 +70,7 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, be
 
 
 @pytest.mark.long
-def test_a_sinks_own_model_at_a_design(tmp_path: Path) -> None:
+def test_a_sinks_own_model_at_a_design(tmp_path):
     """It is judged in the paper's place as it is in a run, and nothing is blamed on the paper's assumptions."""
     model = f"{tmp_path / 'own.py'}:sink"
     (tmp_path / "own.py").write_text(
@@ -102,9 +98,7 @@ def test_a_sinks_own_model_at_a_design(tmp_path: Path) -> None:
         (["map", "{scene}", "--check", "tip", "--vary", f"{K}=40:50", "--vary", f"{G}=1:2"], "give --model"),
     ],
 )
-def test_what_cannot_be_swept_is_said(
-    steady: Path, bent: str, arguments: list[str], why: str, tmp_path: Path, capsys: Any
-) -> None:
+def test_what_cannot_be_swept_is_said(steady, bent, arguments, why, tmp_path, capsys):
     given = [part.format(scene=steady, file=bent) for part in arguments]
     assert main([*given, "--out", str(tmp_path / "o")]) == 2
     said = capsys.readouterr().err

@@ -1,7 +1,5 @@
 """Compact models of scenes, against runs that they were not made of."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -17,7 +15,6 @@ from fem3d.runs.compact import check, compact, needed
 from scenes.errors import SceneError
 from scenes.loading import load_free as load
 from scenes.model import Schedule
-from scenes.result import Result
 from statespace.channels import driven
 from statespace.export import write
 from statespace.runtime import CompactModel
@@ -86,25 +83,25 @@ Traces = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def bar(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def bar(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "bar.toml"
     path.write_text(BAR, encoding="utf-8")
     return load(str(path), [])
 
 
 @pytest.fixture(scope="module")
-def document(bar: Any) -> dict[str, Any]:
+def document(bar):
     return compact(bar, None, ACCURACY)
 
 
 @pytest.fixture(scope="module")
-def truth(bar: Any) -> Result:
+def truth(bar):
     """The bar by `validate solve`, at a tenth of its accuracy."""
     return scene_run.solve(replace(bar, accuracy=ACCURACY / 10))
 
 
 @pytest.fixture(scope="module")
-def steady_truth(bar: Any) -> Result:
+def steady_truth(bar):
     return scene_run.solve(replace(bar, accuracy=ACCURACY / 10, steady=True))
 
 
@@ -122,13 +119,13 @@ def off(document: dict[str, Any], found: Traces, truth: Traces, kind: str = "ove
     return max(float(np.abs(found[n] - truth[n]).max()) / stated[n]["error"] for n in stated)
 
 
-def test_the_scene_itself(document: dict[str, Any]) -> None:
+def test_the_scene_itself(document):
     assert document["states"] <= 12 * len(document["inputs"])
     each = [e for run in document["error"].values() for kind in run.values() for e in kind.values()]
     assert max(e["relative"] for e in each) <= ACCURACY
 
 
-def test_a_model_stops_in_time_with_a_warning(bar: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_stops_in_time_with_a_warning(bar, monkeypatch):
     """The inputs whose steps there is no time for are named."""
     monkeypatch.setattr("fem3d.runs.compact.ALWAYS", 0.0)
     made = compact(replace(bar, steady=True, accuracy=1e-2), None, 1e-4, seconds=1e-4)
@@ -153,7 +150,7 @@ def in_python(folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:
 
 
 @pytest.mark.long
-def test_temperature_and_potential_jump_at_a_contact(tmp_path: Path) -> None:
+def test_temperature_and_potential_jump_at_a_contact(tmp_path):
     """A bar of two halves, against a run ten times more accurate; one of the whole bar is further off."""
     half = (
         '[[box]]\nname = "rest"\nmaterial = "silicon"\nlower = ["200 um", 0, 0]\nupper = ["400 um", "10 um", "10 um"]'
@@ -183,10 +180,7 @@ def test_temperature_and_potential_jump_at_a_contact(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_exported_file_is_within_its_error_bounds(
-    document: dict[str, Any], truth: Result, steady_truth: Result, tmp_path: Path
-) -> None:
-    assert truth.traces is not None
+def test_exported_file_is_within_its_error_bounds(document, truth, steady_truth, tmp_path):
     late = truth.traces.time >= document["range"]["from_s"]
     expected = {n: v[late] for n, v in truth.traces.values.items()}
     settled = {n: estimate.value for n, estimate in steady_truth.steady.items()}
@@ -198,7 +192,7 @@ def test_exported_file_is_within_its_error_bounds(
 
 
 @pytest.mark.long
-def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) -> None:
+def test_inputs_that_it_was_not_made_with(bar, document):
     """All at once, a jump and a ramp among them: errors of linear parts add up."""
     ramp = Schedule((0.0, 1e-3), (293.0, 313.0))
     jump = Schedule((1e-3, 1e-3), (1.0, 3.0))
@@ -213,7 +207,7 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
 
 
 @pytest.mark.long
-def test_a_steady_state_with_currents() -> None:
+def test_a_steady_state_with_currents():
     """With a given number of states."""
     bridge = load("bridge", ["run.accuracy=1e-2"])
     found = CompactModel(compact(bridge, 3, 1e-2))
@@ -229,7 +223,7 @@ def test_a_steady_state_with_currents() -> None:
     assert abs(found.steady(other)["quarter"] - truth["quarter"].value) > stated
 
 
-def test_currents_alone(bar: Any) -> None:
+def test_currents_alone(bar):
     """Without states, and at once: of three electrodes the outer voltages vary in time."""
     ramp = Schedule((0.0, 1e-3), (1.0, -2.0))
     electric = [replace(b, value=ramp if b.name == "in" else b.value) for b in bar.boundaries if b.kind == "voltage"]
@@ -251,7 +245,7 @@ def test_currents_alone(bar: Any) -> None:
 
 
 @pytest.mark.long
-def test_a_mesh_file(tmp_path: Path) -> None:
+def test_a_mesh_file(tmp_path):
     """With its given temperature stepped alone, of which no heat comes, as one of the runs."""
     (tmp_path / "wire.toml").write_text(MESH_SCENE.replace("wire.msh", str(WIRE)), encoding="utf-8")
     wire = load(str(tmp_path / "wire.toml"), [])
@@ -266,7 +260,7 @@ def test_a_mesh_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_model_of_the_sink(tmp_path, capsys):
     """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
     command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
     assert main([*command, "--export", str(tmp_path / "mine"), "--states", "3"]) == 0
@@ -279,7 +273,7 @@ def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert 0 < model.document["error"]["the scene"]["steady"]["current"]["relative"] < 2e-2
 
 
-def test_the_places_of_an_extreme() -> None:
+def test_the_places_of_an_extreme():
     """Of three places one is never the highest, or by less than matters."""
     values = np.array([[1.0, 5.0, 2.0], [3.0, 1.0, 1.0], [0.5, 4.9, 1.9]])
     near = np.full(3, 1e-3)
@@ -290,7 +284,7 @@ def test_the_places_of_an_extreme() -> None:
     assert sorted(needed(values, np.arange(3), near)) == [0, 1, 2]
 
 
-def test_what_has_no_model(bar: Any) -> None:
+def test_what_has_no_model(bar):
     with pytest.raises(SceneError, match="probe"):
         check(replace(bar, probes=()))
     with pytest.raises(SceneError, match=r'"half way"\.reduce asks for an extreme potential'):

@@ -1,7 +1,5 @@
 """Compact models of scenes with metal that no electrode touches, or one alone: it carries no current."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -44,7 +42,7 @@ def layered(
     return from_dict(document)
 
 
-def test_metal_that_no_electrode_touches_is_an_insulator_to_current() -> None:
+def test_metal_that_no_electrode_touches_is_an_insulator_to_current():
     """To the last digits: both scenes are the same problem of heat. Another conductivity is seen."""
     metal, insulator = (scene_run.solve(layered(r)).steady["top"].value for r in (2e-8, "insulator"))
     assert metal == pytest.approx(insulator, rel=1e-12)
@@ -54,7 +52,7 @@ def test_metal_that_no_electrode_touches_is_an_insulator_to_current() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("strip", [False, True])
-def test_a_model_of_a_scene_with_metal_that_carries_no_current(strip: bool) -> None:
+def test_a_model_of_a_scene_with_metal_that_carries_no_current(strip):
     scene = layered(2e-8, strip=strip)
     model = CompactModel(compact(scene, None, 1e-2))
     full = scene_run.solve(scene).steady
@@ -64,11 +62,10 @@ def test_a_model_of_a_scene_with_metal_that_carries_no_current(strip: bool) -> N
         assert model.steady({"strip.voltage": 0.2})["potential"] == pytest.approx(0.2, rel=1e-9)
 
 
-def test_a_voltage_that_warms_nothing_leaves_all_at_rest_over_time() -> None:
+def test_a_voltage_that_warms_nothing_leaves_all_at_rest_over_time():
     """A model is held against the step of each voltage alone, also of one that no other electrode answers."""
     scene = layered(2e-8, strip=True, run={"end_time": 1e-4})
     known = {c.name: c for c in channels(scene)}
     traces = scene_run.solve(scenarios(scene, tuple(known.values()))["step of strip.voltage"]).traces
-    assert traces is not None
     assert traces.values["top"] == pytest.approx(293, abs=1e-9)
     assert traces.values["potential"][1:] == pytest.approx(known["strip.voltage"].step, rel=1e-9)

@@ -5,8 +5,6 @@ Nothing of the model under test is used but the scene's numbers: uniform current
 stage's resistances from its own temperatures.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,9 +1,6 @@
 """How the device's steady state in 3D follows its keys, against differences of whole models, and laws that it obeys."""
 
-from __future__ import annotations
-
 import json
-from typing import Any
 
 import pytest
 
@@ -16,17 +13,16 @@ DEVICE, STEP = Device(), 0.02
 
 
 @pytest.fixture(scope="module")
-def summary(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def summary(tmp_path_factory):
     folder = tmp_path_factory.mktemp("device") / "run"
     arguments = ["device", "--3d", "--sensitivities", "--figure", "9", "--no-figures", "--accuracy", "1e-2",
                  "--uncertain", "pdms.thermal_conductivity=5%"]  # fmt: skip
     assert main([*arguments, "--out", str(folder)]) in (0, 1)
-    found: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    return found
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.long
-def test_differences_of_models(summary: dict[str, Any]) -> None:
+def test_differences_of_models(summary):
     key = "sink.width"
     solved = [
         model(varied(DEVICE, key, 1 + step), 1e-3).steady(varied(DEVICE, key, 1 + step)) for step in (STEP, -STEP)
@@ -41,7 +37,7 @@ def test_differences_of_models(summary: dict[str, Any]) -> None:
 
 
 @pytest.mark.long
-def test_laws(summary: dict[str, Any]) -> None:
+def test_laws(summary):
     """Powers go with all sizes, the offset of a centred oxide being none of them; voltages with the root of the
     resistivity; the sensor pays for the polymer."""
     table = {key: {q: s["fem3d"] for q, s in of.items()} for key, of in summary["sensitivities"].items()}
@@ -54,7 +50,7 @@ def test_laws(summary: dict[str, Any]) -> None:
     assert table["materials.pdms.thermal_conductivity"]["polymer_flux_W"]["value"] == pytest.approx(1, abs=1e-2)
 
 
-def test_u_input(summary: dict[str, Any]) -> None:
+def test_u_input(summary):
     """The polymer's conductivity moves power and claims, and both models alike."""
     for model_ in ("fem3d", "reduced1d"):
         power = summary[model_]["steady"]["sensor_power_W"]
@@ -68,7 +64,7 @@ def test_u_input(summary: dict[str, Any]) -> None:
     assert "u_input" not in checks["slope_materials.gold.resistivity"]
 
 
-def test_checks(summary: dict[str, Any]) -> None:
+def test_checks(summary):
     checks = {check["id"]: check for check in summary["checks"]}
     # 1D's heat leaves along the sink alone, and eq 14 leaves out the constriction.
     assert checks["slope_sink.length"]["verdict"] == "differs"

@@ -3,8 +3,6 @@
 Every box, boundary and probe with an extent becomes a group of its name, so that a scene can be solved both ways.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -34,7 +32,7 @@ HEXAHEDRON_EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 
 Map = Callable[[np.ndarray], np.ndarray]
 
 
-def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> Built:
+def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> "Built":
     """The boxes as cells of a kind, with so many pieces between neighbouring planes; ``bend`` moves the nodes."""
     flat: list[Any] = [*scene.boxes, *scene.boundaries, *scene.probes]
     axes = []
@@ -130,7 +128,6 @@ def document(boxes: dict[str, Any], file: str, unit: float = 1.0) -> dict[str, A
     found: dict[str, Any] = {key: boxes[key] for key in ("scene", "run") if key in boxes}
     found["mesh"] = {"file": file, "unit": unit}
     scene = from_dict(boxes)
-    assert isinstance(scene, Scene)
     found["material"] = [
         {**m, "groups": [b.name for b in scene.boxes if b.material.name == m["name"]]} for m in boxes["material"]
     ]
@@ -149,8 +146,7 @@ def document(boxes: dict[str, Any], file: str, unit: float = 1.0) -> dict[str, A
 
 def _within(at: np.ndarray, item: Any) -> np.ndarray:
     small = 1e-9 * np.abs(at).max()
-    found: np.ndarray = ((at > np.array(item.lower) - small) & (at < np.array(item.upper) + small)).all(axis=-1)
-    return found
+    return ((at > np.array(item.lower) - small) & (at < np.array(item.upper) + small)).all(axis=-1)
 
 
 def _faces(mesh: Built, rows: np.ndarray) -> np.ndarray:

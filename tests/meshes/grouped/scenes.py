@@ -1,7 +1,5 @@
 """Scenes of boxes that the tests solve on meshes as well."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

@@ -3,8 +3,6 @@
 Its middle is at 293 K + V^2/(8 rho k) = 305.5 K, and it carries V A/(rho L) = 100 mA.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -205,7 +203,7 @@ NASTRAN: dict[str, Callable[[], str]] = {
 
 
 @pytest.mark.parametrize("form", NASTRAN)
-def test_nastran_forms_are_read(form: str, tmp_path: Path) -> None:
+def test_nastran_forms_are_read(form, tmp_path):
     assert_solved(write(tmp_path, "bar.bdf", NASTRAN[form](), **PROPERTIES))
 
 
@@ -234,7 +232,7 @@ NASTRAN_REFUSED = {
 
 
 @pytest.mark.parametrize("form", NASTRAN_REFUSED)
-def test_nastran_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nastran_is_refused_by_name(form, tmp_path, capsys):
     content, sentence = NASTRAN_REFUSED[form]
     assert sentence in refusal(write(tmp_path, "bar.bdf", content(), **PROPERTIES), capsys)
 
@@ -290,7 +288,7 @@ ABAQUS: dict[str, Callable[[], str]] = {
 
 
 @pytest.mark.parametrize("form", ABAQUS)
-def test_abaqus_forms_are_read(form: str, tmp_path: Path) -> None:
+def test_abaqus_forms_are_read(form, tmp_path):
     assert_solved(write(tmp_path, "bar.inp", ABAQUS[form]()))
 
 
@@ -309,7 +307,7 @@ ABAQUS_REFUSED = {
 
 
 @pytest.mark.parametrize("form", ABAQUS_REFUSED)
-def test_abaqus_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_abaqus_is_refused_by_name(form, tmp_path, capsys):
     content, sentence = ABAQUS_REFUSED[form]
     assert sentence in refusal(write(tmp_path, "bar.inp", content), capsys)
 
@@ -383,12 +381,12 @@ GMSH: dict[str, tuple[str | bytes, dict[str, str]]] = {
 
 
 @pytest.mark.parametrize("form", GMSH)
-def test_gmsh_forms_are_read(form: str, tmp_path: Path) -> None:
+def test_gmsh_forms_are_read(form, tmp_path):
     content, names = GMSH[form]
     assert_solved(write(tmp_path, "bar.msh", content, **names))
 
 
-def test_binary_format_2_is_read(tmp_path: Path) -> None:
+def test_binary_format_2_is_read(tmp_path):
     (tmp_path / "text.msh").write_text(gmsh_22(True, CELLS, NAMES), encoding="utf-8")
     meshio.read(tmp_path / "text.msh").write(tmp_path / "bar.msh", file_format="gmsh22", binary=True)
     assert_solved(scene(tmp_path, "bar.msh"))
@@ -408,15 +406,13 @@ GMSH_REFUSED = {
 
 
 @pytest.mark.parametrize("form", GMSH_REFUSED)
-def test_gmsh_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_gmsh_is_refused_by_name(form, tmp_path, capsys):
     content, sentence = GMSH_REFUSED[form]
     assert sentence in refusal(write(tmp_path, "bar.msh", content), capsys)
 
 
 @pytest.mark.parametrize("potential", [False, True])
-def test_separate_parts_are_named_as_the_cause(
-    potential: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_separate_parts_are_named_as_the_cause(potential, tmp_path, capsys):
     """The right half has nodes of its own, as two boxes in Gmsh without BooleanFragments."""
     own = np.where(POINTS[:, 0] == 50)[0] + 1
     apart = {int(n): 20 + k for k, n in enumerate(own, 1)}

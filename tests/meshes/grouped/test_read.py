@@ -1,7 +1,5 @@
 """Groups come back from the files that mesh generators write, and every refusal names the fault."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +16,7 @@ from meshes.grouped.read import read
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict
 from scenes.loading import load_free as load
-from scenes.model import MeshScene, Scene
+from scenes.model import Scene
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge
 
@@ -26,14 +24,12 @@ CELLS = tuple(boxes.BLOCKS)
 
 
 def scene_of(document: dict[str, Any]) -> Scene:
-    found = from_dict(document)
-    assert isinstance(found, Scene)
-    return found
+    return from_dict(document)
 
 
 @pytest.mark.parametrize("cell", CELLS)
 @pytest.mark.parametrize("suffix", [".msh", ".bdf"])
-def test_groups_come_back(cell: str, suffix: str, tmp_path: Path) -> None:
+def test_groups_come_back(cell, suffix, tmp_path):
     if suffix == ".bdf" and cell == "hexahedron27":
         pytest.skip("Nastran has no hexahedron of 27 nodes")
     mesh = boxes.grouped(scene_of(bridge()), cell, 1)
@@ -61,22 +57,20 @@ def volumes(of: GroupedMesh, name: str) -> float:
     return float(skfem.Basis(of.mesh, ELEMENTS[of.simplex](), elements=of.volumes[name], intorder=6).dx.sum())
 
 
-def test_the_scene_reads_back() -> None:
+def test_the_scene_reads_back():
     document = boxes.document(bridge(), "chip.msh", 1e-6)
     scene = from_dict(document)
-    assert isinstance(scene, MeshScene)
     assert from_dict(as_dict(scene)) == scene
 
 
 TAIL = "thermal_conductivity=1\n[run]\nsteady=true\n"
 
 
-def test_a_mesh_lies_beside_its_scene(tmp_path: Path) -> None:
+def test_a_mesh_lies_beside_its_scene(tmp_path):
     (tmp_path / "chip.toml").write_text(
         '[mesh]\nfile="a.msh"\nunit="um"\n[[material]]\nname="a"\n' + TAIL, encoding="utf-8"
     )
     scene = load(tmp_path / "chip.toml", ["mesh.unit=mm"])
-    assert isinstance(scene, MeshScene)
     assert (scene.path, scene.unit, scene.name) == (tmp_path / "a.msh", 1e-3, "chip")
 
 
@@ -138,12 +132,11 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
 
 def read_and_check(document: dict[str, Any], folder: Path) -> None:
     scene = from_dict(document, folder=str(folder))
-    assert isinstance(scene, MeshScene)
     check(scene, read(scene.path, scene.unit))
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_does_not_fit_is_refused_in_one_sentence(name: str, tmp_path: Path) -> None:
+def test_what_does_not_fit_is_refused_in_one_sentence(name, tmp_path):
     change, said = REFUSED[name]
     mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
     middles = mesh.points[mesh.cells[mesh.volumes["foot"]][:, boxes.FACETS["hexahedron"]]].mean(axis=2)
@@ -189,7 +182,7 @@ FILES: dict[str, tuple[Callable[[], meshio.Mesh], str]] = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_mesh_that_cannot_be_solved_on_is_refused(name: str, tmp_path: Path) -> None:
+def test_a_mesh_that_cannot_be_solved_on_is_refused(name, tmp_path):
     make, said = FILES[name]
     make().write(tmp_path / "m.vtu")
     with pytest.raises(SceneError, match=said):
@@ -197,14 +190,14 @@ def test_a_mesh_that_cannot_be_solved_on_is_refused(name: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("suffix", [".msh", ".bdf", ".xyz", ".vtu"])
-def test_what_is_no_mesh_is_refused(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_no_mesh_is_refused(suffix, tmp_path, capsys):
     (tmp_path / f"m{suffix}").write_text("nothing of the kind\n", encoding="utf-8")
     with pytest.raises(SceneError, match="cannot be read"):
         read(tmp_path / f"m{suffix}", 1.0)
     assert capsys.readouterr() == ("", "")
 
 
-def test_parts_that_only_lie_side_by_side_are_told(tmp_path: Path) -> None:
+def test_parts_that_only_lie_side_by_side_are_told(tmp_path):
     mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
     boxes.write(mesh, tmp_path / "m.msh")
     assert remarks(read(tmp_path / "m.msh", 1.0)) == []
@@ -224,7 +217,7 @@ def take_off_the_foot(mesh: boxes.Built) -> int:
     return int(np.isin(twins, others).sum())
 
 
-def test_a_part_that_nothing_acts_on_is_refused(tmp_path: Path) -> None:
+def test_a_part_that_nothing_acts_on_is_refused(tmp_path):
     mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
     document = boxes.document(bridge(), "chip.msh")
     for table in ("boundary", "probe"):
@@ -237,12 +230,11 @@ def test_a_part_that_nothing_acts_on_is_refused(tmp_path: Path) -> None:
         read_and_check(document, tmp_path)
 
 
-def test_cells_in_no_group_are_refused(tmp_path: Path) -> None:
+def test_cells_in_no_group_are_refused(tmp_path):
     document = boxes.document(bridge(), "chip.msh")
     boxes.write(boxes.grouped(scene_of(bridge()), "hexahedron", 1), tmp_path / "chip.msh")
     found = read(tmp_path / "chip.msh", 1.0)
     scene = from_dict(document | {"material": document["material"][:1]}, folder=str(tmp_path))
-    assert isinstance(scene, MeshScene)
     with pytest.raises(SceneError, match=r"have no material \(in \"foot\"\): give"):
         check(scene, found)
     with pytest.raises(SceneError, match="have no material, which are in no group: give"):
@@ -261,7 +253,7 @@ def broken(path: Path, cell: str, change: Callable[[Any], None]) -> str:
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_what_is_no_mesh_is_refused_in_a_sentence(cell: str, tmp_path: Path) -> None:
+def test_what_is_no_mesh_is_refused_in_a_sentence(cell, tmp_path):
     path = tmp_path / "mesh.msh"
 
     def repeat(mesh: Any) -> None:

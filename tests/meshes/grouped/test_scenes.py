@@ -1,7 +1,5 @@
 """Scenes on meshes: exact solutions, the same scene as boxes, and twins that are a little wrong."""
 
-from __future__ import annotations
-
 import copy
 from functools import cache
 from pathlib import Path
@@ -17,7 +15,7 @@ from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
 from scenes.errors import TooLargeError
 from scenes.free import as_dict, from_dict
-from scenes.model import MeshScene, Scene
+from scenes.model import MeshScene
 from scenes.result import Result
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge
@@ -41,17 +39,13 @@ def loaded(
 ) -> MeshScene:  # fmt: skip
     """The scene of boxes on its Gmsh file in um."""
     scene = from_dict(document)
-    assert isinstance(scene, Scene)
     boxes.write(boxes.grouped(scene, cell, pieces, bend), folder / "m.msh", 1e-6)
-    meshed = from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(folder))
-    assert isinstance(meshed, MeshScene)
-    return meshed
+    return from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(folder))
 
 
 @cache
 def on_bricks(transient: bool) -> Result:
     scene = from_dict(bridge(**TRANSIENT) if transient else bridge(steady=True, accuracy=1e-4))
-    assert isinstance(scene, Scene)
     return scene_run.solve(scene)
 
 
@@ -60,7 +54,7 @@ TRANSIENT: dict[str, Any] = {"end_time": 2e-5, "output_times": [2e-6, 2e-5], "ac
 
 @pytest.mark.long
 @pytest.mark.parametrize("cell", CELLS)
-def test_bar_is_exact(cell: str, tmp_path: Path) -> None:
+def test_bar_is_exact(cell, tmp_path):
     """A parabola is in the space of second degree, so that only rounding is left: T'' = -(V/L)^2 / (rho k)."""
     found = on_mesh(bar(), cell, 1, tmp_path).steady
     source, length, area = (0.4 / 1e-4) ** 2 / 1e-5, 1e-4, 2e-10
@@ -81,7 +75,7 @@ def test_bar_is_exact(cell: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("cell", "pieces"), [("tetra", 2), ("tetra10", 2), ("hexahedron", 2), ("hexahedron20", 2)])
-def test_the_same_scene_as_boxes(cell: str, pieces: int, tmp_path: Path) -> None:
+def test_the_same_scene_as_boxes(cell, pieces, tmp_path):
     found = on_mesh(bridge(), cell, pieces, tmp_path)
     assert found.details["energy_imbalance"] < 1e-9
     boxed = on_bricks(False).steady
@@ -91,7 +85,7 @@ def test_the_same_scene_as_boxes(cell: str, pieces: int, tmp_path: Path) -> None
         assert value.error > 0
 
 
-def test_a_wrong_conductivity_is_caught(tmp_path: Path) -> None:
+def test_a_wrong_conductivity_is_caught(tmp_path):
     """The errors are small enough to show 20 % in the foot's conductivity, through which all heat leaves."""
     document = bridge()
     document["material"][1]["thermal_conductivity"] *= 1.2
@@ -100,10 +94,8 @@ def test_a_wrong_conductivity_is_caught(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cell", ["tetra", "hexahedron"])
-def test_transient_of_the_same_scene_as_boxes(cell: str, tmp_path: Path) -> None:
+def test_transient_of_the_same_scene_as_boxes(cell, tmp_path):
     found, boxed = on_mesh(bridge(**TRANSIENT), cell, 1, tmp_path), on_bricks(True)
-    assert found.traces is not None
-    assert boxed.traces is not None
     assert found.details["transient_imbalance"] < 1e-3
     times = np.geomspace(2e-6, 2e-5, 9)
     for name in found.traces.values:
@@ -112,7 +104,7 @@ def test_transient_of_the_same_scene_as_boxes(cell: str, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("cell", ["tetra", "hexahedron"])
-def test_a_drive_over_time_ends_in_its_steady_state(cell: str, tmp_path: Path) -> None:
+def test_a_drive_over_time_ends_in_its_steady_state(cell, tmp_path):
     """Of right-angled tetrahedra the stiffness lacks entries that the mass has, and both are factorized in one
     order."""
     document = bar(end_time=1e-3, accuracy=1e-2)
@@ -120,7 +112,6 @@ def test_a_drive_over_time_ends_in_its_steady_state(cell: str, tmp_path: Path) -
     document["boundary"][2]["voltage"] = {"times": [1e-4, 1e-4, 2e-4], "values": [0, 0.05, 0.4]}
     document["boundary"][1]["temperature"] = {"times": [0, 1e-4], "values": [300, 310]}
     found = on_mesh(document, cell, 1, tmp_path)
-    assert found.traces is not None
     steady = on_mesh(bar(), cell, 1, tmp_path).steady
     for name in ("middle", "volt", "current", "out", "half"):
         last = found.traces.values[name][-1]
@@ -129,7 +120,7 @@ def test_a_drive_over_time_ends_in_its_steady_state(cell: str, tmp_path: Path) -
     assert abs(early) <= found.traces.errors["current"]
 
 
-def test_warns_of_an_accuracy_that_memory_does_not_allow(tmp_path: Path) -> None:
+def test_warns_of_an_accuracy_that_memory_does_not_allow(tmp_path):
     document = bridge(steady=True, accuracy=1e-6)
     document["run"]["memory"] = "110 MB"
     found = on_mesh(document, "tetra", 1, tmp_path)
@@ -137,7 +128,7 @@ def test_warns_of_an_accuracy_that_memory_does_not_allow(tmp_path: Path) -> None
     assert not on_mesh(bar(), "tetra", 1, tmp_path).details["warnings"]
 
 
-def test_degree_2_answers_where_memory_has_no_room_for_degree_3(tmp_path: Path) -> None:
+def test_degree_2_answers_where_memory_has_no_room_for_degree_3(tmp_path):
     document = bar(steady=True, accuracy=2e-3)
     whole = on_mesh(document, "tetra", 3, tmp_path)
     cubic = mesh_of(loaded(document, "tetra", 3, tmp_path))
@@ -149,14 +140,14 @@ def test_degree_2_answers_where_memory_has_no_room_for_degree_3(tmp_path: Path) 
         assert abs(value.value - whole.steady[name].value) <= value.error + whole.steady[name].error, name
 
 
-def test_a_mesh_without_room_for_degree_2_is_refused(tmp_path: Path) -> None:
+def test_a_mesh_without_room_for_degree_2_is_refused(tmp_path):
     document = bar(steady=True, accuracy=2e-3)
     document["run"]["memory"] = 1e8
     with pytest.raises(TooLargeError, match=r"tetrahedra of m.msh take .* GB .* run.memory allows 0.1 GB; set run.mem"):
         on_mesh(document, "tetra", 6, tmp_path)
 
 
-def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:
+def test_curved_cells_are_taken_as_they_are(tmp_path):
     """A quarter of a tube: T is linear in the logarithm of the radius, the heat flow 2 pi k L dT / ln(b / a) / 4."""
     document = copy.deepcopy(bar(steady=True, accuracy=1e-3))
     for kind in ("plus", "minus"):
@@ -180,7 +171,7 @@ def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:
     assert errors["hexahedron"] > 3 * errors["hexahedron20"]
 
 
-def test_what_is_as_warm_as_all_around_it_is_known_at_once(tmp_path: Path) -> None:
+def test_what_is_as_warm_as_all_around_it_is_known_at_once(tmp_path):
     """For a flow that is nothing but rounding no cell is halved; one from colder air is not taken for rounding."""
     document = bridge(steady=True, accuracy=1e-2)
     document["boundary"] = base, air = document["boundary"][:2]
@@ -200,12 +191,11 @@ def jacobians(corners: np.ndarray, x: np.ndarray) -> np.ndarray:
     factors = np.where(boxes.CORNERS == 1, x[:, None], 1 - x[:, None])  # (points, 8, 3)
     signs = 2 * boxes.CORNERS - 1
     slopes = [signs[:, d] * np.delete(factors, d, axis=2).prod(axis=2) for d in range(3)]
-    found: np.ndarray = np.linalg.det(np.einsum("dpn,cne->cpde", slopes, corners))
-    return found
+    return np.linalg.det(np.einsum("dpn,cne->cpde", slopes, corners))
 
 
 @pytest.mark.parametrize("cell", ["tetra", "hexahedron"])
-def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell: str, tmp_path: Path) -> None:
+def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell, tmp_path):
     found = on_mesh(bar(), cell, 1, tmp_path)
     fields = found.details["fields"]
     corners = fields.points[fields.hexes]
@@ -219,16 +209,15 @@ def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell
 
 
 @pytest.mark.parametrize(("error", "said"), [(1.04e-3, "0.00104"), (1.0001e-3, "just over 0.001"), (0.0034, "0.003")])
-def test_an_error_above_the_accuracy_reads_as_above(error: float, said: str) -> None:
+def test_an_error_above_the_accuracy_reads_as_above(error, said):
     study: Any = SimpleNamespace(accuracy=1e-3)
     (warning,) = less_accurate(study, {"tip": error, "end": 1e-4}, "this mesh")
     assert f'probe "tip" is less accurate than the 0.001 asked for, tip with an estimated {said}, on' in warning
     assert less_accurate(study, {"tip": 1e-3}, "this mesh") == []
 
 
-def test_a_probe_without_a_place_reads_groups(tmp_path: Path) -> None:
+def test_a_probe_without_a_place_reads_groups(tmp_path):
     scene = from_dict(bridge())
-    assert isinstance(scene, Scene)
     boxes.write(boxes.grouped(scene, "tetra", 1), tmp_path / "m.msh", 1e-6)
     document = boxes.document(bridge(), "m.msh", 1e-6)
     groups = [group for material in document["material"] for group in material.get("groups", [material["name"]])]

@@ -1,7 +1,5 @@
 """The accurate scheme: against itself refined, an independent solution, and the closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Questions of a designer: range, resolution, smooth starts, settling; and inputs that make no device."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 """The exported device: its few states against the whole model's closed loop, the steady state in closed form, and its
 FMUs coupled by fmpy."""
 
-from __future__ import annotations
-
 import copy
 import importlib.util
 import subprocess
@@ -33,13 +31,13 @@ TRACES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_po
 
 
 @pytest.fixture(scope="module")
-def exported() -> tuple[Whole, dict[str, Any]]:
+def exported():
     made = design.solve(DEVICE)
     whole = design.exported(Run(DEVICE, made, lambda _: 0j))
     return whole, compact(whole, None, ACCURACY)
 
 
-def test_a_number_of_states_has_the_error_that_it_has(exported: tuple[Whole, dict[str, Any]]) -> None:
+def test_a_number_of_states_has_the_error_that_it_has(exported):
     few = compact(exported[0], 6, 1e-2)
     assert few["states"] == 6
     assert errors(few)["sensor_K"] > 100 * errors(exported[1])["sensor_K"]
@@ -57,7 +55,7 @@ def exceeded(made: dict[str, Any], whole: Whole) -> list[str]:
     return [n for n in TRACES if np.abs(rows[n] - whole.result.trace(n)).max() > stated[n]]
 
 
-def test_few_states_hold_the_accuracy_and_the_stated_errors(exported: tuple[Whole, dict[str, Any]]) -> None:
+def test_few_states_hold_the_accuracy_and_the_stated_errors(exported):
     whole, made = exported
     relative = [e["relative"] for run in made["error"].values() for kind in run.values() for e in kind.values()]
     assert max(relative) <= ACCURACY
@@ -71,7 +69,7 @@ def test_few_states_hold_the_accuracy_and_the_stated_errors(exported: tuple[Whol
     assert exceeded(other, whole)
 
 
-def test_at_rest_it_is_the_closed_form(exported: tuple[Whole, dict[str, Any]]) -> None:
+def test_at_rest_it_is_the_closed_form(exported):
     whole, made = exported
     model, state = CompactModel(made), steady(whole.device)
     at_rest = model.steady()
@@ -89,7 +87,7 @@ def test_at_rest_it_is_the_closed_form(exported: tuple[Whole, dict[str, Any]]) -
         assert own + control.ground_resistance * (1 + other) == pytest.approx(seen, rel=1e-9)
 
 
-def test_the_heat_that_enters_leaves(exported: tuple[Whole, dict[str, Any]]) -> None:
+def test_the_heat_that_enters_leaves(exported):
     """At the pins of both temperatures and in the films; with both temperatures alike and no voltage none does."""
     whole, made = exported
     model = CompactModel(made)
@@ -107,7 +105,7 @@ def test_the_heat_that_enters_leaves(exported: tuple[Whole, dict[str, Any]]) -> 
     assert model.named(rows)["sensor_K"] == pytest.approx(300.0, abs=1e-9)
 
 
-def test_the_controllers_are_those_of_the_loop(exported: tuple[Whole, dict[str, Any]]) -> None:
+def test_the_controllers_are_those_of_the_loop(exported):
     whole, made = exported
     lumped = lump(whole.device)
     gain = np.array([DEVICE.control.sink_gain, DEVICE.control.sensor_gain])
@@ -122,7 +120,7 @@ def test_the_controllers_are_those_of_the_loop(exported: tuple[Whole, dict[str, 
     assert other.until(5e-3, resistance).min() >= 0
 
 
-def test_a_missed_accuracy_is_kept_with_a_warning(exported: tuple[Whole, dict[str, Any]]) -> None:
+def test_a_missed_accuracy_is_kept_with_a_warning(exported):
     whole = exported[0]
     unsure = replace(whole, others=[(whole.others[0][0], 1e6)])
     made = compact(unsure, None, 1e-2)
@@ -136,9 +134,7 @@ def test_a_missed_accuracy_is_kept_with_a_warning(exported: tuple[Whole, dict[st
     not export.fmu_available() or importlib.util.find_spec("fmpy") is None,
     reason="pythonfmu and fmpy are not installed",
 )
-def test_both_fmus_coupled_give_the_traces(
-    exported: tuple[Whole, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_both_fmus_coupled_give_the_traces(exported, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
     from coupled_fmus import coupled
 
@@ -155,7 +151,7 @@ def test_both_fmus_coupled_give_the_traces(
 
 
 @pytest.mark.needs("ngspice")
-def test_the_subcircuit_at_rest(exported: tuple[Whole, dict[str, Any]], tmp_path: Path) -> None:
+def test_the_subcircuit_at_rest(exported, tmp_path):
     _, made = exported
     export.write(made, tmp_path)
     exact = CompactModel(made).steady({"sink.voltage": 1.2, "sensor.voltage": 0.07, "outside.temperature": 273.0})
@@ -179,7 +175,7 @@ def test_the_subcircuit_at_rest(exported: tuple[Whole, dict[str, Any]], tmp_path
     assert values["v(pb)"] == pytest.approx(exact["sensor_power_W"], rel=1e-5)
 
 
-def test_the_python_files_run_alone(exported: tuple[Whole, dict[str, Any]], tmp_path: Path) -> None:
+def test_the_python_files_run_alone(exported, tmp_path):
     _, made = exported
     export.write(made, tmp_path)
     code = (

@@ -1,8 +1,6 @@
 """A lead to ground that sink and sensor share: against the equations of heat and of the circuit, solved by themselves,
 and over time against the steady state and the loop's eigenvalue."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -38,20 +36,20 @@ def off(device: Device, ground: float, outer: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("ground", "outer"), [(1e-6, 273.0), (1e-3, 293.0), (1e-2, 273.0), (2e-2, 230.0)])
-def test_steady_state_fulfils_heat_balances_and_circuit(ground: float, outer: float) -> None:
+def test_steady_state_fulfils_heat_balances_and_circuit(ground, outer):
     device = grounded(Device(), ground)
     assert np.abs(off(device, ground, outer)).max() < 1e-9
     assert np.abs(off(device, ground * 1.001, outer)).max() > 1e-9
 
 
-def test_ten_milliohms_take_more_than_half_of_the_sensors_power() -> None:
+def test_ten_milliohms_take_more_than_half_of_the_sensors_power():
     """By hand: 4.2 mohm/K of the gold film, a sixteenth of its current in the sink, and 10 mohm."""
     state = steady(grounded(Device(), 1e-2))
     assert state.sensor_K - 310.5 == pytest.approx(-1.06 * 10 / 4.2, rel=0.06)
     assert state.sensor_power_W < 0.5 * steady(Device()).sensor_power_W
 
 
-def test_no_lead_is_the_run_without_one() -> None:
+def test_no_lead_is_the_run_without_one():
     device = Device(end_time=0.02, external=External(293.0, 273.0, 0.01))
     without = solve_accurate(device)
     traces = np.array([without.trace(q) for q in QUANTITIES])
@@ -62,7 +60,7 @@ def test_no_lead_is_the_run_without_one() -> None:
         assert least <= relative <= most
 
 
-def test_a_run_comes_to_the_steady_state_as_fast_as_its_eigenvalue_says() -> None:
+def test_a_run_comes_to_the_steady_state_as_fast_as_its_eigenvalue_says():
     device = grounded(Device(end_time=0.3, external=External(273.0, 263.0, 0.2)), 5e-3)
     found, state = solve_accurate(device), steady(device, 273.0)
     last = int(np.searchsorted(found.time_s, 0.2)) - 1
@@ -75,7 +73,7 @@ def test_a_run_comes_to_the_steady_state_as_fast_as_its_eigenvalue_says() -> Non
     assert measured != pytest.approx(abs(largest_eigenvalue(Device(), 273.0)), rel=2e-5)
 
 
-def test_powers_are_those_in_the_films() -> None:
+def test_powers_are_those_in_the_films():
     device = grounded(Device(end_time=0.01), 0.05)
     found, lumped = solve_accurate(device), lump(device)
     rise = np.column_stack([found.sink_K, found.sensor_K]) - 293.0
@@ -88,14 +86,14 @@ def test_powers_are_those_in_the_films() -> None:
     assert abs(found.details["energy_imbalance"]) < 1e-6
 
 
-def test_what_is_measured_without_a_current_is_by_a_test_current() -> None:
+def test_what_is_measured_without_a_current_is_by_a_test_current():
     resistance, voltage = np.array([300.0, 1.2]), np.array([1.0, 0.0])
     assert circuit.measured(voltage, resistance, 0.01)[1] == 1.21
     np.testing.assert_allclose(circuit.measured(0 * voltage, resistance, 0.01), [300.01, 1.21], rtol=1e-15)
 
 
 @pytest.mark.parametrize("voltage", [[1.4, 0.08], [1.4, 1e-3], [1.4, 0.0]])
-def test_slopes_are_those_of_differences(voltage: list[float]) -> None:
+def test_slopes_are_those_of_differences(voltage):
     given, resistance, ground = np.array(voltage), np.array([302.0, 1.19]), 0.01
     for e, small in ((0, 1e-2), (1, 1e-4)):
         r, v = small * np.eye(2)[e], 1e-6 * np.eye(2)[e]
@@ -108,7 +106,7 @@ def test_slopes_are_those_of_differences(voltage: list[float]) -> None:
                 np.testing.assert_allclose(by_voltage[:, e], by_v, rtol=1e-4, atol=1e-7)
 
 
-def test_the_range_ends_where_the_sensor_cannot_be_held() -> None:
+def test_the_range_ends_where_the_sensor_cannot_be_held():
     device = grounded(Device(), 1e-2)
     lowest, highest = held_range(modes(lump(device), DEGREE).modal, device)
     step = 2 * NARROW * device.set_rise
@@ -123,7 +121,7 @@ def test_the_range_ends_where_the_sensor_cannot_be_held() -> None:
     assert steady(device, found.lowest_K).sensor_power_W == pytest.approx(4e-3, rel=2e-3)
 
 
-def test_the_lead_that_the_papers_meter_tells() -> None:
+def test_the_lead_that_the_papers_meter_tells():
     found = ground_effects(Device(), device_checks.METER_POWER, device_checks.METER_RESISTANCE)
     without = steady(Device())
     by_power = steady(grounded(Device(), found.by_power_ohm))
@@ -134,7 +132,7 @@ def test_the_lead_that_the_papers_meter_tells() -> None:
     assert step == pytest.approx(60e-6, rel=1e-4)
 
 
-def test_where_no_steady_state_is_it_says_so() -> None:
+def test_where_no_steady_state_is_it_says_so():
     device = grounded(Device(external=External(293.0, 280.0, 0.1), end_time=0.15), 1e-2)
     assert steady(device).cycles
     found = solve_accurate(device)
@@ -143,7 +141,7 @@ def test_where_no_steady_state_is_it_says_so() -> None:
     assert np.ptp(last) > 0.5 * last.max()
 
 
-def test_a_sensor_that_lost_its_current_stays_without() -> None:
+def test_a_sensor_that_lost_its_current_stays_without():
     """At 293 K outside it has none, at 273 K it could be held again; from cold, with a large current, it is."""
     lost, cold = (
         grounded(Device(external=External(before, 273.0, 0.1), end_time=0.25), 1e-2) for before in (293.0, 273.001)
@@ -157,6 +155,6 @@ def test_a_sensor_that_lost_its_current_stays_without() -> None:
     assert not any("swings" in said for said in held.findings)
 
 
-def test_the_papers_scheme_refuses_it() -> None:
+def test_the_papers_scheme_refuses_it():
     with pytest.raises(SceneError, match=r"control\.ground_resistance = 0\.01 needs the accurate scheme"):
         make(replace(grounded(Device(), 1e-2), end_time=0.01), "paper", None, False, False, lambda _: None)

@@ -4,8 +4,6 @@ Appendix A corrected: T = u + w, with u = T1 + (T2 - T1) x/L (A.9) and w = sum_n
 t'/L^2) (A.14). When the end temperatures change, b_n changes by the sine coefficients of a straight line.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +22,7 @@ class ExactLayer:
     ends: tuple[float, float]
     b: np.ndarray
 
-    def hold(self, ends: tuple[float, float], duration: float) -> ExactLayer:
+    def hold(self, ends: tuple[float, float], duration: float) -> "ExactLayer":
         """The layer after its faces were put to ``ends`` (K) and held there for a ``duration`` in s."""
         n = np.arange(1, len(self.b) + 1)
         change = line_coefficients(self.ends[0] - ends[0], self.ends[1] - ends[1], len(n))
@@ -38,7 +36,7 @@ class ExactLayer:
         return self.ends[0] + (self.ends[1] - self.ends[0]) * s + np.sin(np.pi * np.multiply.outer(s, n)) @ self.b
 
 
-def uniform_layer(slab: Slab, temperature: float, modes: int) -> ExactLayer:
+def uniform_layer(slab: Slab, temperature: float, modes: int) -> "ExactLayer":
     """A layer at one temperature in K, to be followed with some number of modes."""
     return ExactLayer(slab, (temperature, temperature), np.zeros(modes))
 

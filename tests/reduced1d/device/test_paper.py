@@ -1,7 +1,5 @@
 """The paper's own scheme: its error, its stability limit, and its equations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,9 +1,6 @@
 """How the device's steady state follows its keys, against its closed form."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +9,7 @@ from scenes.device import Device
 from validate.cli import main
 
 
-def test_the_sensor_pays_for_the_polymer_alone() -> None:
+def test_the_sensor_pays_for_the_polymer_alone():
     """With both elements at the set temperature the sensor's power is k A / t (T_set - T_outside)."""
     device = Device()
     found = of_device(device)
@@ -29,7 +26,7 @@ def test_the_sensor_pays_for_the_polymer_alone() -> None:
     assert voltage == pytest.approx(1.0, abs=1e-6)
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(tmp_path, capsys):
     arguments = ["device", "--sensitivities", "--figure", "9", "--no-figures", "--out", str(tmp_path / "run")]
     assert main(arguments) in (0, 1)
     said = capsys.readouterr().out

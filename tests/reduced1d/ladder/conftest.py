@@ -1,7 +1,5 @@
 """The plate of the built-in sink, solved once."""
 
-from __future__ import annotations
-
 import pytest
 
 from reduced1d.ladder.levels import Levels
@@ -9,5 +7,5 @@ from scenes.sink import Sink
 
 
 @pytest.fixture(scope="session")
-def levels() -> Levels:
+def levels():
     return Levels(Sink())

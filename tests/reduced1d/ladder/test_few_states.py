@@ -1,7 +1,5 @@
 """The common form's steady state and steps, against the exact solutions that other modules have."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -42,7 +40,7 @@ def bare(resistance: float) -> Anchor:
 
 @pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
 @pytest.mark.parametrize("resistance", [10.0, 2663.0, 5e4])
-def test_the_fin_is_the_exact_fin_in_the_steady_state(sink: Sink, resistance: float) -> None:
+def test_the_fin_is_the_exact_fin_in_the_steady_state(sink, resistance):
     # At 4 V a falling resistance runs away on the worst of the anchors.
     limit = min(abs(sink.voltage), 0.95 * fin_runaway_voltage(sink, resistance))
     sink = replace(sink, voltage=np.copysign(limit, sink.voltage))
@@ -54,7 +52,7 @@ def test_the_fin_is_the_exact_fin_in_the_steady_state(sink: Sink, resistance: fl
     assert found["anchor_resistance_K_per_W"] == relative(resistance, 1e-9)
 
 
-def test_runaway_is_the_exact_fins() -> None:
+def test_runaway_is_the_exact_fins():
     sink = Sink(silicon=FALLING)
     model = fin(sink, bare(2663.0))
     limit = fin_runaway_voltage(sink, 2663.0)
@@ -65,7 +63,7 @@ def test_runaway_is_the_exact_fins() -> None:
     assert caught.value.limit == relative(limit, 1e-8)
 
 
-def test_without_feedback_every_mode_is_an_exponential() -> None:
+def test_without_feedback_every_mode_is_an_exponential():
     model = fin(SINKS["constant"], replace(bare(2663.0), pad=1e-7, oxide=1e-9))
     run = Trajectory(model, TIMES[-1])
     states, current = run.states(TIMES), run.quantities(TIMES)["current_A"]
@@ -77,7 +75,7 @@ def test_without_feedback_every_mode_is_an_exponential() -> None:
 
 
 @pytest.mark.parametrize("voltage", [2.0, 4.5])
-def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: float) -> None:
+def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage):
     """4.5 V is above the limit of 4.32 V: on the way to runaway the sweeps settle in shorter steps only."""
     model = lumps(Sink(voltage=voltage, silicon=FALLING), 2663.0)
     end = 0.02 if voltage < 4.0 else 0.006
@@ -85,8 +83,7 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
     def rate(_: float, a: np.ndarray) -> np.ndarray:
         resistance = model.resistance + model.coefficient * model.source @ a
         heat = model.source + model.coefficient * model.feedback @ a
-        found: np.ndarray = (model.drive.value / resistance) ** 2 * heat - model.rates * a
-        return found
+        return (model.drive.value / resistance) ** 2 * heat - model.rates * a
 
     times = np.linspace(0.0, end, 30)
     exact = solve_ivp(rate, (0.0, end), [0.0], t_eval=times, rtol=1e-10, atol=1e-14, method="Radau").y.T

@@ -1,7 +1,5 @@
 """The few-state model: its moments, its balance and its cost; names of reductions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -18,7 +16,7 @@ from scenes.sink import Sink
 from tests.reduced1d import relative
 
 
-def test_the_response_is_matched_at_the_rate_and_at_rest(levels: Levels) -> None:
+def test_the_response_is_matched_at_the_rate_and_at_rest(levels):
     """The mean rise per watt at a rate p, of the plate and of its projection on fields without feedback."""
     plate, inverse = levels.fine.plate.model, levels.fine.plate.inverse
     cold = inverse.solve(plate.source)
@@ -33,7 +31,7 @@ def test_the_response_is_matched_at_the_rate_and_at_rest(levels: Levels) -> None
 
 
 @pytest.mark.parametrize("states", [1, 3, 4, 8])
-def test_it_is_stable_and_has_the_plates_steady_state(levels: Levels, states: int) -> None:
+def test_it_is_stable_and_has_the_plates_steady_state(levels, states):
     model, plate = levels.fine.moments(states), levels.fine.whole_plate()
     assert model.states == states
     assert np.all(model.rates > 0)
@@ -42,7 +40,7 @@ def test_it_is_stable_and_has_the_plates_steady_state(levels: Levels, states: in
         assert ours[key] == relative(value, 1e-7)
 
 
-def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
+def test_more_states_are_nearer_to_the_plate(levels):
     times = np.geomspace(1e-5, 0.02, 80)
     plate = Trajectory(levels.fine.whole_plate(), times[-1]).quantities(times)
     few = [Trajectory(levels.fine.moments(n), times[-1]).quantities(times) for n in (1, 2, 3, 4, 6)]
@@ -50,7 +48,7 @@ def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
     assert all(after < before / 2 for before, after in pairwise(off))
 
 
-def test_names() -> None:
+def test_names():
     assert ladder.canonical("moments") == "moments:4"
     assert ladder.canonical("moments:03") == "moments:3"
     assert [ladder.canonical(name) for name in ("paper", "fin")] == ["paper", "fin"]
@@ -60,13 +58,12 @@ def test_names() -> None:
 
 
 @pytest.mark.parametrize("name", ["paper", "anchored", "fin-massless", "fin", "plate", "moments:3"])
-def test_every_reduction_answers_alike(name: str, levels: Levels) -> None:
+def test_every_reduction_answers_alike(name, levels):
     found = ladder.solve(levels.sink, name, levels=levels)
     assert found.model == name
     assert set(found.steady) == {
         "peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W", "anchor_resistance_K_per_W",
     }  # fmt: skip
-    assert found.traces is not None
     assert found.traces.time[0] == 0.0
     assert found.traces.time[-1] == levels.sink.end_time
     assert set(found.traces.values) == {"peak_K", "end_K", "mean_K", "current_A", "power_W"} == set(found.traces.errors)
@@ -75,10 +72,9 @@ def test_every_reduction_answers_alike(name: str, levels: Levels) -> None:
     assert ladder.solve(levels.sink, name, steady_only=True, levels=levels).traces is None
 
 
-def test_its_own_times_are_dense_enough(levels: Levels) -> None:
+def test_its_own_times_are_dense_enough(levels):
     sink = replace(levels.sink, accuracy=1e-3)
     found = ladder.solve(sink, "moments:4", levels=Levels(sink)).traces
-    assert found is not None
     times = np.geomspace(1e-7, sink.end_time, 3000)
     exact = Trajectory(levels.fine.moments(4), times[-1]).quantities(times)
     for key, scale in (("peak_K", exact["peak_K"][-1]), ("end_K", exact["end_K"][-1])):
@@ -86,7 +82,7 @@ def test_its_own_times_are_dense_enough(levels: Levels) -> None:
         assert np.abs(chords - exact[key]).max() < sink.accuracy * scale
 
 
-def test_reductions_of_a_beam_wider_than_its_pads() -> None:
+def test_reductions_of_a_beam_wider_than_its_pads():
     sink = Sink(width=200e-6, pad_width=100e-6, oxide_width=80e-6, electrodes="pad-edge", convection_coefficient=50.0)
     levels = Levels(sink)
     plate = ladder.solve(sink, "plate", levels=levels, steady_only=True)

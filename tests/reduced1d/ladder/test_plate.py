@@ -1,7 +1,5 @@
 """The plate against exact solutions, its balances, and its own error estimate."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -49,7 +47,7 @@ def strip_resistance(sink: Sink, sideways: bool = True) -> float:
     return 1 / (sink.width * math.sqrt(g * h) * math.tanh(length * math.sqrt(h / g)))
 
 
-def test_the_anchor_of_a_strip_is_the_exact_one() -> None:
+def test_the_anchor_of_a_strip_is_the_exact_one():
     fine, coarse = (anchor_of(assemble(STRIP, grading)).resistance for grading in (FINE, COARSE))
     exact = strip_resistance(STRIP)
     # The meshes' own difference, 1e-4, bounds the error of the finer one.
@@ -63,16 +61,15 @@ def carrying(sink: Sink, grading: Grading) -> Plate:
     return plate.carrying(*current_through_pads(plate))
 
 
-def test_the_current_in_a_strip_is_straight() -> None:
+def test_the_current_in_a_strip_is_straight():
     plate = carrying(STRIP, COARSE)
     resistivity, _ = room_resistivity(STRIP.silicon, STRIP.room_temperature)
     per_length = resistivity / STRIP.cross_section
     assert plate.model.resistance_beam == relative(per_length * STRIP.length, 1e-9)
-    assert plate.pads is not None
     assert plate.pads.resistance == relative(per_length * 2 * STRIP.pad_length, 1e-9)
 
 
-def test_the_currents_resistance_is_approached_from_above() -> None:
+def test_the_currents_resistance_is_approached_from_above():
     """Thomson's principle: no other pattern of the current has less heat."""
     sink = Sink()
     fine, coarse = (carrying(sink, grading).model.resistance for grading in (FINE, COARSE))
@@ -89,7 +86,7 @@ def test_the_currents_resistance_is_approached_from_above() -> None:
     [replace(SHAPES[name], electrodes="pad-edge") for name in ("default", "wide beam", "strip")]
     + [SHAPES["all but equal"]],
 )
-def test_heat_is_conserved(sink: Sink) -> None:
+def test_heat_is_conserved(sink):
     sink = replace(sink, convection_coefficient=100.0, voltage=3.0)
     plate, rise = hot(assemble(sink, COARSE))
     one, model = np.ones(plate.unknowns), plate.model
@@ -104,14 +101,14 @@ def test_heat_is_conserved(sink: Sink) -> None:
 
 
 @pytest.mark.parametrize("sink", [SHAPES[name] for name in ("default", "wide beam", "oxide at the edge")])
-def test_the_coarse_mesh_tells_the_error_of_the_fine_one(sink: Sink) -> None:
+def test_the_coarse_mesh_tells_the_error_of_the_fine_one(sink):
     fine, coarse = (anchor_of(assemble(sink, grading)).resistance for grading in (FINE, COARSE))
     best = anchor_of(assemble(sink, FINE._replace(corner=1e-4, outline=0.15, ratio=1.6, above=1.3))).resistance
     assert abs(fine - best) <= abs(fine - coarse)
     assert abs(fine - best) < 3e-4 * best
 
 
-def test_the_anchors_capacity_is_what_its_impedance_says(levels: Levels) -> None:
+def test_the_anchors_capacity_is_what_its_impedance_says(levels):
     """Z(p) = R - p R^2 C + ...: a rate p of 1/s is slow against the anchor's own, of 1e4/s."""
     plate, anchor = levels.fine.plate, levels.fine.anchor
     mean, end = plate.model.outputs["mean"], plate.model.outputs["end"]
@@ -124,7 +121,7 @@ def test_the_anchors_capacity_is_what_its_impedance_says(levels: Levels) -> None
     assert change != relative(-R * anchor.pad / 2, 0.3)
 
 
-def test_the_fin_says_where_it_ends(levels: Levels) -> None:
+def test_the_fin_says_where_it_ends(levels):
     """Pads that hold much more heat than the beam: one node is 10 % off, and the estimate is above that."""
     assert fin_warnings(levels.sink, levels.fine.one_node) == []
     sink = Sink(pad_length=1e-3, pad_width=1e-3)
@@ -138,7 +135,7 @@ def test_the_fin_says_where_it_ends(levels: Levels) -> None:
     assert any("slender" in text for text in fin_warnings(replace(sink, width=1e-3), 0.0))
 
 
-def test_the_plate_says_where_it_ends(levels: Levels) -> None:
+def test_the_plate_says_where_it_ends(levels):
     assert warnings(levels.sink, levels.fine.remainder) == []
     thick = Levels(Sink(thickness=20e-6))
     said = warnings(thick.sink, thick.coarse.remainder)

@@ -1,7 +1,5 @@
 """Small scenes of bars, as documents."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from scenes.free import from_dict

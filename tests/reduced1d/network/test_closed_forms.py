@@ -1,7 +1,5 @@
 """The network against closed forms, to 1e-6 of the rise or the flow, and its stated errors against the true errors."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -38,7 +36,7 @@ def rises(result: Result, **exact: float) -> None:
         assert abs(found - value) <= estimate.error + 1e-11 * max(abs(estimate.value), abs(value)), name
 
 
-def test_a_bar_with_a_source() -> None:
+def test_a_bar_with_a_source():
     q = 1e13
     of = scene(
         [box(*BAR, heat_source=q)],
@@ -54,7 +52,7 @@ def test_a_bar_with_a_source() -> None:
     )  # fmt: skip
 
 
-def test_two_bars_in_series() -> None:
+def test_two_bars_in_series():
     flux, copper = 1e8, 400.0
     of = scene(
         [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin", material="copper")],
@@ -69,7 +67,7 @@ def test_two_bars_in_series() -> None:
     rises(solve(of), joint=joint, tip=joint + power * 2 * LONG / copper / (AREA / 2), through=-power)
 
 
-def test_a_fin_with_a_film() -> None:
+def test_a_fin_with_a_film():
     h = 2e6
     of = scene(
         [box(*BAR)],
@@ -103,7 +101,7 @@ def heated_wire(coefficient: float, **drive: float) -> AnyScene:
 
 
 @pytest.mark.parametrize("coefficient", [4e-3, -1e-3])
-def test_a_heated_wire_with_resistance_feedback(coefficient: float) -> None:
+def test_a_heated_wire_with_resistance_feedback(coefficient):
     """k A T'' = -I^2 rho/A (1 + a T), held at both ends: cosines, or hyperbolic cosines where the resistance falls."""
     current = 0.6 * math.sqrt(K / 1e-5 / abs(coefficient)) * AREA / LONG
     b = current / AREA * math.sqrt(1e-5 * abs(coefficient) / K)
@@ -139,7 +137,7 @@ FILM = LONG * WIDE / (1 / 1e5 + THICK / 2 / K)
 
 
 @pytest.mark.long
-def test_runaway_is_named_with_its_voltage() -> None:
+def test_runaway_is_named_with_its_voltage():
     """V^2 = R (1 - |a| T) G T is largest at half the rise at which the resistance vanishes."""
     limit = math.sqrt(OHM * FILM / 4 / 1e-3)
     with pytest.raises(RunawayError, match=f"the largest voltage with one is {limit:.4g} V") as caught:
@@ -151,7 +149,7 @@ def test_runaway_is_named_with_its_voltage() -> None:
     assert below.steady["middle"].value - COLD == pytest.approx(rise, rel=50 * NEAR)
 
 
-def test_a_t_of_three_bars() -> None:
+def test_a_t_of_three_bars():
     """The foot's heat enters the bar evenly over the foot's width, through half the bar's."""
     flux, foot = 1e9, 4e-6
     a, b = LONG / 2 - foot / 2, LONG / 2 + foot / 2
@@ -173,7 +171,7 @@ def test_a_t_of_three_bars() -> None:
     )  # fmt: skip
 
 
-def test_a_stack_crossed_by_heat() -> None:
+def test_a_stack_crossed_by_heat():
     """Slabs of three thicknesses and materials, lines that run differently among them: each its whole thickness."""
     flux, ks, ts = 1e7, (100.0, 1.0, 20.0), (2e-6, 1e-6, 5e-6)
     side, z = 50e-6, np.cumsum([0, *ts])
@@ -194,7 +192,7 @@ def test_a_stack_crossed_by_heat() -> None:
     assert found.steady["at 0"].value == pytest.approx(COLD, abs=1e-9)
 
 
-def test_lines_that_run_differently_exchange_their_means() -> None:
+def test_lines_that_run_differently_exchange_their_means():
     """A bar across a plate that is cooled evenly from below: both have one temperature."""
     flux = 1e7
     of = scene(
@@ -228,7 +226,7 @@ def over_time(result: Result, name: str, exact: np.ndarray, start: float = COLD,
     assert off <= traces.errors[name] + 1e-10 * scale
 
 
-def test_an_rc_step_and_ramps() -> None:
+def test_an_rc_step_and_ramps():
     """A bar of one temperature, cooled from above: C dT/dt = P - G T; its source jumps, falls evenly, and jumps."""
     capacity = RHO * C * AREA * LONG
     tau = capacity / FILM
@@ -257,7 +255,7 @@ def test_an_rc_step_and_ramps() -> None:
     assert found.steady["middle"].value - COLD == pytest.approx(2e12 * one, rel=NEAR)
 
 
-def test_a_bar_with_a_source_over_time() -> None:
+def test_a_bar_with_a_source_over_time():
     q = 1e13
     of = scene(
         [box(*BAR, heat_source=q)], [flat("left", *LEFT, temperature=COLD)],
@@ -274,7 +272,7 @@ def test_a_bar_with_a_source_over_time() -> None:
     over_time(found, "in", flow, start=0.0, after=2e-7)
 
 
-def test_a_bar_whose_end_is_heated_at_once() -> None:
+def test_a_bar_whose_end_is_heated_at_once():
     of = scene(
         [box(*BAR)], [flat("left", *LEFT, temperature={"times": [0, 1e-5, 1e-5], "values": [COLD, COLD, COLD + 100]})],
         [at("quarter", LONG / 4, WIDE / 2, THICK / 2), over("in", *LEFT, quantity="heat_flow")], end_time=2e-4,
@@ -294,7 +292,7 @@ def test_a_bar_whose_end_is_heated_at_once() -> None:
 
 
 @pytest.mark.parametrize("coefficient", [3e-3, -5e-4])
-def test_a_wire_over_time_with_resistance_feedback(coefficient: float) -> None:
+def test_a_wire_over_time_with_resistance_feedback(coefficient):
     voltage, capacity = 0.5 * math.sqrt(OHM * FILM / 4 / 5e-4), RHO * C * AREA * LONG
     times = np.linspace(0, 4 * capacity / FILM, 33)
     of = cooled_wire(coefficient, float(times[-1]), voltage=voltage)
@@ -311,7 +309,7 @@ def test_a_wire_over_time_with_resistance_feedback(coefficient: float) -> None:
     over_time(found, "P", voltage * current, start=0.0)
 
 
-def test_a_perturbed_conductivity_is_caught() -> None:
+def test_a_perturbed_conductivity_is_caught():
     """The twin of all of the above: a part in 1e5 is ten times the tolerance."""
     of = scene(
         [box(*BAR, heat_source=1e13)], [flat("left", *LEFT, temperature=COLD)], [at("tip", LONG, 0, 0)],
@@ -324,7 +322,7 @@ def test_a_perturbed_conductivity_is_caught() -> None:
 CONTACT = 3e-7  # m2 K/W
 
 
-def test_ends_that_meet_at_a_contact() -> None:
+def test_ends_that_meet_at_a_contact():
     flux = 1e8
     of = scene(
         [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin")],
@@ -340,12 +338,11 @@ def test_ends_that_meet_at_a_contact() -> None:
     beyond = near + power * CONTACT / (AREA / 2)
     rises(solve(of), near=near, beyond=beyond, tip=beyond + power * 2 * LONG / K / (AREA / 2), through=-power)
     (joint,) = (p for p in places(layout(of)) if p.other)
-    assert joint.other is not None
     # In 3D the temperature has a value on either side.
     assert (joint.one.boxes, joint.other.boxes) == (("bar",), ("thin",))
 
 
-def test_a_potential_that_jumps_is_refused() -> None:
+def test_a_potential_that_jumps_is_refused():
     contact = {"name": "joint", "between": ["bar", "thin"], "electrical_resistance": 1e-9}
     of = scene(
         [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin")],
@@ -357,7 +354,7 @@ def test_a_potential_that_jumps_is_refused() -> None:
         layout(of)
 
 
-def test_sides_that_touch_at_a_contact() -> None:
+def test_sides_that_touch_at_a_contact():
     """A slab of two bars that run alike, crossed by heat."""
     flux = 1e8
     upper = (0, 0, THICK), (LONG, WIDE, 2 * THICK)

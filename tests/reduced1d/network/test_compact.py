@@ -1,7 +1,5 @@
 """A network as a compact model: its values, its stated errors, and its refusals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,16 +9,14 @@ from reduced1d.network import solve
 from reduced1d.network.compact import compact
 from scenes.errors import SceneError
 from scenes.loading import load
-from scenes.model import Scene
 from statespace.runtime import CompactModel
 from tests.reduced1d.network.test_closed_forms import cooled_wire
 
 
 @pytest.mark.long
-def test_the_bridge_in_a_few_states() -> None:
+def test_the_bridge_in_a_few_states():
     """Steady, with resistance feedback, a potential and a heat flow among the outputs."""
     bridge = load("bridge")
-    assert isinstance(bridge, Scene)
     document = compact(bridge, None, 1e-4)
     assert document["states"] < 10
     exact, model = solve(bridge).steady, CompactModel(document)
@@ -40,10 +36,9 @@ def test_the_bridge_in_a_few_states() -> None:
 
 
 @pytest.mark.long
-def test_a_wire_over_time() -> None:
+def test_a_wire_over_time():
     """A current that is switched on, in a wire whose resistance follows its temperature."""
     wire = cooled_wire(3e-3, 1e-4, voltage=0.5)
-    assert isinstance(wire, Scene)
     document = compact(wire, None, 1e-4)
     times = np.array([2e-6, 1e-5, 5e-5, 1e-4])
     traces, found = solve(wire, times, steady_too=False).over_time, CompactModel(document).simulate(times)
@@ -55,9 +50,8 @@ def test_a_wire_over_time() -> None:
     assert found["middle"][-1] - found["middle"][0] > 1.0
 
 
-def test_extremes_are_refused() -> None:
+def test_extremes_are_refused():
     bridge = load("bridge")
-    assert isinstance(bridge, Scene)
     hottest = replace(bridge, probes=tuple(replace(p, reduce="max") for p in bridge.probes[1:2]))
     with pytest.raises(SceneError, match="has no extremes"):
         compact(hottest, None, 1e-3)

@@ -1,7 +1,5 @@
 """Networks whose electrodes have a given current, or a resistance in series, against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -14,7 +12,7 @@ from tests.reduced1d.network.scenes import COLD, LONG, RHO, THICK, WIDE, C, box,
 from tests.reduced1d.network.test_closed_forms import AREA, BAR, FILM, LEFT, OHM, cooled_wire, over_time, rises
 
 
-def test_a_wire_over_time_at_given_currents() -> None:
+def test_a_wire_over_time_at_given_currents():
     """C dT/dt = I^2 R (1 + a T) - G T, of a current that jumps."""
     coefficient, capacity = 3e-3, RHO * C * AREA * LONG
     limit = math.sqrt(FILM / OHM / coefficient)
@@ -39,7 +37,7 @@ def test_a_wire_over_time_at_given_currents() -> None:
     over_time(traces, "P", current**2 * OHM * (1 + coefficient * values), start=0.0)
 
 
-def test_the_wire_that_runs_away_at_a_given_current() -> None:
+def test_the_wire_that_runs_away_at_a_given_current():
     """I^2 R (1 + a T) = G T has a state below I = sqrt(G / (a R)) alone; just below it there is a state."""
     limit = math.sqrt(FILM / OHM / 3e-3)
     with pytest.raises(RunawayError, match="the resistance rises as it heats; the largest current") as caught:
@@ -49,7 +47,7 @@ def test_the_wire_that_runs_away_at_a_given_current() -> None:
     rises(solve(cooled_wire(3e-3, current=0.99 * limit)), middle=part / (1 - part) / 3e-3)
 
 
-def test_a_current_through_sides() -> None:
+def test_a_current_through_sides():
     """A given current through an electrode on a side has the potential that gives the same current."""
     pads = ((0, 0, THICK), (LONG / 4, WIDE, THICK)), ((0.75 * LONG, 0, THICK), (LONG, WIDE, THICK))
 

@@ -1,7 +1,5 @@
 """The paper's sink as boxes: its anchor by hand, and the fin on that anchor."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -24,9 +22,8 @@ def fin(sink: Sink, anchor: Anchor) -> FewStates:
     return model.on(np.eye(model.states)).in_modes()
 
 
-def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
+def test_the_anchor_and_the_rises_of_the_fin_on_it():
     sink = load("sink")
-    assert isinstance(sink, Sink)
     steady_state = by_lines(sink).steady
     rise = {name: steady_state[f"{name}_rise_K"].value for name in ("end", "peak", "mean")}
     resistance = steady_state["anchor_resistance_K_per_W"].value
@@ -56,7 +53,7 @@ def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
 
 
 @pytest.mark.long
-def test_traces_end_in_the_steady_state() -> None:
+def test_traces_end_in_the_steady_state():
     """After some twenty-five of the slowest time constants, 1.6 ms; after a part of one they have not."""
     sink = replace(load("sink"), end_time=40e-3)
     traces = by_lines(sink, np.array([0.0, 0.6e-3, 40e-3])).over_time
@@ -70,6 +67,6 @@ def test_traces_end_in_the_steady_state() -> None:
         assert traces.values[name][-1] == pytest.approx(steady_state[name].value, rel=1e-6)
 
 
-def test_a_row_of_spans_is_refused() -> None:
+def test_a_row_of_spans_is_refused():
     with pytest.raises(SceneError, match=r"sink\.spans is 3"):
         by_lines(replace(load("sink"), spans=3))

@@ -1,7 +1,5 @@
 """A free scene, its refused changes, and words of the sentence for each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,9 +1,6 @@
 """Bad free scenes: each is refused in one sentence that names the part, and its twin that is fine is not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +12,7 @@ from tests.scenes.test_refusals import refusal
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_refused_in_one_sentence(case: str) -> None:
+def test_refused_in_one_sentence(case):
     change, said = REFUSED[case]
     document = beam()
     change(document)
@@ -68,13 +65,13 @@ ALLOWED: dict[str, Callable[[Document], None]] = {
 
 
 @pytest.mark.parametrize("case", ALLOWED)
-def test_twins_of_what_is_refused(case: str) -> None:
+def test_twins_of_what_is_refused(case):
     document = beam()
     ALLOWED[case](document)
     from_dict(document)
 
 
-def test_transient_needs_no_exit_but_something_that_acts() -> None:
+def test_transient_needs_no_exit_but_something_that_acts():
     document = beam()
     for material in document["material"]:
         material |= {"density": 1000, "specific_heat": 700}
@@ -96,20 +93,20 @@ def test_transient_needs_no_exit_but_something_that_acts() -> None:
         ("box.beam.lower=1", ('box "beam".lower = 1 is not a point',)),
     ],
 )
-def test_refused_overrides(setting: str, said: tuple[str, ...]) -> None:
+def test_refused_overrides(setting, said):
     message = refusal(load, "bridge", [setting])
     for words in said:
         assert words in message
 
 
 @pytest.mark.parametrize("text", ["[[box]", "\xff", "a = 1", ""])
-def test_files_that_are_no_scene(text: str, tmp_path: Path) -> None:
+def test_files_that_are_no_scene(text, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_bytes(text.encode("latin-1"))
     refusal(load, path)
 
 
-def test_too_many_planes_is_refused_before_the_memory_is_gone() -> None:
+def test_too_many_planes_is_refused_before_the_memory_is_gone():
     boxes = [
         {"name": f"b{i}", "material": "m", "lower": [i, i, i], "upper": [i + 1.5, i + 1.5, i + 1.5]} for i in range(400)
     ]
@@ -118,7 +115,7 @@ def test_too_many_planes_is_refused_before_the_memory_is_gone() -> None:
         from_dict(document)
 
 
-def test_boxes_that_cut_the_scene_into_too_many_cells_are_named() -> None:
+def test_boxes_that_cut_the_scene_into_too_many_cells_are_named():
     """150 boxes whose planes all differ make 27 million cells, which are never made."""
     document = beam()
     for n, x in enumerate(0.01 * k for k in range(1, 151)):

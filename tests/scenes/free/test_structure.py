@@ -1,7 +1,5 @@
 """Remarks on the structure of a scene: bodies, narrow gaps, overlaps, conductors, cuts, areas."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 
@@ -22,9 +20,7 @@ def lines(document: Document) -> dict[str, str]:
 
 
 def scene(document: Document) -> Scene:
-    found = from_dict(copy.deepcopy(document))
-    assert isinstance(found, Scene)
-    return found
+    return from_dict(copy.deepcopy(document))
 
 
 def roof(gap: float, **more: Any) -> Document:
@@ -40,7 +36,7 @@ def roof(gap: float, **more: Any) -> Document:
     return document
 
 
-def test_one_body_its_conductor_and_areas() -> None:
+def test_one_body_its_conductor_and_areas():
     document = beam()
     document["boundary"][0]["upper"] = [3, 1, -1]
     found = lines(document)
@@ -52,7 +48,7 @@ def test_one_body_its_conductor_and_areas() -> None:
 
 
 @pytest.mark.parametrize("gap", [1e-3, 0.0499])
-def test_two_bodies_that_nearly_touch_are_said(gap: float) -> None:
+def test_two_bodies_that_nearly_touch_are_said(gap):
     """The thinner one is 0.5 m thick; the limit is a tenth."""
     document = roof(gap)
     assert lines(document)["bodies"] == '2 that nothing passes between: "beam" and "foot"; "roof"'
@@ -64,7 +60,7 @@ def test_two_bodies_that_nearly_touch_are_said(gap: float) -> None:
     assert '"roof" touches "near" alone' in lines(document)["conductors"]
 
 
-def test_a_wide_gap_is_no_slip_and_bodies_that_touch_are_one() -> None:
+def test_a_wide_gap_is_no_slip_and_bodies_that_touch_are_one():
     assert "gap" not in lines(roof(0.0501))
     assert lines(roof(0.0501))["bodies"].startswith("2 ")
     document = roof(0.0)
@@ -75,7 +71,7 @@ def test_a_wide_gap_is_no_slip_and_bodies_that_touch_are_one() -> None:
 @pytest.mark.parametrize(
     ("aside", "above", "said"), [(0.02, 0.01, "22.4 mm"), (0.0, 0.01, "10.0 mm"), (0.41, 0.01, "")]
 )
-def test_bodies_that_lie_diagonally_at_a_narrow_gap_are_said(aside: float, above: float, said: str) -> None:
+def test_bodies_that_lie_diagonally_at_a_narrow_gap_are_said(aside, above, said):
     """No axis passes through both."""
     document = roof(above)
     document["box"][-1] |= {"lower": [4 + aside, 0, 1 + above], "upper": [8, 1, 1.5 + above]}
@@ -89,7 +85,7 @@ def test_bodies_that_lie_diagonally_at_a_narrow_gap_are_said(aside: float, above
     assert not [text for text in remarks(scene(document)) if "diagonally" in text]
 
 
-def test_a_run_that_is_over_before_heat_gets_anywhere_is_said() -> None:
+def test_a_run_that_is_over_before_heat_gets_anywhere_is_said():
     """The thinnest box has 1 m, and metal a diffusivity of 1e-5 m2/s: 1 cm takes 10 s."""
     document = beam()
     document["material"][0] |= {"thermal_conductivity": 10, "density": 1000, "specific_heat": 1000}
@@ -100,7 +96,7 @@ def test_a_run_that_is_over_before_heat_gets_anywhere_is_said() -> None:
         assert ("end time" in lines(document)) == said
 
 
-def test_what_a_box_loses_to_a_later_one_is_said() -> None:
+def test_what_a_box_loses_to_a_later_one_is_said():
     document = beam()
     intruder = {"name": "intruder", "material": "oxide", "lower": [1, 0, 0.5], "upper": [3, 1, 1]}
     document["box"].append(intruder)
@@ -116,7 +112,7 @@ def wall(document: Document) -> Document:
     return document
 
 
-def test_an_insulating_box_across_a_beam_cuts_the_current() -> None:
+def test_an_insulating_box_across_a_beam_cuts_the_current():
     with pytest.raises(SceneError, match="no voltage across a conductor"):
         from_dict(wall(beam()))
     document = wall(beam())
@@ -128,7 +124,7 @@ def test_an_insulating_box_across_a_beam_cuts_the_current() -> None:
     assert "no current" not in " ".join(remarks(scene(document)))
 
 
-def test_the_area_is_that_on_which_a_boundary_acts() -> None:
+def test_the_area_is_that_on_which_a_boundary_acts():
     """A temperature acts on all that is solid, a voltage on conductors alone."""
     document = beam()
     document["boundary"][1] |= {"lower": [0, 0, -1]}
@@ -138,7 +134,7 @@ def test_the_area_is_that_on_which_a_boundary_acts() -> None:
     assert '"left" touches 1.000 m2, 50.0 % of its flat box' in lines(document)["boundaries"]
 
 
-def test_a_conductor_that_no_electrode_touches_is_said_to_be_thermal() -> None:
+def test_a_conductor_that_no_electrode_touches_is_said_to_be_thermal():
     document = beam()
     document["box"].append({"name": "mirror", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]})
     document["boundary"][0] |= {"lower": [0, 0, -2], "upper": [1, 1, -2]}

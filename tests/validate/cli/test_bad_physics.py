@@ -1,8 +1,6 @@
 """Bad laws of the temperature, contacts, drives, faces and substrates, through the command: each is one sentence
 with the allowed values, exit status 2, and nothing is printed or written."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path
@@ -249,7 +247,7 @@ def refused(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> s
 
 
 @pytest.mark.parametrize("case", SCENES)
-def test_a_scene_that_cannot_be_is_refused(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scene_that_cannot_be_is_refused(case, tmp_path, capsys):
     changes, said = SCENES[case]
     text = BEAM
     for old, new in changes:
@@ -262,10 +260,10 @@ def test_a_scene_that_cannot_be_is_refused(case: str, tmp_path: Path, capsys: py
 
 
 @pytest.mark.parametrize("setting", SINKS)
-def test_a_sink_that_cannot_be_is_refused(setting: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sink_that_cannot_be_is_refused(setting, tmp_path, capsys):
     assert SINKS[setting] in refused(f"sink --set '{setting}'", tmp_path, capsys)
 
 
-def test_what_the_bad_scenes_are_made_of_is_fine(tmp_path: Path) -> None:
+def test_what_the_bad_scenes_are_made_of_is_fine(tmp_path):
     (tmp_path / "mine.toml").write_text(BEAM, encoding="utf-8")
     assert main(["solve", "mine.toml", "--no-figures", "--quiet"]) == 0

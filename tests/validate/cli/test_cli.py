@@ -1,7 +1,5 @@
 """The command: exit statuses, printed text and files, with a stand-in for the 3D solver."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import json
@@ -27,7 +25,7 @@ def sink(*arguments: str) -> int:
     return main(["sink", "--no-figures", *arguments])
 
 
-def test_summary_has_the_contract() -> None:
+def test_summary_has_the_contract():
     assert sink("--voltage", "1") == 0
     found = summary()
     assert {"schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "timing_s"} <= set(found)
@@ -48,7 +46,7 @@ def test_summary_has_the_contract() -> None:
     assert set(found["files"]) == {entry.name for entry in Path("results/sink-1V").iterdir()}
 
 
-def test_traces() -> None:
+def test_traces():
     sink()
     with open("results/sink-1V/traces.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -60,7 +58,7 @@ def test_traces() -> None:
     assert float(rows[-1]["reduced1d_peak_K"]) - 293.0 == pytest.approx(last, rel=1e-3)
 
 
-def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+def test_terminal_reads_at_80_columns(capsys):
     for arguments in (
         [],
         ["--voltage", "-10", "--set", "silicon.temperature_coefficient=0"],
@@ -90,7 +88,7 @@ def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> Non
         (["--set", "checks.tolerances.eq13=1e-4"], 0), (["--set", "checks.tolerances.eq13=1e-4", "--strict"], 1),
     ],
 )  # fmt: skip
-def test_exit_status_of_the_checks(arguments: list[str], status: int, capsys: pytest.CaptureFixture[str]) -> None:
+def test_exit_status_of_the_checks(arguments, status, capsys):
     """The last two: a tolerance below the numerical error is unresolved, which only --strict takes for a fault."""
     assert sink(*arguments) == status
     assert capsys.readouterr().err == ""
@@ -99,20 +97,20 @@ def test_exit_status_of_the_checks(arguments: list[str], status: int, capsys: py
 @pytest.mark.parametrize(
     ("given", "volts", "named"), [("-2V", -2.0, "minus2V"), ("0.002", 0.002, "2mV"), ("2 mV", 0.002, "2mV")]
 )
-def test_one_voltage_has_one_name(given: str, volts: float, named: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_voltage_has_one_name(given, volts, named, capsys):
     assert sink("--voltage", given, "--steady") == 0
     assert f"results/sink-{named}-steady/" in capsys.readouterr().out
     assert summary(f"results/sink-{named}-steady")["scene"]["drive"]["voltage"] == volts
 
 
 @pytest.mark.parametrize("given", ["-2e-3 --voltage 9", "-1e-3 --voltage 60 --reduction plate"])
-def test_runaway(given: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_runaway(given, capsys, tmp_path):
     assert sink("--only", "1d", "--set", *f"silicon.temperature_coefficient={given}".split()) == 3
     assert "thermal runaway" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_interrupted(monkeypatch, capsys):
     sink()
     before = Path("results/sink-1V/summary.json").read_bytes()
 
@@ -125,7 +123,7 @@ def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     assert Path("results/sink-1V/summary.json").read_bytes() == before
 
 
-def test_json_and_quiet(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_and_quiet(capsys):
     sink("--json", "--steady")
     assert json.loads(capsys.readouterr().out) == summary("results/sink-1V-steady")
     sink("--quiet", "--steady")
@@ -134,7 +132,7 @@ def test_json_and_quiet(capsys: pytest.CaptureFixture[str]) -> None:
     assert said.startswith(summary("results/sink-1V-steady")["answer"])
 
 
-def test_scene_goes_round(capsys: pytest.CaptureFixture[str]) -> None:
+def test_scene_goes_round(capsys):
     assert main(["scene", "sink"]) == 0
     Path("mine.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     assert sink("mine.toml", "--steady", "--out", "mine") == 0
@@ -151,7 +149,7 @@ PLANS = {
 
 
 @pytest.mark.parametrize("arguments", PLANS)
-def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_plan_is_true(arguments, capsys):
     """Each line of the plan against the folder and the summary."""
     assert sink("--explain", *arguments.split()) == 0
     text = capsys.readouterr().out
@@ -174,7 +172,7 @@ def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) ->
     assert "As it turned out" not in text
 
 
-def test_fields_open_in_pyvista() -> None:
+def test_fields_open_in_pyvista():
     import pyvista
 
     assert sink("--fields", "--field-times", "0.5ms, 2 ms") == 0
@@ -202,7 +200,7 @@ def test_fields_open_in_pyvista() -> None:
 
 
 @pytest.mark.long
-def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_figures_without_opengl(monkeypatch, capsys):
     """Where nothing can be rendered there are four figures all the same, and the plan marks the deviation."""
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     assert main(["sink", "--explain"]) == 0
@@ -222,7 +220,7 @@ def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[s
 
 
 @pytest.mark.long
-def test_from_a_shell() -> None:
+def test_from_a_shell():
     """The real 3D solver, in a process of its own, on a terminal with ASCII only."""
     found = python("-m", "validate", "sink", "--no-figures", PYTHONIOENCODING="ascii")
     assert (found.returncode, found.stderr) == (0, "")
@@ -245,14 +243,14 @@ def test_from_a_shell() -> None:
         ),
     ],
 )
-def test_what_is_not_asked_for_is_not_imported(command: str, heavy: str) -> None:
+def test_what_is_not_asked_for_is_not_imported(command, heavy):
     code = f"import sys; from validate.cli import main; main({command.split()})"
     found = python("-c", f"{code}; print('imported:', *set({heavy.split()}) & sys.modules.keys())")
     assert found.stdout.splitlines()[-1] == "imported:"
     assert "Traceback" not in found.stderr
 
 
-def test_a_reader_that_stops_reading() -> None:
+def test_a_reader_that_stops_reading():
     command = f"{sys.executable} -m validate scene sink | head -c 1"
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     found = subprocess.run(command, shell=True, capture_output=True, encoding="utf-8", env=env, check=True)
@@ -260,9 +258,7 @@ def test_a_reader_that_stops_reading() -> None:
 
 
 @pytest.mark.parametrize("more", [[], ["--quiet"]])
-def test_the_answer_is_printed_before_anything_is_written(
-    more: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_answer_is_printed_before_anything_is_written(more, capsys, monkeypatch):
     printed = []
 
     def write(*_: object) -> None:

@@ -1,8 +1,6 @@
 """Two hundred command lines and files that a user or a careless colleague may give: each ends with its exit status, in
 a sentence where it is refused, and leaves every file that was there as it was."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 import warnings
@@ -194,7 +192,7 @@ LINES = (
 
 
 @pytest.fixture
-def mine(tmp_path: Path) -> dict[str, str]:
+def mine(tmp_path):
     """Return the files of a folder and their content."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
@@ -221,9 +219,7 @@ def write(folder: Path, command: str) -> None:
 
 
 @pytest.mark.parametrize("command", LINES, ids=lambda command: command[:60])
-def test_no_fault_nothing_lost_in_time(
-    command: str, mine: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_fault_nothing_lost_in_time(command, mine, tmp_path, capsys):
     if (
         sys.getfilesystemencoding() != "utf-8"
         and LINES[command] == 0
@@ -247,5 +243,5 @@ def test_no_fault_nothing_lost_in_time(
         assert not [name for name in contents(tmp_path) if name not in before]
 
 
-def test_there_are_two_hundred() -> None:
+def test_there_are_two_hundred():
     assert len(LINES) >= 200

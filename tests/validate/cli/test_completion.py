@@ -1,7 +1,5 @@
 """Completion scripts, run by the shells themselves where they are installed."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -44,12 +42,12 @@ def bash(line: str) -> set[str]:
 
 @pytest.mark.needs("bash")
 @pytest.mark.parametrize("line", ASKED)
-def test_bash_completes(line: str) -> None:
+def test_bash_completes(line):
     assert bash(line) - {"--help", "--version"} == ASKED[line]
 
 
 @pytest.mark.needs("bash")
-def test_files_are_offered_where_they_fit() -> None:
+def test_files_are_offered_where_they_fit():
     subprocess.run(["touch", "mine.toml"], check=True)
     assert "mine.toml" in bash("validate sink m")
     assert "mine.toml" in bash("validate sink --against m")
@@ -59,7 +57,7 @@ def test_files_are_offered_where_they_fit() -> None:
 
 
 @pytest.mark.needs("zsh")
-def test_the_script_is_the_shells_language() -> None:
+def test_the_script_is_the_shells_language():
     found = subprocess.run(["zsh", "-n"], input=script("zsh"), capture_output=True, encoding="utf-8", check=False)
     assert (found.returncode, found.stderr) == (0, "")
 
@@ -100,7 +98,7 @@ def on_a_terminal(quiet: bool, seconds: float) -> str:
     return said.decode()
 
 
-def test_a_terminal_is_told_what_and_for_how_long() -> None:
+def test_a_terminal_is_told_what_and_for_how_long():
     said = on_a_terminal(False, 0.8)
     assert "solving in 3D" in said
     assert "(1 s)" in said
@@ -108,7 +106,7 @@ def test_a_terminal_is_told_what_and_for_how_long() -> None:
     assert said.endswith("\r\x1b[K")
 
 
-def test_quiet_is_quiet() -> None:
+def test_quiet_is_quiet():
     assert on_a_terminal(True, 0.1) == ""
 
 
@@ -116,7 +114,7 @@ def in_a_pipe(quiet: bool, seconds: float) -> str:
     return subprocess.run(command(quiet, seconds), capture_output=True, encoding="utf-8", cwd=ROOT, check=True).stderr
 
 
-def test_a_pipe_is_told_every_now_and_then() -> None:
+def test_a_pipe_is_told_every_now_and_then():
     """Whole lines, for a log: none for short steps, and none if quiet."""
     lines = in_a_pipe(False, 1.0).splitlines()
     assert lines[0] == "solving in 3D (0 s)"

@@ -1,7 +1,5 @@
 """The command for the whole sensor: exit statuses, printed text and files."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import io
@@ -38,7 +36,7 @@ def device(*arguments: str) -> int:
 
 
 @pytest.fixture(scope="module")
-def full(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+def full(tmp_path_factory):
     """Return the output of a run with all checks and answers, and its folder."""
     folder, printed = tmp_path_factory.mktemp("full") / "one", io.StringIO()
     with contextlib.redirect_stdout(printed):
@@ -47,7 +45,7 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
 
 
 @pytest.mark.long
-def test_the_summary_has_the_contract(full: tuple[str, Path]) -> None:
+def test_the_summary_has_the_contract(full):
     text, folder = full
     assert max(map(len, text.splitlines())) <= 80
     assert "PXI-4070" in text
@@ -74,7 +72,7 @@ def test_the_summary_has_the_contract(full: tuple[str, Path]) -> None:
     )
 
 
-def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
+def test_traces_have_a_row_per_sample_and_obey_eq_21():
     assert device(*QUICK, "--no-figures", "--figure", "9", "--quiet", "--out", "one") == 0
     with open("one/traces.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -88,7 +86,7 @@ def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
     assert columns["reduced1d_sensor_power_W"] == pytest.approx(volts**2 / resistance, rel=1e-12)
 
 
-def test_what_is_exported_is_said_and_kept(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_exported_is_said_and_kept(capsys):
     options = ("--set", "run.end_time=30ms", "--set", "external.step_time=20ms", "--figure", "10", "--no-figures")
     assert device(*QUICK, *options, "--export", "my-sensor", "--states", "9", "--out", "one") in (0, 1)
     said = " ".join(capsys.readouterr().out.split())
@@ -104,7 +102,7 @@ def test_what_is_exported_is_said_and_kept(capsys: pytest.CaptureFixture[str]) -
     assert steps[0]["reason"].startswith("a compact model of 9 states")
 
 
-def test_the_default_scene_comes_out_as_it_declares(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_default_scene_comes_out_as_it_declares(capsys):
     assert device("--strict", "--figure", "9", "--figure", "10", "--no-figures", "--quiet") == 0
     assert "as the scene declares" in " ".join(capsys.readouterr().out.split())
     assert [check["id"] for check in summary("results/device-273K-figure9-figure10")["checks"]] == [
@@ -112,14 +110,14 @@ def test_the_default_scene_comes_out_as_it_declares(capsys: pytest.CaptureFixtur
     ]  # fmt: skip
 
 
-def test_a_contradicted_declaration_is_status_1() -> None:
+def test_a_contradicted_declaration_is_status_1():
     options = (*QUICK, "--no-figures", "--figure", "10", "--quiet")
     assert device(*options, "--set", "expect_differs=fig10_steady") == 1
     assert device(*options, "--strict", "--set", "final_temperature=315") == 1
 
 
 @pytest.mark.long
-def test_all_figures_are_drawn() -> None:
+def test_all_figures_are_drawn():
     named = [option for name in FIGURES for option in ("--figure", name.removeprefix("figure"))]
     assert device(*QUICK, *named, "--quiet", "--out", "all") == 0
     drawn = {f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg")}
@@ -128,13 +126,13 @@ def test_all_figures_are_drawn() -> None:
     assert "-150.0 \N{MICRO SIGN}W/K" in Path("all/figure13.svg").read_text(encoding="utf-8")
 
 
-def test_the_scene_is_printed_and_reads_back(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_the_scene_is_printed_and_reads_back(capsys, tmp_path):
     assert main(["scene", "device"]) == 0
     (tmp_path / "copy.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     assert load("copy.toml", scene_type=DEVICE) == load("device", scene_type=DEVICE)
 
 
-def test_a_sensor_without_gain_has_no_characteristic() -> None:
+def test_a_sensor_without_gain_has_no_characteristic():
     assert device(*QUICK, "--set", "sensor_gain=0", "--figure", "13", "--figure", "12", "--no-figures") == 0
     (folder,) = Path("results").iterdir()
     assert all(check["verdict"] == "differs" for check in summary(folder)["checks"])
@@ -158,7 +156,7 @@ SAID = {
 
 
 @pytest.mark.parametrize("arguments", SAID)
-def test_what_is_found_is_said(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_found_is_said(arguments, capsys):
     assert device(*arguments.split(), "--no-figures", "--out", "one") == 0
     text = " ".join(capsys.readouterr().out.split())
     assert [said for said in SAID[arguments] if said not in text] == []
@@ -166,7 +164,7 @@ def test_what_is_found_is_said(arguments: str, capsys: pytest.CaptureFixture[str
         assert {check["verdict"] for check in summary("one")["checks"]} == {"differs"}
 
 
-def test_far_from_instability_nothing_is_said_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_far_from_instability_nothing_is_said_of_it(capsys):
     assert device("--set", "sample_time=5ms", "--set", "sink_gain=0.5", "--no-figures", "--figure", "9") == 0
     assert "instability" not in capsys.readouterr().out
 
@@ -187,7 +185,7 @@ EXTREMES = {
 
 
 @pytest.mark.parametrize("settings", EXTREMES)
-def test_extremes_are_told_in_words_and_in_columns_apart(settings: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_extremes_are_told_in_words_and_in_columns_apart(settings, capsys):
     given = [part for setting in settings.split() for part in ("--set", setting)]
     assert device(*given, "--figure", "9", "--figure", "10", "--no-figures", "--out", "one") == 0
     text = capsys.readouterr().out
@@ -203,7 +201,7 @@ def test_extremes_are_told_in_words_and_in_columns_apart(settings: str, capsys: 
     assert EXTREMES[settings].split(",")[0] in page.replace("&nbsp;", " ").replace("&#x27;", "'")
 
 
-def test_columns_never_touch() -> None:
+def test_columns_never_touch():
     rows = [["a", "b", "c"], ["x" * 30, "-1.234e+05 kW", "never"], ["y", "1 W", "12345678.9 ms"]]
     text = Table(rows[0], rows[1:]).text(Style())
     for line, row in zip(text.splitlines(), rows, strict=True):
@@ -212,7 +210,7 @@ def test_columns_never_touch() -> None:
     assert wide.splitlines()[0].split() == [f"{'x' * 35}..", "y" * 40]
 
 
-def test_a_meter_that_tells_nothing_says_so(full: tuple[str, Path]) -> None:
+def test_a_meter_that_tells_nothing_says_so(full):
     text = " ".join(full[0].split())
     assert "MAX1367: cannot resolve the outer temperature: its step of 80 K is more than the 37.5 K" in text
     assert "PXI-4070: resolves 0.24 K outside" in text
@@ -221,7 +219,7 @@ def test_a_meter_that_tells_nothing_says_so(full: tuple[str, Path]) -> None:
     assert all("not seen" in source for source in sources.values())
 
 
-def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
+def test_the_report_has_names_and_units(full):
     page = (full[1] / "report.html").read_text(encoding="utf-8").replace("&nbsp;", " ")
     assert not re.search(r"sink_K|sensor_power_W|_ohm|_per_s|time_s", page)
     assert '<th>check</th><th>of</th><th class="n">paper</th><th class="n">1D</th>' in page
@@ -232,7 +230,7 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("setting", ["sample_time=50ms", "sensor_gain=0", "polymer_thickness=10mm"])
-def test_no_text_of_a_figure_touches_another(setting: str) -> None:
+def test_no_text_of_a_figure_touches_another(setting):
     scene, options = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Options()
     outcome = DeviceKind().compare(scene, options)
     draw = (own.power, own.flow, own.slow, own.responses, own.characteristic, device_figures.ground)
@@ -242,7 +240,7 @@ def test_no_text_of_a_figure_touches_another(setting: str) -> None:
         assert touching == [], name
 
 
-def test_the_check_of_texts_can_fail() -> None:
+def test_the_check_of_texts_can_fail():
     figure = Figure()
     figure.text(0.5, 0.5, "one"), figure.text(0.51, 0.5, "two")
     (_, one), (_, two) = _boxes(figure)

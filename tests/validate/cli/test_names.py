@@ -1,7 +1,5 @@
 """Default folders differ where results differ; a run that replaces an earlier one reports it."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 
@@ -55,7 +53,7 @@ DIFFERENT = {
 
 
 @pytest.fixture(autouse=True)
-def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _somewhere(tmp_path, monkeypatch):
     (tmp_path / "here" / "sub").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "here")
     for name in ("model.csv", "values.csv", "others.csv"):
@@ -78,7 +76,7 @@ def folder(command: str, arguments: str, monkeypatch: pytest.MonkeyPatch) -> Pat
 
 
 @pytest.mark.parametrize("command", DIFFERENT)
-def test_different_results_have_different_folders(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_different_results_have_different_folders(command, monkeypatch):
     folders = [folder(command, arguments, monkeypatch) for arguments in DIFFERENT[command]]
     assert len(set(folders)) == len(folders), sorted(folders)
     assert all(found.parent == Path("results") for found in folders)
@@ -91,7 +89,7 @@ def test_different_results_have_different_folders(command: str, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("command", DIFFERENT)
-def test_every_option_is_one_or_the_other(command: str) -> None:
+def test_every_option_is_one_or_the_other(command):
     """A new option is put into the folder's name, or into the list of options without effect."""
     options = import_module(f"validate.cli.{command}").OPTIONS
     known = {usage.split()[0] for usage in options if usage.startswith("--")}
@@ -100,7 +98,7 @@ def test_every_option_is_one_or_the_other(command: str) -> None:
     assert known - SAME - tried - {"--export", "--states", "--model-accuracy"} == set()
 
 
-def test_long_commands_are_cut_and_still_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_commands_are_cut_and_still_told_apart(monkeypatch):
     long = " ".join(f"--set boundary.left~electrode.voltage={k}.000000001" for k in range(1, 9))
     one, other = (folder("solve", f"bridge {long} {more}", monkeypatch) for more in ("--fields", ""))
     assert one != other
@@ -108,7 +106,7 @@ def test_long_commands_are_cut_and_still_told_apart(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.usefixtures("no_solver")
-def test_what_replaces_an_earlier_run_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_replaces_an_earlier_run_says_so(capsys):
     first = ["sink", "--no-figures", "--out", "my run"]
     assert main(first) == 0
     assert "Replaces" not in capsys.readouterr().out
@@ -125,7 +123,7 @@ def test_what_replaces_an_earlier_run_says_so(capsys: pytest.CaptureFixture[str]
     assert "Replaces the earlier run of the same command." in " ".join(capsys.readouterr().out.split())
 
 
-def test_the_command_line_of_device_and_solve() -> None:
+def test_the_command_line_of_device_and_solve():
     for command in (
         "device --figure 10 --set run.end_time=0.3s --no-figures --quiet",
         "solve plate --no-figures --quiet",
@@ -136,7 +134,7 @@ def test_the_command_line_of_device_and_solve() -> None:
 
 
 @pytest.mark.parametrize("command", ["sink", "device", "solve bridge"])
-def test_a_dry_run_prints_the_plan_alone(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dry_run_prints_the_plan_alone(command, capsys):
     assert main([*command.split(), "--dry-run"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("Plan\n")

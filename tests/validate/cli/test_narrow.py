@@ -1,7 +1,5 @@
 """Terminals that are narrower than a line."""
 
-from __future__ import annotations
-
 import io
 import os
 import struct
@@ -28,7 +26,7 @@ def narrow() -> Iterator[int]:
     os.close(ours)
 
 
-def test_progress_stays_on_its_line() -> None:
+def test_progress_stays_on_its_line():
     """One that the terminal breaks could not be cleared."""
     with narrow() as terminal:
         with progress() as say:
@@ -38,13 +36,13 @@ def test_progress_stays_on_its_line() -> None:
     assert max(map(len, said)) <= 20
 
 
-def test_sentences_are_broken_where_the_terminal_ends() -> None:
+def test_sentences_are_broken_where_the_terminal_ends():
     with narrow():
         lines = wrapped("The 3D model has its peak 20.33 K and its ends 4.405 K above room.").splitlines()
     assert max(map(len, lines)) <= 20
     assert any("20.33 K" in line for line in lines)
 
 
-def test_elsewhere_a_line_has_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+def test_elsewhere_a_line_has_80_columns(capsys):
     assert columns(io.StringIO(), 80) == 80
     assert 60 < max(map(len, wrapped("word " * 100).splitlines())) <= 80

@@ -1,7 +1,5 @@
 """--reduction, --why and --export at the command line, with a stand-in for the 3D solver."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -14,7 +12,7 @@ pytestmark = pytest.mark.usefixtures("no_solver")
 
 
 @pytest.mark.parametrize("reduction", ["anchored", "moments:3"])
-def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_chosen_model_is_named(reduction, capsys):
     assert main(["sink", "--no-figures", "--reduction", reduction, "--explain"]) == 0
     text = capsys.readouterr().out
     assert f"1D model: {reduction}" in text
@@ -36,7 +34,7 @@ def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture
     assert len(heads) == 11
 
 
-def test_a_better_model_agrees_where_the_papers_differs() -> None:
+def test_a_better_model_agrees_where_the_papers_differs():
     """The stand-in is the exact fin on 2663 K/W, the value of the plate."""
     verdicts = {}
     for reduction in ("paper", "plate"):
@@ -47,7 +45,7 @@ def test_a_better_model_agrees_where_the_papers_differs() -> None:
     assert verdicts["plate"]["eq14"] == verdicts["paper"]["eq14"] == "differs"
 
 
-def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest.CaptureFixture[str]) -> None:
+def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys):
     """The stand-in's steady state is the plate's: all its checks agree, while eqs 14 and 18 still differ."""
     strict = ["sink", "--no-figures", "--steady", "--strict", "--voltage", "2"]
     assert main([*strict, "--reduction", "plate"]) == 0
@@ -59,14 +57,14 @@ def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest
 
 
 @pytest.fixture
-def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def _fewer_figures(monkeypatch):
     """Figure 7 alone beside the budget's: the others take seconds."""
     monkeypatch.setattr("compare.kinds.sink.FIGURES", {"figure7": "current against time"})
 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("_fewer_figures")
-def test_why(capsys: pytest.CaptureFixture[str]) -> None:
+def test_why(capsys):
     assert main(["sink", "--why", "--out", "here"]) == 0
     text = capsys.readouterr().out
     assert "Why the paper's model differs from 3D" in text
@@ -85,7 +83,7 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.long
-def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_compact_model_is_written(capsys):
     command = ["solve", "bridge", "--no-figures", "--accuracy", "1e-2", "--out", "run"]
     assert main([*command, "--export", "new/mine", "--states", "2"]) == 0
     assert "Exported a compact model (2 states, within" in " ".join(capsys.readouterr().out.split())
@@ -94,7 +92,7 @@ def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("new/mine/model.py").read_text(encoding="utf-8").startswith('"""Compact model of "bridge": 2 states')
 
 
-def test_a_thick_layer_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_thick_layer_is_warned_of(capsys):
     settings = ["--set", "sink.thickness=20um", "--reduction", "fin", "--steady", "--only", "1d"]
     assert main(["sink", "--no-figures", "--out", "here", *settings]) == 0
     assert "thin-plate assumption" in capsys.readouterr().out

@@ -1,9 +1,6 @@
 """Bad input: one sentence with the cure, exit status 2, and nothing is printed or written."""
 
-from __future__ import annotations
-
 import shlex
-from pathlib import Path
 
 import pytest
 
@@ -140,7 +137,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("command", REFUSED)
-def test_bad_input_is_one_sentence(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_is_one_sentence(command, tmp_path, capsys):
     scenes = {f"{name}.toml": builtin_text(name.rpartition(" ")[2]) for name in ("my bridge", "sink", "device")}
     scenes["empty.toml"] = '[scene]\nname = "nothing"\n'
     (tmp_path / "file").write_text("", encoding="utf-8")

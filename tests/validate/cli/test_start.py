@@ -1,8 +1,6 @@
 """How the command starts in any environment: Ctrl-C at once, closed streams, names in other encodings, packages that
 are missing."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -37,7 +35,7 @@ sys.exit(command())
     ("module", "name"),
     [("validate.cli", "SIGINT"), ("scenes.errors", "SIGINT"), ("scipy", "SIGINT"), ("scipy", "SIGTERM")],
 )
-def test_an_interrupt_while_it_starts_is_no_traceback(module: str, name: str, tmp_path: Path) -> None:
+def test_an_interrupt_while_it_starts_is_no_traceback(module, name, tmp_path):
     code = INTERRUPTED.format(module=module, name=name)
     command = [sys.executable, "-c", code, "sink", "--steady", "--no-figures", "--out", "run"]
     found = subprocess.run(command, capture_output=True, encoding="utf-8", cwd=tmp_path, check=False)
@@ -46,7 +44,7 @@ def test_an_interrupt_while_it_starts_is_no_traceback(module: str, name: str, tm
     assert list(tmp_path.iterdir()) == []
 
 
-def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for() -> None:
+def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for():
     """Without Python's own start, which no program controls."""
     code = (
         "import sys; before = set(sys.modules); import validate.__main__; "
@@ -60,7 +58,7 @@ def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for() -> Non
 
 @pytest.mark.long
 @pytest.mark.parametrize("closed", [(0, 1, 2), (2,)])
-def test_without_standard_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
+def test_without_standard_streams(closed, tmp_path):
     """The next opened files do not replace them: the files are whole, and the status is the run's."""
 
     def close() -> None:
@@ -79,7 +77,7 @@ def test_without_standard_streams(closed: tuple[int, ...], tmp_path: Path) -> No
     assert found.stderr.startswith("validate: drive.voltage") == (2 not in closed)
 
 
-def test_a_full_standard_output_is_a_sentence(tmp_path: Path) -> None:
+def test_a_full_standard_output_is_a_sentence(tmp_path):
     with open("/dev/full", "w", encoding="utf-8") as full:
         found = subprocess.run(
             [*START, "scene", "sink"], stdout=full, stderr=subprocess.PIPE, encoding="utf-8", check=False
@@ -90,7 +88,7 @@ def test_a_full_standard_output_is_a_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_system_that_writes_ascii(tmp_path: Path) -> None:
+def test_a_system_that_writes_ascii(tmp_path):
     """A name that the command line has passes through; one from a file is refused in a sentence."""
     bridge = subprocess.run([*START, "scene", "bridge"], capture_output=True, encoding="utf-8", check=True).stdout
     (tmp_path / "mine.toml").write_text(
@@ -109,7 +107,7 @@ def test_a_system_that_writes_ascii(tmp_path: Path) -> None:
     assert folder in summary(tmp_path / folder)["command"]
 
 
-def test_a_file_name_that_is_not_utf_8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_name_that_is_not_utf_8(tmp_path, capsys):
     name = os.fsdecode(b"\xff.toml")
     main(["scene", "bridge"])
     Path(name).write_text(capsys.readouterr().out, encoding="utf-8")
@@ -128,7 +126,7 @@ def test_a_file_name_that_is_not_utf_8(tmp_path: Path, capsys: pytest.CaptureFix
         ("matplotlib", "matplotlib", "sink --only 1d"),
     ],
 )
-def test_a_missing_package_is_named(module: str, package: str, command: str, tmp_path: Path) -> None:
+def test_a_missing_package_is_named(module, package, command, tmp_path):
     (tmp_path / f"{module}.py").write_text(f"raise ModuleNotFoundError('none', name='{module}')", encoding="utf-8")
     run = [*START, *command.split()]
     path = os.environ | {"PYTHONPATH": str(tmp_path)}
@@ -138,9 +136,7 @@ def test_a_missing_package_is_named(module: str, package: str, command: str, tmp
     assert (found.returncode, found.stderr.splitlines(keepends=True)[-1]) == (2, said)
 
 
-def test_a_missing_module_of_ours_is_a_fault(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_module_of_ours_is_a_fault(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "validate.viewer.window", None)
     assert main(["view", ".", "--screenshot", "a.png"]) == 3
     assert "a fault of this program" in capsys.readouterr().err

@@ -1,12 +1,9 @@
 """Keys fitted to data with a given truth."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,7 +27,6 @@ NOISE = 0.05
 def measured(truth: Sink, seed: int) -> Data:
     """Data as the paper's model of a sink has them, with noise."""
     traces = solve(truth, times=TIMES).traces
-    assert traces is not None
     drawn = np.random.default_rng(seed).standard_normal((2, len(TIMES))) * NOISE
     values = {n: traces.values[n] + noise for n, noise in zip(("peak_K", "end_K"), drawn, strict=True)}
     return Data("mine.csv", "CSV", TIMES, values, dict.fromkeys(values, "x"))
@@ -50,7 +46,7 @@ def fitted(data: Data, *keys: str) -> Fit:
 
 
 @pytest.mark.long
-def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
+def test_the_truth_is_within_the_interval_as_often_as_is_said():
     truth = varied(varied(Sink(), OXIDE, 0.85), SILICON, 1.05)
     inside = dict.fromkeys((OXIDE, SILICON), 0)
     for seed in range(100):
@@ -64,20 +60,20 @@ def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
 
 
 @pytest.mark.long
-def test_the_spread_of_the_fits_is_their_uncertainty() -> None:
+def test_the_spread_of_the_fits_is_their_uncertainty():
     found = [fitted(measured(Sink(), seed), OXIDE) for seed in range(60)]
     spread = np.log([f.fitted[OXIDE] for f in found]).std(ddof=1)
     assert spread == pytest.approx(found[0].u[OXIDE], rel=0.25)
 
 
-def test_keys_that_go_together_are_named() -> None:
+def test_keys_that_go_together_are_named():
     """The paper's anchor has but the oxide's thickness over its conductivity."""
     found = fitted(measured(Sink(), 1), OXIDE, "oxide_thickness")
     assert abs(found.correlations[0, 1]) > 0.99
     assert any("can't be told apart" in text and "ratio" in text for text in found.warnings())
 
 
-def test_a_model_that_is_wrong_is_seen() -> None:
+def test_a_model_that_is_wrong_is_seen():
     """Ends that are 1 K hotter for a reason that no oxide is."""
     data = measured(Sink(), 1)
     wrong = replace(data, values=data.values | {"end_K": data.values["end_K"] + 1.0})
@@ -88,25 +84,25 @@ def test_a_model_that_is_wrong_is_seen() -> None:
 @pytest.mark.parametrize(("keys", "said"), [
     (["pad_witdh"], "unknown key"), ([OXIDE, OXIDE], "twice"), (["convection_coefficient"], "no number"),
 ])  # fmt: skip
-def test_refused(keys: list[str], said: str) -> None:
+def test_refused(keys, said):
     with pytest.raises(SceneError, match=said):
         keys_of(Sink(), keys)
 
 
-def test_fewer_points_than_unknowns_are_refused() -> None:
+def test_fewer_points_than_unknowns_are_refused():
     data = measured(Sink(), 0)
     few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})
     with pytest.raises(SceneError, match="1 point, which can't tell 2 keys"):
         fitted(few, OXIDE, SILICON)
 
 
-def test_what_nothing_follows_is_refused() -> None:
+def test_what_nothing_follows_is_refused():
     with pytest.raises(SceneError, match="follows it, so that it can't be fitted"):
         fitted(measured(Sink(), 0), "materials.oxide.density")
 
 
 @pytest.mark.long
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(tmp_path, capsys):
     """Data of 3D itself with another oxide, by 3D's own slope: the fit recovers it."""
     steady = tmp_path / "first"
     truth = ["sink", "--set", f"{OXIDE}=1.2", "--accuracy", "1e-2", "--only", "3d", "--no-figures",
@@ -134,9 +130,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 @pytest.mark.parametrize("given", [["--calibrate", OXIDE], ["--against", "FILE", "--calibrate", OXIDE]])
-def test_without_data_or_their_uncertainty_it_is_refused(
-    given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_data_or_their_uncertainty_it_is_refused(given, tmp_path, capsys):
     file = tmp_path / "mine.csv"
     file.write_text("time (ms),peak (K)\n0,293\n1,303\n2,306\n3,308\n", encoding="utf-8")
     assert main(["sink", *(str(file) if word == "FILE" else word for word in given)]) == 2

@@ -1,12 +1,8 @@
 """Effects that both models leave out: each change equals a solution with the effect, and so does the change of all."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -26,7 +22,7 @@ solved = cache(solve)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def found() -> Iterator[left_out.LeftOut]:
+def found():
     """Solved no more closely than the tests need, every sink once."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(left_out, "CLOSE", SINK.accuracy)
@@ -43,7 +39,7 @@ def steady(sink: Sink) -> Result:
     return solved(sink, transient=False)
 
 
-def test_an_effect_is_the_sink_with_it_over_the_sink_without(found: left_out.LeftOut) -> None:
+def test_an_effect_is_the_sink_with_it_over_the_sink_without(found):
     cooled = steady(replace(SINK, convection_coefficient=conduction(SINK)))
     for asked in OF_A_SINK.values():
         ratio = cooled.steady[asked.steady].value / steady(SINK).steady[asked.steady].value
@@ -51,14 +47,14 @@ def test_an_effect_is_the_sink_with_it_over_the_sink_without(found: left_out.Lef
     assert found.effects["air"].changes["peak_rise_K"].value < -10 * found.effects["air"].changes["peak_rise_K"].error
 
 
-def test_the_largest_comes_first_and_decides(found: left_out.LeftOut) -> None:
+def test_the_largest_comes_first_and_decides(found):
     sizes = [abs(each.changes["peak_rise_K"].value) for each in found.effects.values()]
     assert sizes == sorted(sizes, reverse=True)
     assert found.sentence.startswith("In air ")
     assert " In vacuum " in found.sentence
 
 
-def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -> None:
+def test_the_summary_has_every_effect_with_its_source(found):
     document = json.loads(json.dumps(document_of(found)))
     assert {*document} == {*found.effects, "together"}
     for name, entry in document.items():
@@ -68,7 +64,7 @@ def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -
         assert bool(entry["source"]) == (name != "together")
 
 
-def test_in_air_the_gas_below_decides(found: left_out.LeftOut) -> None:
+def test_in_air_the_gas_below_decides(found):
     below = steady(replace(SINK, gap_gas_conductivity=CONDUCTIVITY)).steady["peak_rise_K"].value
     change = below / steady(SINK).steady["peak_rise_K"].value - 1
     assert found.effects["gap_gas"].changes["peak_rise_K"].value == pytest.approx(change, rel=1e-12)
@@ -81,7 +77,7 @@ def few(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
     monkeypatch.setattr(left_out, "effects", lambda sink: {name: every(sink)[name] for name in names})
 
 
-def test_what_the_scene_has_is_not_left_out(found: left_out.LeftOut, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_scene_has_is_not_left_out(found, monkeypatch):
     few(monkeypatch, "contact", "gap_gas", "air")
     cooled = left_out.of_sink(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01), lambda _: None)
     assert {"air", "gap_gas"} <= {*found.effects}
@@ -90,7 +86,7 @@ def test_what_the_scene_has_is_not_left_out(found: left_out.LeftOut, monkeypatch
     assert "In air" not in cooled.sentence
 
 
-def test_what_a_row_cannot_have_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_row_cannot_have_is_said(monkeypatch):
     few(monkeypatch, "contact", "gap_gas", "substrate")
     row = left_out.of_sink(replace(SINK, spans=2), lambda _: None)
     for effect in ("substrate", "gap_gas"):
@@ -98,7 +94,7 @@ def test_what_a_row_cannot_have_is_said(monkeypatch: pytest.MonkeyPatch) -> None
         assert "sink.spans = 2" in row.skipped[effect]
 
 
-def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch):
     def away(sink: Sink, transient: bool) -> Result:
         if sink.substrate_thickness is not None:
             raise RunawayError("runs away", 0.5)
@@ -109,13 +105,12 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
     assert next(iter(found.effects)) == "substrate"
     assert "In vacuum the substrate's own resistance makes it run away." in found.sentence
     assert {*document_of(found)["substrate"]} == {"assumed", "source"}
-    assert found.together is not None
     assert not found.together.changes
 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_field")
-def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
+def test_it_is_told_kept_and_drawn(tmp_path):
     run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)
     summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     effects = {"conductivity", "contact", "gap_gas", "radiation", "substrate", "air"}
@@ -128,7 +123,7 @@ def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
     assert any(step["step"] == "left_out" for step in summary["plan"])
 
 
-def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch):
     """With its states of 3D taken from 1D, which has gas and air as a sink does."""
     from fem3d.runs import device as of_3d
     from reduced1d.device.lumped import steady as in_1d

@@ -1,9 +1,6 @@
 """Sensitivities of both models side by side, their checks, and the report."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 
@@ -29,7 +26,7 @@ def made(**slopes: tuple[float, float]) -> dict[str, Slopes]:
     }
 
 
-def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
+def test_a_slope_is_judged_by_the_largest_of_its_quantity():
     found = sensitivities.checks(Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)), WORDS)
     verdicts = {check.id: check.verdict for check in found}
     assert verdicts == {"slope_voltage": "agrees", "slope_width": "agrees", "slope_length": "differs"}
@@ -38,13 +35,13 @@ def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
     assert by_id["slope_length"].u_num == pytest.approx(5e-5)
 
 
-def test_the_worst_in_a_sentence() -> None:
+def test_the_worst_in_a_sentence():
     checks = sensitivities.checks(Sink(), made(width=(2.0, 0.8), length=(-0.5, -0.5)), WORDS)
     said = "In the 1D model the end rise follows width by +0.800, in 3D by +2.000 % for each percent."
     assert sensitivities.sentence(checks) == said
 
 
-def test_a_slope_that_the_error_leaves_open_is_counted_and_explained() -> None:
+def test_a_slope_that_the_error_leaves_open_is_counted_and_explained():
     """0.2002 of 2, with relative errors of 1e-3: on either side of the tolerance of 10 %."""
     found = made(width=(2.0, 2.0), length=(-0.5, -0.5 - 0.20002))
     checks = sensitivities.checks(Sink(), found, WORDS)
@@ -55,18 +52,18 @@ def test_a_slope_that_the_error_leaves_open_is_counted_and_explained() -> None:
     assert "1D follows 1 of 2 keys as 3D does, within 10 % of the largest. ?: 1 are open" in said
 
 
-def test_nothing_to_say_where_they_agree() -> None:
+def test_nothing_to_say_where_they_agree():
     checks = sensitivities.checks(Sink(), made(width=(2.0, 2.0)), WORDS)
     assert sensitivities.sentence(checks) == "The 1D model follows every key as 3D does."
     assert sensitivities.sentence(()) == ""
 
 
-def test_a_tolerance_of_ones_own() -> None:
+def test_a_tolerance_of_ones_own():
     sink = Sink(tolerances={"slope": 0.5})
     assert sensitivities.checks(sink, made(width=(2.0, 1.5)), WORDS)[0].verdict == "agrees"
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(tmp_path, capsys):
     folder = tmp_path / "run"
     arguments = ["sink", "--sensitivities", "--steady", "--accuracy", "1e-2", "--no-figures", "--out", str(folder)]
     assert main(arguments) == 0
@@ -84,7 +81,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 @pytest.mark.long
-def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
+def test_from_python_and_one_model_alone(tmp_path):
     assert compare.run("sink", steady=True, accuracy=1e-2).sensitivities == {}
     run = compare.run("sink", steady=True, accuracy=1e-2, sensitivities=True)
     assert run.sensitivities["fem3d"].relative["sink.length"]["end_rise_K"].error > 0
@@ -94,7 +91,7 @@ def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_free_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_free_scene(tmp_path, capsys):
     folder = tmp_path / "bridge"
     arguments = ["solve", "bridge", "--sensitivities", "--uncertain", "box.beam.upper.z=0.1um", "--no-figures"]
     assert main([*arguments, "--out", str(folder)]) == 0
@@ -110,7 +107,7 @@ def test_a_free_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "Sensitivities" in (folder / "report.html").read_text(encoding="utf-8")
 
 
-def test_what_no_number_of_a_free_scene_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_no_number_of_a_free_scene_is(capsys):
     for key in ("box.beam.upper.w=1um", "boundary.right electrode.voltage=1%", "beam.upper.z=1V"):
         assert main(["solve", "bridge", "--uncertain", key]) == 2
         assert capsys.readouterr().err.count("\n") == 1

@@ -1,10 +1,7 @@
 """Results of a comparison with data with a given truth."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,7 +31,6 @@ def model(sink: Sink) -> Result:
 def measured(truth: Sink, noise: float, seed: int = 0, off: float = 0.0) -> Data:
     """Data as the paper's model of a sink has them, with noise (K), and off by something the model doesn't have."""
     traces = model(truth).traces
-    assert traces is not None
     drawn = np.random.default_rng(seed).standard_normal((2, len(TIMES))) * noise
     values = {"peak_K": traces.values["peak_K"] + drawn[0], "end_K": traces.values["end_K"] + drawn[1] + off}
     return Data("mine.csv", "CSV", TIMES, values, dict.fromkeys(values, "x"), others={"u (K)": np.full(60, 0.2)})
@@ -52,7 +48,7 @@ def statements(data: Data, given: list[str]) -> dict[tuple[str, str], Statement]
     return {(s.quantity, s.where): s for s in made.statements}
 
 
-def test_data_of_the_model_itself_show_no_error() -> None:
+def test_data_of_the_model_itself_show_no_error():
     sink, data = Sink(), known(measured(Sink(), 0.2), "0.2K")
     made = validate(sink, data, {"1D": (model(sink), None)}, None)
     # 95 % of normally distributed noise lies within 2 u_D; of 60 points 57 give or take 1.7.
@@ -61,7 +57,7 @@ def test_data_of_the_model_itself_show_no_error() -> None:
     assert not any(s.seen for s in made.statements)
 
 
-def test_an_error_of_the_model_lies_in_its_interval() -> None:
+def test_an_error_of_the_model_lies_in_its_interval():
     """The data's ends are 1.5 K hotter than the model has them: its error is -1.5 K."""
     found = statements(known(measured(Sink(), 0.1, off=1.5), "0.1K"), [])
     low, high = found["end_K", "end"].interval
@@ -70,7 +66,7 @@ def test_an_error_of_the_model_lies_in_its_interval() -> None:
     assert not found["peak_K", "end"].seen
 
 
-def test_an_oxide_that_is_known_badly_explains_what_it_does() -> None:
+def test_an_oxide_that_is_known_badly_explains_what_it_does():
     """A sink whose oxide conducts 10 % less: detected where the oxide is exact, not where its uncertainty is 15 %."""
     oxide = Sink().oxide
     data = measured(Sink(oxide=replace(oxide, thermal_conductivity=0.9 * oxide.thermal_conductivity)), 0.01)
@@ -83,13 +79,13 @@ def test_an_oxide_that_is_known_badly_explains_what_it_does() -> None:
     assert loose.interval[1] > 0
 
 
-def test_the_room_moves_temperatures_by_itself() -> None:
+def test_the_room_moves_temperatures_by_itself():
     data = measured(Sink(), 0.01)
     found = statements(data, ["room_temperature=1K"])["end_K", "end"]
     assert found.u_input == pytest.approx(1.0, rel=0.02)
 
 
-def test_how_data_uncertainty_is_given() -> None:
+def test_how_data_uncertainty_is_given():
     data = measured(Sink(), 0.1)
     found = read_uncertainty(quantities.of(Sink()), data, ["0.5K", "end=1%"])
     assert found["peak_K"] == pytest.approx(np.full(60, 0.5))
@@ -98,13 +94,13 @@ def test_how_data_uncertainty_is_given() -> None:
 
 
 @pytest.mark.parametrize("given", ["-0.5K", "0K", "1A", "peek=1K", "much", "current=1uA", "-1%"])
-def test_refused(given: str) -> None:
+def test_refused(given):
     with pytest.raises(SceneError, match="data-uncertainty"):
         read_uncertainty(quantities.of(Sink()), measured(Sink(), 0.1), [given])
 
 
 @pytest.mark.long
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(tmp_path, capsys):
     data, file = measured(Sink(), 0.1), tmp_path / "mine.csv"
     rows = zip(data.time, data.values["peak_K"], data.values["end_K"], np.full(60, 0.1), strict=True)
     lines = [",".join(map(str, row)) for row in rows]
@@ -130,7 +126,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "Validation" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
-def test_the_figure() -> None:
+def test_the_figure():
     """The result is its title; every row of the data is there; a current is in mA, and its differences in uA."""
     from validate.report.figures import analysis_figures
     from validate.report.figures.drawing import kept
@@ -154,6 +150,6 @@ def test_the_figure() -> None:
     assert "60\N{NO-BREAK SPACE}rows" in figure.texts[1].get_text()
 
 
-def test_without_data_it_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_data_it_is_refused(capsys):
     assert main(["sink", "--data-uncertainty", "0.5K"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

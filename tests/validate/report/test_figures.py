@@ -1,8 +1,6 @@
 """The content of figures: no kink that is not real, round lengths, nothing in a legend that cannot be seen; of a free
 scene an axis of time on which its traces are seen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +15,6 @@ from compare.outcome import Outcome
 from compare.sink_checks import profile
 from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
-from scenes.model import Scene
 from scenes.result import Result, Traces
 from validate.report.figures import scene_figures
 from validate.report.figures.analysis_figures import seen_parts
@@ -34,7 +31,7 @@ def inside(figure: Figure) -> bool:
     return bool((drawn.min >= figure.bbox.min).all() and (drawn.max <= figure.bbox.max).all())
 
 
-def test_a_long_title_is_in_lines() -> None:
+def test_a_long_title_is_in_lines():
     title = "3D is off: peak -0.137 to -0.078 K over 4.2 - 5.7 ms; 1D is off: peak -1.4362 to -1.4235 K over 18 - 20 ms"
     figure = new_figure(7.5, 5.0, title, ["and what it is of"])
     assert inside(figure)
@@ -47,7 +44,7 @@ def kink(y: np.ndarray, values: np.ndarray) -> float:
     return float(np.abs(np.diff(values, 3)[(y[:-3] > 60) & (y[:-3] < 90)]).max())
 
 
-def test_the_kink_between_cells_goes_and_the_curve_stays() -> None:
+def test_the_kink_between_cells_goes_and_the_curve_stays():
     """A bump larger than the error, which must be real, stays."""
     sink = load("sink", ["accuracy=1e-3"])
     found = solve(sink, transient=False)
@@ -62,7 +59,7 @@ def test_the_kink_between_cells_goes_and_the_curve_stays() -> None:
 
 
 @pytest.mark.parametrize(("wanted", "found"), [(260.0, 200.0), (5.0, 5.0), (1.99, 1.0), (0.06, 0.05)])
-def test_round_lengths(wanted: float, found: float) -> None:
+def test_round_lengths(wanted, found):
     assert round_length(wanted) == pytest.approx(found)
 
 
@@ -73,7 +70,7 @@ def budget(*values: float, over_time: np.ndarray | None = None) -> Budget:
     return Budget("paper", (split,), (), times, {} if over_time is None else {"peak": over_time}, "so it is")
 
 
-def test_the_legend_has_what_can_be_seen() -> None:
+def test_the_legend_has_what_can_be_seen():
     assert seen_parts(budget(-1.0, 0.3, 0.001)) == [0, 1]
     # Parts that show only on the way are in the legend too.
     assert seen_parts(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
@@ -86,10 +83,9 @@ END = 0.1
     ("constant", "driven", "scale"),
     [(END / 3, "at once", "linear"), (END / 100, "at once", "log"), (END / 100, "in a wave", "linear")],
 )
-def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: float, driven: str, scale: str) -> None:
+def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant, driven, scale):
     """All probes of the hotplate rise from 293 to 300 with a time constant (s); not where the drive changes later."""
     scene = load_free("hotplate", ["run.end_time=0.1", "boundary.drive.voltage=0.2"])
-    assert isinstance(scene, Scene)
     if driven == "in a wave":
         scene = replace(scene, boundaries=load_free("hotplate").boundaries)
     time = np.concatenate([[0.0], np.geomspace(1e-6 * END, END, 60)])

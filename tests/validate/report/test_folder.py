@@ -1,7 +1,5 @@
 """The results folder: swapped in whole, never at the cost of other files."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -31,9 +29,7 @@ def names(folder: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("exchange", [True, False])
-def test_an_earlier_run_is_replaced_and_a_users_file_kept(
-    exchange: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_earlier_run_is_replaced_and_a_users_file_kept(exchange, tmp_path, monkeypatch):
     if not exchange:
         monkeypatch.setattr(module, "_exchange", lambda a, b: False)
     target = tmp_path / "deep" / "run"
@@ -44,7 +40,7 @@ def test_an_earlier_run_is_replaced_and_a_users_file_kept(
     assert names(target.parent) == {"run"}
 
 
-def test_a_failure_leaves_everything_as_it_was(tmp_path: Path) -> None:
+def test_a_failure_leaves_everything_as_it_was(tmp_path):
     target = tmp_path / "deep" / "run"
     with pytest.raises(KeyboardInterrupt), Folder(target, RUN):
         raise KeyboardInterrupt
@@ -56,7 +52,7 @@ def test_a_failure_leaves_everything_as_it_was(tmp_path: Path) -> None:
     assert names(target.parent) == {"run"}
 
 
-def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
+def test_a_full_disk_names_the_file(tmp_path):
     """The system names none where writing fails, as against opening."""
 
     def written(number: int, name: str | None) -> None:
@@ -78,7 +74,7 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
     [("out/thesis.tex", "out"), ("out", "out"), ("plain", "plain/out"), ("out/summary.json", "out")],
     ids=["foreign", "file", "under a file", "broken summary"],
 )
-def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path) -> None:
+def test_refused_before_anything_happens(there, target, tmp_path):
     (tmp_path / there).parent.mkdir(exist_ok=True)
     (tmp_path / there).write_text("mine", encoding="utf-8")
     before = sorted(tmp_path.rglob("*"))
@@ -87,7 +83,7 @@ def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_neither_what_is_not_writable_nor_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_neither_what_is_not_writable_nor_where_one_is(tmp_path, monkeypatch):
     """The first by way of os.access, for root may write anywhere."""
     with pytest.raises(SceneError, match="where you are"), Folder(Path("."), RUN):
         pytest.fail("entered")
@@ -96,7 +92,7 @@ def test_neither_what_is_not_writable_nor_where_one_is(tmp_path: Path, monkeypat
         pytest.fail("entered")
 
 
-def test_an_empty_folder_and_a_link_are_used(tmp_path: Path) -> None:
+def test_an_empty_folder_and_a_link_are_used(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
     run(tmp_path / "link", summary__json=SUMMARY)
@@ -111,9 +107,7 @@ def model(target: Path, text: str) -> None:
 
 
 @pytest.mark.long
-def test_an_export_replaces_an_export_and_nothing_of_a_users(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_export_replaces_an_export_and_nothing_of_a_users(tmp_path, monkeypatch, capsys):
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "model.py").write_text("mine", encoding="utf-8")
@@ -144,7 +138,7 @@ def test_an_export_replaces_an_export_and_nothing_of_a_users(
         assert names(tmp_path / "b") == {"model.json", "model.cir", "model.py", "summary.json", "report.html"}
 
 
-def test_an_export_over_another_is_the_one_that_is_imported(tmp_path: Path) -> None:
+def test_an_export_over_another_is_the_one_that_is_imported(tmp_path):
     """Within a second and at equal size Python would take the compiled copy of the first for the second."""
     found = []
     for text in ("ROOM = 1.0", "ROOM = 2.0", "ROOM = 3.0"):
@@ -180,7 +174,7 @@ with folder.Folder(Path(sys.argv[1]), RUN) as new:
 
 
 @pytest.mark.parametrize("how", ["written", "exchange", "moved", "old"])
-def test_what_a_killed_run_leaves_the_next_one_removes_and_nothing_of_a_users(how: str, tmp_path: Path) -> None:
+def test_what_a_killed_run_leaves_the_next_one_removes_and_nothing_of_a_users(how, tmp_path):
     """Killed before its folder is swapped in, between that and the move of a user's file, also where folders can't be
     exchanged in one step, and where the earlier run has been moved away for that."""
     target = tmp_path / "run"

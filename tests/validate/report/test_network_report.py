@@ -1,9 +1,6 @@
 """Text, files and figures of a run with the network."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +14,7 @@ from validate.report.figures.scene_figures import network as draw
 
 
 @pytest.mark.long
-def test_the_table_is_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_table_is_printed_and_kept(tmp_path, capsys):
     out = tmp_path / "run"
     assert main(["solve", "bridge", "--model", "network", "--why", "--out", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.split())
@@ -36,13 +33,13 @@ def test_the_table_is_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFix
         assert why["difference"]["value"] / why["scale"] == pytest.approx(check["difference"], rel=1e-9)
 
 
-def test_why_is_of_the_network(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_why_is_of_the_network(tmp_path, capsys):
     assert main(["solve", "bridge", "--why", "--out", str(tmp_path / "run")]) == 2
     assert "give --model network with it" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
 
 
-def test_the_picture_has_every_line_and_joint() -> None:
+def test_the_picture_has_every_line_and_joint():
     scene = load("bridge")
     axes = draw(Outcome(scene, Options())).axes
     shape = layout(scene)
@@ -58,7 +55,7 @@ def test_the_picture_has_every_line_and_joint() -> None:
 
 
 @pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
-def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -> None:
+def test_the_view_from_above_is_in_true_proportions(name, tallest):
     """And no taller than its content, also for a long bridge."""
     figure = draw(Outcome(load(name), Options()))
     box = figure.axes[0].get_position()
@@ -69,7 +66,7 @@ def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -
 
 
 @pytest.mark.long
-def test_the_network_is_exported(tmp_path: Path) -> None:
+def test_the_network_is_exported(tmp_path):
     """As JSON, Python and SPICE, by the export of compact models."""
     out, folder = tmp_path / "run", tmp_path / "few"
     command = ["solve", "plate", "--model", "network", "--no-figures", "--out", str(out), "--export", str(folder)]

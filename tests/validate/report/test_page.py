@@ -1,12 +1,9 @@
 """report.html: whole, self-contained and true to the summary."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
@@ -45,7 +42,7 @@ class Reader(HTMLParser):
             self.text.append(data)
 
 
-def test_slopes_are_counted_apart(tmp_path: Path) -> None:
+def test_slopes_are_counted_apart(tmp_path):
     """As in the headline, which counts the other checks alone."""
     verdicts = {"fig4": "differs", "eq13": "agrees", "slope_sink.width": "differs", "slope_sink.length": "agrees"}
     document = {
@@ -60,14 +57,14 @@ def test_slopes_are_counted_apart(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(tmp_path_factory):
     """The real run, steady and with figures: the folder."""
     folder = tmp_path_factory.mktemp("report") / "run"
     output.run(load("sink", ["accuracy=1e-2"]), Options(steady=True), folder)
     return folder
 
 
-def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
+def test_the_page_is_whole_and_needs_no_other_file(run):
     text = (run / "report.html").read_text(encoding="utf-8")
     found = Reader(text)
     outside = [link for link in found.links if not link.startswith(("data:", "#"))]
@@ -87,7 +84,7 @@ def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
     assert len(text) < 2_000_000
 
 
-def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path: Path, no_solver: None) -> None:
+def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path, no_solver):
     sink = replace(load("sink"), expected_to_differ=())
     outcome = output.run(sink, Options(figures=False), tmp_path / "run")
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
@@ -99,7 +96,7 @@ def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path: Pa
     assert "the scene declares that it agrees" in said
 
 
-def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
+def test_a_name_or_text_is_not_taken_for_markup(tmp_path):
     document = {"warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"}}
     told = Section("More", [Table(("<b>", "share"), [Row(["<b>", "1 K"], "agrees", "a < b")]), ["<b>"], "<b>"])
     text = page(tmp_path, "<i>", "a & b", [told], document)
@@ -110,7 +107,7 @@ def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
     assert "1 K" in said.replace("\xa0", " ")
 
 
-def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
+def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path):
     parts = (Part("part 0", -1.0, 1e-3), Part("part 1", 0.25, 1e-3))
     splits = tuple(Split(name, "K", 10.0, -0.75, 2e-3, parts) for name in ("peak", "end"))
     budget = Budget("paper", splits, (), None, {}, "the anchor")

@@ -1,11 +1,8 @@
 """Where there is no room to write: the largest size of a file stands for a full disk, which VTK doesn't survive."""
 
-from __future__ import annotations
-
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 
@@ -29,14 +26,14 @@ def files_up_to(size: int) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def earlier(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fields") / "run"
     assert main([*FIELDS, str(folder)]) == 0
     return folder
 
 
 @pytest.mark.parametrize("file", ["fem3d_steady.vtu"])
-def test_fields_are_whole_or_refused_by_name(file: str, earlier: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_fields_are_whole_or_refused_by_name(file, earlier, capsys):
     before = {entry.name: entry.read_bytes() for entry in earlier.iterdir()}
     with files_up_to(len(before[file]) - 1000):
         assert main([*FIELDS, str(earlier)]) == 2
@@ -46,7 +43,7 @@ def test_fields_are_whole_or_refused_by_name(file: str, earlier: Path, capsys: p
     assert [entry.name for entry in earlier.parent.iterdir()] == ["run"]
 
 
-def test_a_sweep_names_the_file_and_goes_on(tmp_path: Path) -> None:
+def test_a_sweep_names_the_file_and_goes_on(tmp_path):
     def append(store: Store) -> None:
         for point in range(len(store), 100):
             store.append([Row(point, "ok", "", 0.0, {"fem3d_peak_rise_K": 20.0})])

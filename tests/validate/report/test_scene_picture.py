@@ -1,11 +1,7 @@
 """A scene before a solve: its picture and the request for the window, names of parts, and refusals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
-from typing import cast
 
 import numpy as np
 import pytest
@@ -22,7 +18,7 @@ from validate.viewer.boxes import THIN, parts
 
 @settings(deadline=None)
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=12), st.floats(0.01, 0.1))
-def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted: list[float], apart: float) -> None:
+def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted, apart):
     wanted = sorted(wanted, reverse=True)
     found = spread(wanted, apart, -1.0, 1.0)
     if len(found) > 1:
@@ -39,7 +35,7 @@ def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted: list[f
                 assert ((free - wanted) ** 2).sum() <= ((other - wanted) ** 2).sum() + 1e-12
 
 
-def test_columns_have_all_names_in_order() -> None:
+def test_columns_have_all_names_in_order():
     labels = [Label(str(n), "black", (float(n % 7), float(n))) for n in range(20)]
     left, right = columns(labels, 12)
     assert sorted((*left, *right), key=lambda label: int(label.text)) == labels
@@ -49,7 +45,7 @@ def test_columns_have_all_names_in_order() -> None:
 
 
 @pytest.mark.long
-def test_a_picture_without_solving(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_picture_without_solving(tmp_path, capsys):
     from matplotlib.image import imread
 
     file = tmp_path / "bridge.png"
@@ -75,8 +71,8 @@ def test_a_picture_without_solving(tmp_path: Path, capsys: pytest.CaptureFixture
     (["run", "--set", "a=b"], "--set is for a scene"),
 ])  # fmt: skip
 def test_bad_input_is_one_sentence(
-    given: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
+    given, said, tmp_path, monkeypatch, capsys
+):  # fmt: skip
     monkeypatch.chdir(tmp_path)
     (tmp_path / "run").mkdir()
     assert main(["view", *given]) == 2
@@ -86,7 +82,7 @@ def test_bad_input_is_one_sentence(
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
 
 
-def test_a_users_folder_takes_no_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_users_folder_takes_no_picture(tmp_path, capsys):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine", encoding="utf-8")
     assert main(["solve", "bridge", "--dry-run", "--out", str(tmp_path / "mine")]) == 2
@@ -94,8 +90,8 @@ def test_a_users_folder_takes_no_picture(tmp_path: Path, capsys: pytest.CaptureF
     assert [entry.name for entry in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 
 
-def test_window_shows_all_parts() -> None:
-    scene = cast(Scene, load_free("hotplate"))
+def test_window_shows_all_parts():
+    scene = load_free("hotplate")
     request = parts(scene)
     assert [part["name"].partition(" ")[0].rstrip(":") for part in request["parts"][:2]] == ["plate", "heater"]
     assert len(request["parts"]) == len(scene.boxes) + len(scene.boundaries) + len(scene.probes)
@@ -103,14 +99,14 @@ def test_window_shows_all_parts() -> None:
     assert [text for text, _ in request["legend"]] == [
         f"{m.name}, {m.thermal_conductivity:g} W/(m K)" for m in (box.material for box in scene.boxes)
     ]
-    assert parts(cast(Scene, load("bridge")))["axes"] == ["y", "-x", "z"]
+    assert parts(load("bridge"))["axes"] == ["y", "-x", "z"]
     film = request["parts"][1]
     assert film["upper"][2] - film["lower"][2] >= 0.5 * THIN
     title = parts(replace(scene, probes=()))["title"]
     assert title.startswith("hotplate: 2 boxes, 5 boundaries, 0 probes (drawn with z")
 
 
-def test_contact_is_named_at_the_common_face() -> None:
+def test_contact_is_named_at_the_common_face():
     boxes = (Box("a", SILICON, (0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)), Box("b", SILICON, (0.0, 0.0, 1e-3), (2e-3,) * 3))
     request = parts(Scene("two", boxes, (), (), contacts=(Contact("glue", ("a", "b"), 1e-6, 1e-10),)))
     contact, upper = request["parts"][-1], request["parts"][1]

@@ -1,7 +1,5 @@
 """A material hotter than the range of its data is reported on the terminal, in the summary and in the report."""
 
-from __future__ import annotations
-
 import html
 import json
 import re
@@ -25,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("_somewhere_else")
 
 
 @pytest.fixture
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _somewhere_else(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
@@ -40,7 +38,7 @@ RUNS = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("command", RUNS)
-def test_it_is_said_everywhere_and_only_where_it_is_so(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_is_said_everywhere_and_only_where_it_is_so(command, capsys):
     settings, said, when = RUNS[command]
     options = [part for setting in settings for part in ("--set", setting)]
     assert main([*command.split(), "--no-figures", "--out", "hot", *options]) == 0
@@ -61,7 +59,7 @@ def test_it_is_said_everywhere_and_only_where_it_is_so(command: str, capsys: pyt
     ]
 
 
-def test_the_hottest_place_and_moment_of_each_material() -> None:
+def test_the_hottest_place_and_moment_of_each_material():
     """Two cells: one holds its steady 400 K, the other is hottest in between."""
     fields = SimpleNamespace(
         hexes=np.arange(16).reshape(2, 8), material=np.array([0, 1]), material_names=["a", "b"], has_steady=True,
@@ -77,7 +75,7 @@ def test_the_hottest_place_and_moment_of_each_material() -> None:
     assert hottest.farthest(fields, np.array([0.0, 1.0]), 500.0) == (0.0, False)
 
 
-def test_what_is_below_absolute_zero_is_said() -> None:
+def test_what_is_below_absolute_zero_is_said():
     """By more than its error, of a temperature, and at any time."""
     scene: Any = SimpleNamespace(
         probes=[Probe("end", (0, 0, 0), (0, 0, 0)), Probe("I", (0, 0, 0), (0, 1, 1), "current")]
@@ -101,7 +99,7 @@ def at(y: float, z: float = 1e-6, sink: Sink = SINK) -> float:
     return float(paint(sink, np.array([[0.0, y, z]]), END, PEAK)[0])
 
 
-def test_beam_and_pad_meet_and_both_ends_are_alike() -> None:
+def test_beam_and_pad_meet_and_both_ends_are_alike():
     assert at(SINK.length / 2) == pytest.approx(PEAK)
     assert at(0.0) == pytest.approx(END)
     assert at(-1e-12) == pytest.approx(END, rel=1e-6)
@@ -109,7 +107,7 @@ def test_beam_and_pad_meet_and_both_ends_are_alike() -> None:
         assert at(SINK.length - y) == pytest.approx(at(y))
 
 
-def test_the_anchor_is_eq_14_s_two_prisms() -> None:
+def test_the_anchor_is_eq_14_s_two_prisms():
     """Where the pad reaches the oxide the rise is the oxide's part of eq 14; below the oxide it is zero."""
     thick, area = SINK.oxide_thickness, SINK.oxide_length * SINK.oxide_width
     oxide = thick / (SINK.oxide.thermal_conductivity * area) / anchor_series_resistance(SINK)
@@ -119,6 +117,6 @@ def test_the_anchor_is_eq_14_s_two_prisms() -> None:
     assert at(-75e-6, -2e-6) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_sink_whose_oxide_begins_at_the_beam() -> None:
+def test_a_sink_whose_oxide_begins_at_the_beam():
     sink = replace(SINK, oxide_offset=0.0)
     assert at(-10e-6, sink=sink) == pytest.approx(END)

@@ -1,7 +1,5 @@
 """A made-up 3D result of a free scene, so that reports can be tested without a solver."""
 
-from __future__ import annotations
-
 import sys
 from types import ModuleType
 
@@ -48,7 +46,7 @@ def plan(scene: Scene, whole: bool = False) -> tuple[Step, ...]:
 
 
 @pytest.fixture
-def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_solver(monkeypatch):
     """The stand-in in place of the 3D solver."""
     module = ModuleType("fem3d.runs.scene")
     module.__dict__.update(solve=solve, plan=plan)

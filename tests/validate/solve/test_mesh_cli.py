@@ -1,7 +1,5 @@
 """`validate solve` on a mesh file, as a user runs it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -75,12 +73,12 @@ quantity = "power"
 
 
 @pytest.fixture(autouse=True)
-def _files(_somewhere_else: None) -> None:
+def _files(_somewhere_else):
     Path("wire.toml").write_text(SCENE, encoding="utf-8")
     Path("wire.msh").write_bytes(WIRE.read_bytes())
 
 
-def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
+def test_wire(capsys):
     """Cells of second order hold a circle's area to a part in a thousand on this mesh, straight cells to a tenth."""
     Path("wire.toml").write_text(SCENE + READOUTS, encoding="utf-8")
     # At this accuracy the mesh of the file is not refined.
@@ -119,7 +117,7 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.long
-def test_transient_writes_traces_and_reads_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_transient_writes_traces_and_reads_back(monkeypatch):
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     text = SCENE.replace("steady = true", 'end_time = "10 us"\noutput_times = ["1 us"]')
     Path("wire.toml").write_text(text, encoding="utf-8")
@@ -144,7 +142,7 @@ def test_transient_writes_traces_and_reads_back(monkeypatch: pytest.MonkeyPatch)
         ("material.metal.groups=['lower']", "have no material"),
     ],
 )
-def test_bad_input_is_one_sentence(setting: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_is_one_sentence(setting, said, capsys):
     assert main(["solve", "wire.toml", "--no-figures", "--set", setting]) == 2
     out, err = capsys.readouterr()
     assert out == ""

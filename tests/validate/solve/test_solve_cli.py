@@ -1,7 +1,5 @@
 """`validate solve`: printed text and files, with a stand-in for the 3D solver."""
 
-from __future__ import annotations
-
 import csv
 import html
 import json
@@ -28,7 +26,7 @@ def solve(*arguments: str, figures: bool = False) -> int:
     return main(["solve", *arguments, *([] if figures else ["--no-figures"])])
 
 
-def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> None:
+def test_steady_summary_has_the_contract(capsys):
     assert solve("bridge") == 0
     found = summary("results/bridge")
     assert {"schema", "scene", "plan", "provenance", "fem3d", "timing_s", "warnings", "files"} <= set(found)
@@ -48,7 +46,7 @@ def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> 
     )
 
 
-def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+def test_transient_has_a_column_per_probe_by_its_name(capsys):
     assert solve("hotplate") == 0
     with open("results/hotplate/traces.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -70,7 +68,7 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
     assert "at most" not in text
 
 
-def test_an_output_time_right_after_a_jump_is_marked(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_output_time_right_after_a_jump_is_marked(capsys):
     assert solve("hotplate", "--set", 'run.output_times=["1 us", "1 ms"]') == 0
     text = capsys.readouterr().out
     assert "1 us (errors larger)" in text
@@ -78,18 +76,18 @@ def test_an_output_time_right_after_a_jump_is_marked(capsys: pytest.CaptureFixtu
     assert re.search(r"\n +heat to the\n +time  .*current +left\n", text)  # a long name is in lines, not cut
 
 
-def test_where_errors_hold_after_jumps() -> None:
+def test_where_errors_hold_after_jumps():
     traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=(4.0, 5.0))
     times = np.array([0.0, 0.9, 1.0, 3.9, 4.0, 4.4, 4.5, 5.0, 5.9, 6.0, 10.0])
     assert times[traces.sure(times)].tolist() == [1.0, 3.9, 4.5, 6.0, 10.0]
 
 
-def test_value_at_a_jump_is_the_later_one() -> None:
+def test_value_at_a_jump_is_the_later_one():
     traces = Traces(np.array([0.0, 1.0, 1.0, 2.0, 2.0]), {"a": np.array([0.0, 1.0, 5.0, 7.0, 9.0])}, {"a": 0.0})
     assert at(traces, "a", np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0])).tolist() == [0, 0, 0.5, 5, 6, 9, 9]
 
 
-def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+def test_terminal_reads_at_80_columns(capsys):
     for arguments in (["bridge"], ["hotplate"], ["plate", "--explain"]):
         solve(*arguments)
         text = capsys.readouterr().out
@@ -108,14 +106,14 @@ def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> Non
     assert any(line.split() == ["current", "3.0000", "±", "0.0030", "A"] for line in lines)
 
 
-def test_quiet_and_json(capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_and_json(capsys):
     assert solve("plate", "--quiet") == 0
     assert len(capsys.readouterr().out.splitlines()) == 1
     assert solve("plate", "--json") == 0
     assert json.loads(capsys.readouterr().out)["fem3d"]["steady"]["E"]["value"] == 1.0
 
 
-def test_overrides_name_the_folder_and_reach_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
+def test_overrides_name_the_folder_and_reach_the_scene(capsys):
     assert solve("bridge", "--set", "boundary.left electrode.voltage=-3V", "--accuracy", "1e-4") == 0
     found = summary("results/bridge-left-electrode.voltageminus3V-accuracy1e-4")["scene"]
     assert found["boundary"][1]["voltage"] == -3.0
@@ -123,7 +121,7 @@ def test_overrides_name_the_folder_and_reach_the_scene(capsys: pytest.CaptureFix
 
 
 @pytest.mark.usefixtures("no_field")
-def test_files_of_an_earlier_run_are_replaced_and_others_kept() -> None:
+def test_files_of_an_earlier_run_are_replaced_and_others_kept():
     solve("hotplate", "--out", "here", figures=True)
     files = {entry.name for entry in Path("here").iterdir()}
     assert {"figure_traces.png", "figure_traces.svg", "traces.csv", "summary.json"} <= files
@@ -133,7 +131,7 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept() -> None:
     assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "report.html", "summary.json"}
 
 
-def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
+def test_fields(capsys):
     solve("plate", "--fields")
     assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate-fields")["files"])
     solve("hotplate", "--fields")
@@ -147,7 +145,7 @@ def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
 
 
-def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_example_is_printed_and_solved_as_a_file(capsys):
     for name in ("bridge", "plate", "hotplate"):
         assert main(["scene", name]) == 0
         text = capsys.readouterr().out
@@ -157,7 +155,7 @@ def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFix
         capsys.readouterr()
 
 
-def test_the_sink_is_printed_as_boxes_and_solved(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_sink_is_printed_as_boxes_and_solved(capsys):
     assert main(["scene", "sink", "--boxes"]) == 0
     Path("mine.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     assert load("mine.toml") == Sink().scene()
@@ -165,7 +163,7 @@ def test_the_sink_is_printed_as_boxes_and_solved(capsys: pytest.CaptureFixture[s
     assert main(["scene", "device", "--boxes"]) == 2
 
 
-def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_to_report(capsys):
     Path("mine.toml").write_text(builtin_text("plate").partition("[[probe]]")[0], encoding="utf-8")
     assert solve("mine.toml") == 2
     assert "no [[probe]]" in capsys.readouterr().err
@@ -173,7 +171,7 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert list(summary("results/plate-fields")["fem3d"]["steady"]) == ["mean plate"]
 
 
-def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends() -> None:
+def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends():
     solve("hotplate")
     text = html.unescape(re.sub(r"<[^>]+>", " ", Path("results/hotplate/report.html").read_text(encoding="utf-8")))
     said = " ".join(text.replace("\xa0", " ").split())
@@ -188,7 +186,7 @@ def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_i
     }  # fmt: skip
 
 
-def test_how_long_a_run_lasts_can_be_said_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_how_long_a_run_lasts_can_be_said_on_the_command_line(capsys):
     assert solve("hotplate", "--end-time", "2.5ms") == 0
     run = summary("results/hotplate-end_time2.5ms")["scene"]["run"]
     assert (run["end_time"], run["output_times"]) == (2.5e-3, [1e-3, 2e-3])

@@ -1,7 +1,5 @@
 """`validate solve` on cases with exact solutions: every probe is within its estimated error, which is small."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -16,9 +14,7 @@ from validate.cli import main
 def solve(scene: str, *settings: str) -> dict:
     given = [part for setting in settings for part in ("--set", setting)]
     assert main(["solve", scene, "--no-figures", "--quiet", "--out", "out", *given]) == 0
-    found = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["fem3d"]
-    assert isinstance(found, dict)
-    return found
+    return json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["fem3d"]
 
 
 def plate(conductivity: float = 52.0) -> float:
@@ -42,7 +38,7 @@ def plate(conductivity: float = 52.0) -> float:
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 5e-3])
-def test_plate_cooled_at_two_edges(accuracy: float) -> None:
+def test_plate_cooled_at_two_edges(accuracy):
     found = solve("plate", f"run.accuracy={accuracy}")["steady"]["E"]
     assert abs(found["value"] - plate()) <= found["error"] <= accuracy * 100.0
     # A conductivity that is off by a tenth is detected.
@@ -86,7 +82,7 @@ at = ["50 um", "5 um", 0]
 """
 
 
-def test_current_and_potential_follow_a_ramp_and_a_jump() -> None:
+def test_current_and_potential_follow_a_ramp_and_a_jump():
     Path("bar.toml").write_text(BAR, encoding="utf-8")
     found = solve("bar.toml")["transient"]
     assert found["time_s"] == [0.5e-3, 1e-3, 2e-3]
@@ -121,7 +117,7 @@ at = [5e-3, 5e-3, 5e-3]
 """
 
 
-def test_insulated_block_stores_all_its_heat() -> None:
+def test_insulated_block_stores_all_its_heat():
     Path("block.toml").write_text(BLOCK, encoding="utf-8")
     found = solve("block.toml")["transient"]
     # 2.5 K after the ramp, 5 K more each second.

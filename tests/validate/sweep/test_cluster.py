@@ -1,7 +1,5 @@
 """Processes of a sweep that hang, die or end slowly."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
@@ -23,7 +21,7 @@ def stuck(work: Work, seconds: float | None) -> Row:
 
 
 @pytest.mark.long
-def test_hung_or_dead_process_costs_its_point(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hung_or_dead_process_costs_its_point(monkeypatch):
     monkeypatch.setattr(cluster_of, "solve", stuck)
     monkeypatch.setattr(cluster_of, "PATIENCE", 0.2)
     points = [Work(base("sink"), Scope(), (), number, ()) for number in range(5)]

@@ -1,7 +1,5 @@
 """A map against the truth in every cell, with formulas in the place of the solver."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Callable, Iterable
 from multiprocessing import get_context
@@ -56,7 +54,7 @@ SURFACES: dict[str, Formula] = {
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_verdicts_are_those_of_the_truth_and_errors_hold(name: str, tmp_path: Path) -> None:
+def test_verdicts_are_those_of_the_truth_and_errors_hold(name, tmp_path):
     found, formulas, truth = mapped(SURFACES[name], tmp_path / "m")
     resolved = found.verdicts != "unresolved"
     wrong = resolved & ((found.verdicts == "differs") != (np.abs(truth) > 0.05))
@@ -70,14 +68,14 @@ def test_verdicts_are_those_of_the_truth_and_errors_hold(name: str, tmp_path: Pa
     assert (np.abs(found.value * 1.03 + 1e-3 - truth) <= found.error).mean() < 0.9
 
 
-def test_it_ends_at_its_limit_and_says_what_it_does_not_know(tmp_path: Path) -> None:
+def test_it_ends_at_its_limit_and_says_what_it_does_not_know(tmp_path):
     for solves in (16, 90):
         found, formulas, _ = mapped(SURFACES["an island"], tmp_path / f"{solves}", solves)
         assert formulas.solved <= solves
         assert (found.verdicts == "unresolved").mean() > 0.01
 
 
-def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path: Path) -> None:
+def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path):
     def formula(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.where(x + y > 1.4, np.nan, 0.02 + 0.05 * x)
 
@@ -88,7 +86,7 @@ def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path
 
 
 @pytest.mark.long
-def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path: Path) -> None:
+def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path):
     """Oxide longer than its pad, in nearly half of the cells: decided without a solution, and no reason to solve
     beside them where nothing else is open."""
     sink = base("sink", ["checks.tolerances.fig4=0.05"])
@@ -131,7 +129,7 @@ def solve_formula(work: Work) -> Row:
     return Row(work.number, "ok", "", 0.0, values)
 
 
-def test_cells_between_solved_ones_are_too_hot_too(tmp_path: Path) -> None:
+def test_cells_between_solved_ones_are_too_hot_too(tmp_path):
     found, _, _ = mapped(SURFACES["a slope"], tmp_path / "m")
     x, y = np.meshgrid(PLACES, PLACES, indexing="ij")
     past = 300 * (x + y - 1.207)
@@ -142,7 +140,7 @@ def test_cells_between_solved_ones_are_too_hot_too(tmp_path: Path) -> None:
     assert np.abs(found.excess - past).max() < 15
 
 
-def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None:
+def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path):
     formula = SURFACES["an island"]
     whole, all_, _ = mapped(formula, tmp_path / "whole")
     mapped(formula, tmp_path / "part")
@@ -156,7 +154,7 @@ def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None
 
 
 @pytest.mark.long
-def test_a_map_that_is_killed_again_and_again_goes_on_to_the_same_cells(tmp_path: Path) -> None:
+def test_a_map_that_is_killed_again_and_again_goes_on_to_the_same_cells(tmp_path):
     """At random instants: before a row is written, while it is, and after."""
     random = np.random.default_rng(5)
 

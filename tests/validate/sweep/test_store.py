@@ -1,10 +1,5 @@
 """Rows on disk: nothing is lost by a kill, and nothing is there twice."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,7 +15,7 @@ def row(number: int) -> Row:
     return Row(number, "ok", "", 0.1, {"x": number / 3})
 
 
-def test_torn_row_is_cut_off(tmp_path: Path) -> None:
+def test_torn_row_is_cut_off(tmp_path):
     with Store(tmp_path / "s", SUMMARY) as store:
         store.append([row(4), row(0)])
     file = tmp_path / "s" / ROWS
@@ -45,7 +40,7 @@ def test_torn_row_is_cut_off(tmp_path: Path) -> None:
         lambda line: line.replace(b'"ok"', b"5"), lambda line: line.replace(b'"x"', b'"y"'),
     ],
 )  # fmt: skip
-def test_changed_line_costs_its_own_point(change: Callable[[bytes], bytes], tmp_path: Path) -> None:
+def test_changed_line_costs_its_own_point(change, tmp_path):
     with Store(tmp_path / "s", SUMMARY, count=4) as store:
         store.append([row(0), row(1), row(2)])
     file = tmp_path / "s" / ROWS
@@ -61,7 +56,7 @@ def test_changed_line_costs_its_own_point(change: Callable[[bytes], bytes], tmp_
 @pytest.mark.parametrize(
     "text", ["5", "[", '{"asked": 5}', '{"asked": {}}', "null", pytest.param("[" * 100_000, id="deep"), "\udcff"]
 )
-def test_a_summary_that_somebody_changed_is_said(text: str, tmp_path: Path) -> None:
+def test_a_summary_that_somebody_changed_is_said(text, tmp_path):
     with Store(tmp_path / "s", SUMMARY) as store:
         store.append([row(1)])
     (tmp_path / "s" / "sweep.json").write_text(text, errors="surrogateescape", encoding="utf-8")
@@ -71,14 +66,14 @@ def test_a_summary_that_somebody_changed_is_said(text: str, tmp_path: Path) -> N
         assert len(store) == 0
 
 
-def test_a_row_that_is_there_is_not_written_again(tmp_path: Path) -> None:
+def test_a_row_that_is_there_is_not_written_again(tmp_path):
     with Store(tmp_path / "s", SUMMARY) as store:
         store.append([row(1)])
         with pytest.raises(ValueError, match="stored already"):
             store.append([row(1)])
 
 
-def test_the_folder_is_of_one_sweep_and_one_process(tmp_path: Path) -> None:
+def test_the_folder_is_of_one_sweep_and_one_process(tmp_path):
     folder = tmp_path / "s"
     with Store(folder, SUMMARY) as store:
         store.append([row(1)])
@@ -98,7 +93,7 @@ def test_the_folder_is_of_one_sweep_and_one_process(tmp_path: Path) -> None:
 SINK = base("sink", ["run.accuracy=1e-2"])
 
 
-def test_values_are_in_si_and_as_they_were_typed() -> None:
+def test_values_are_in_si_and_as_they_were_typed():
     axis = parse(SINK, "width=10um:200um:20", "grid")
     assert axis.key == "sink.width"
     # The very doubles that --set sink.width=30um gives: 1e-5 + 2 * 1e-5 is another than 3e-5.
@@ -109,7 +104,7 @@ def test_values_are_in_si_and_as_they_were_typed() -> None:
     assert parse(SINK, "environment.room_temperature=20degC:40degC:3", "grid").values == (293.15, 303.15, 313.15)
 
 
-def test_a_sample_fills_its_ranges_and_is_drawn_again_by_its_seed() -> None:
+def test_a_sample_fills_its_ranges_and_is_drawn_again_by_its_seed():
     axes = (parse(SINK, "width=10um:1000um:log", "sample"), parse(SINK, "drive.electrodes=beam-end,pad-edge", "sample"))
     points = [Design(axes, 64, 3).point(n) for n in range(64)]
     assert points == [Design(axes, 64, 3).point(n) for n in range(64)]
@@ -120,10 +115,10 @@ def test_a_sample_fills_its_ranges_and_is_drawn_again_by_its_seed() -> None:
     assert sum(word == "pad-edge" for _, word in points) == 32
 
 
-def test_keys_that_move_together(tmp_path: Path) -> None:
+def test_keys_that_move_together(tmp_path):
     free = base("bridge")
     axis = parse(free, "box.beam.upper.x+probe.beam mean.upper.x=8um:10um:2", "grid")
     given = settings(free, (axis.key,), (axis.values[0],))
     scene = free.at(given)
-    assert scene.boxes[0].upper[0] == 8e-6  # type: ignore[union-attr]
-    assert scene.probes[1].upper[0] == 8e-6  # type: ignore[union-attr]
+    assert scene.boxes[0].upper[0] == 8e-6
+    assert scene.probes[1].upper[0] == 8e-6

@@ -1,14 +1,12 @@
 """Small sweeps by the real solver: tables, interruptions, time limits, a cluster that is there."""
 
-from __future__ import annotations
-
 import csv
 import json
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
@@ -53,7 +51,7 @@ def stored(folder: Path) -> int:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _processes_that_stay() -> Iterator[None]:
+def _processes_that_stay():
     """The processes that solve are started once: to start one takes longer than its work in a test."""
     with cluster_of.pool(2) as processes, pytest.MonkeyPatch.context() as patch:
         patch.setattr(cluster_of, "pool", lambda count: nullcontext(processes))
@@ -61,13 +59,13 @@ def _processes_that_stay() -> Iterator[None]:
 
 
 @pytest.fixture
-def anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def anew(monkeypatch):
     """The test starts processes of its own."""
     monkeypatch.setattr(cluster_of, "pool", pool)
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def undisturbed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sweep") / "undisturbed"
     assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
     return folder
@@ -82,7 +80,7 @@ def assert_same(found: Path, expected: Path) -> None:
             assert one[name] == (pytest.approx(other[name], rel=1e-9, abs=1e-9) if number else other[name])
 
 
-def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
+def test_the_table_has_what_single_runs_have(undisturbed):
     import compare
     from scenes import load
 
@@ -101,9 +99,7 @@ def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
-    undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(undisturbed, tmp_path, capsys):
     folder = tmp_path / "killed"
     command = [sys.executable, "-m", "validate", *SWEEP, "--out", str(folder)]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
@@ -135,7 +131,7 @@ def solvers(run: subprocess.Popen[bytes]) -> list[psutil.Process]:
 
 
 @pytest.mark.long
-def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
+def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_stored(tmp_path):
     folder = tmp_path / "stopped"
     command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-3", "--out", str(folder)]
     run = subprocess.Popen(
@@ -163,9 +159,7 @@ def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
     pytest.fail("nothing was stored within three minutes")
 
 
-def test_a_finished_sweep_solves_nothing_and_another_is_refused(
-    undisturbed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_finished_sweep_solves_nothing_and_another_is_refused(undisturbed, monkeypatch, capsys):
     monkeypatch.setattr(cluster_of, "pool", lambda *_: pytest.fail("nothing is left to solve"))
     rows = table(undisturbed)
     assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
@@ -177,13 +171,11 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
 
 
 @pytest.mark.long
-def test_a_cluster_that_is_there_gives_the_same_table(
-    undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cluster_that_is_there_gives_the_same_table(undisturbed, tmp_path, capsys, monkeypatch):
     from distributed import LocalCluster
 
     alone = [word for word in SWEEP if word not in ("--workers", "2")]
-    with LocalCluster(2, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as cluster:  # type: ignore[no-untyped-call]
+    with LocalCluster(2, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as cluster:
         address = cluster.scheduler_address
         assert main([*alone, "--quiet", "--scheduler", address, "--out", str(tmp_path / "there")]) == 0
     assert_same(tmp_path / "there", undisturbed)
@@ -192,7 +184,7 @@ def test_a_cluster_that_is_there_gives_the_same_table(
     assert 'no scheduler answers at "tcp://127.0.0.1:9"' in capsys.readouterr().err
 
 
-def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
+def test_points_without_an_answer_are_rows_that_say_why(tmp_path):
     given = ["--vary", "anchor.oxide_length=50um,200um", "--vary", "drive.voltage=1,900", "--set",
              "materials.silicon.temperature_coefficient=-1e-3"]  # fmt: skip
     assert main([*SWEEP[:7], *given, "--out", str(tmp_path / "s")]) == 0
@@ -208,7 +200,7 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert (tmp_path / "none" / "report.html").exists()
 
 
-def test_every_panel_of_a_free_sweep_has_its_probes_unit() -> None:
+def test_every_panel_of_a_free_sweep_has_its_probes_unit():
     from validate.sweep import figures, table
 
     key = "boundary.left electrode.voltage"
@@ -221,7 +213,7 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit() -> None:
     assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
 
 
-def test_no_label_of_a_free_sweep_is_cut() -> None:
+def test_no_label_of_a_free_sweep_is_cut():
     """The longest keys are in lines, the colours have their probe's unit."""
     from validate.report.figures.drawing import style
     from validate.sweep import figures, table
@@ -241,7 +233,7 @@ def test_no_label_of_a_free_sweep_is_cut() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("anew")
-def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_designs_that_melt_are_named(tmp_path, capsys):
     """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
     pytest.importorskip("distributed")
     melting = ["sweep", "sink", "--steady", "--no-blame", "--workers", "2", "--vary", "drive.voltage=1,9,20", "--vary",
@@ -261,7 +253,7 @@ def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert free.values["too_hot"] == "polysilicon"
 
 
-def test_slow_point_is_stopped() -> None:
+def test_slow_point_is_stopped():
     keys = ("run.accuracy", "sink.width")
     row = solve(Work(base("sink"), Scope(steady=True, blame=False), keys, 0, (1e-6, 57e-6)), 0.3)
     assert row.status == "timeout"
@@ -269,7 +261,7 @@ def test_slow_point_is_stopped() -> None:
     assert 0.3 <= row.seconds < 3
 
 
-def test_an_open_verdict_is_solved_again_more_accurately() -> None:
+def test_an_open_verdict_is_solved_again_more_accurately():
     first = solve(Work(base("sink", ["run.accuracy=1e-2"]), Scope(steady=True, blame=False), (), 0, ()))
     size, error = abs(first.values["fig4_difference"]), first.values["fig4_u_num"]
     near = base("sink", ["run.accuracy=1e-2", f"checks.tolerances.fig4={size + 0.8 * error!r}"])
@@ -278,9 +270,7 @@ def test_an_open_verdict_is_solved_again_more_accurately() -> None:
     assert again.values["accuracy"] < 1e-2
 
 
-def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(tmp_path, capsys, monkeypatch):
     moved = "box.beam.upper.x+probe.beam mean.upper.x=8um,10um,1nm"
     assert main(["sweep", "bridge", "--vary", moved, "--no-figures", "--quiet", "--workers", "2"]) == 0
     (folder,) = Path("results").glob("bridge-sweep-beam.upper.x*8um-10um-1nm")
@@ -293,7 +283,7 @@ def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
 
 
 @pytest.mark.long
-def test_from_python(tmp_path: Path) -> None:
+def test_from_python(tmp_path):
     import compare
 
     widths = {"sink.width": [60e-6, "100 um"]}
@@ -304,10 +294,10 @@ def test_from_python(tmp_path: Path) -> None:
     assert found["status"].tolist() == ["ok", "ok"]
 
 
-def test_steady_is_taken_as_solve_takes_it() -> None:
+def test_steady_is_taken_as_solve_takes_it():
     """Of a scene over time, too."""
     text = builtin_text("hotplate").replace("voltage = { times", 'voltage = "1 V" # { times')
     Path("plate.toml").write_text(text, encoding="utf-8")
     command = ["sweep", "plate.toml", "--vary", "run.accuracy=0.01,0.02"]
-    assert not scene(parse(command)).at(()).steady  # type: ignore[union-attr]
-    assert scene(parse([*command, "--steady"])).at(()).steady  # type: ignore[union-attr]
+    assert not scene(parse(command)).at(()).steady
+    assert scene(parse([*command, "--steady"])).at(()).steady

@@ -3,8 +3,6 @@ Conduction of Heat in Solids, 2nd ed., 1.6): with theta(T) = integral of k dT fr
 Laplacian of theta, and solutions for constant properties hold for theta.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -74,8 +72,7 @@ def heating_bar(
     def primitive(T: np.ndarray) -> np.ndarray:
         g, w = legendre.leggauss(POINTS)
         half = (T - cold)[:, None] / 2
-        integrals: np.ndarray = (w * half * conductivity(cold + half * (1 + g))).sum(axis=1)
-        return integrals
+        return (w * half * conductivity(cold + half * (1 + g))).sum(axis=1)
 
     def rate(_: float, inner: np.ndarray) -> np.ndarray:
         T = np.r_[cold, inner]

@@ -1,14 +1,11 @@
 """`validate view`: refusals in a sentence, pictures and films of a real run, and a machine that cannot draw."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 import pytest
@@ -17,7 +14,6 @@ from matplotlib.image import imread
 from compare.options import Options
 from scenes.errors import SceneError
 from scenes.loading import builtin_text, load
-from scenes.model import Scene
 from validate.cli import main
 from validate.report import output
 from validate.viewer import window
@@ -32,7 +28,7 @@ REQUEST = {
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("view") / "run"
     with pytest.MonkeyPatch.context() as patch:
         # Enough states for a film.
@@ -41,7 +37,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
+def test_a_run_without_fields_is_told_how_to_get_them(tmp_path):
     (tmp_path / "summary.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match="run again with --fields"):
         find(tmp_path)
@@ -49,7 +45,7 @@ def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["", "fem3d.pvd", "fem3d_steady.vtu", "fem3d_03.vtu"])
-def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> None:
+def test_every_kind_of_file_is_found_with_its_times(run, name):
     whole, found = find(run), find(run / name)
     assert found.reduction is not None
     if name in ("", "fem3d.pvd"):
@@ -83,9 +79,7 @@ CELL = """<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" by
         ({"points": 99_999_999_999}, "cannot be read: VTK ended at it"),
     ],
 )  # fmt: skip
-def test_a_file_that_ends_vtk_is_not_taken_for_a_lack_of_graphics(
-    change: dict[str, int], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_ends_vtk_is_not_taken_for_a_lack_of_graphics(change, said, capsys):
     Path("good.vtu").write_text(CELL.format(points=4, last=3, kind=10), encoding="utf-8")
     Path("bad.vtu").write_text(CELL.format(**{"points": 4, "last": 3, "kind": 10} | change), encoding="utf-8")
     assert find(Path("good.vtu")).grid(0).n_cells == 1
@@ -94,18 +88,14 @@ def test_a_file_that_ends_vtk_is_not_taken_for_a_lack_of_graphics(
     assert not Path("a.png").exists()
 
 
-def test_what_is_not_there_is_said_where_there_is_no_display(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_not_there_is_said_where_there_is_no_display(monkeypatch, capsys):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert main(["view", "nowhere"]) == 2
     assert '"nowhere" does not exist' in capsys.readouterr().err
 
 
-def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
-    run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(run, capsys):
     times = tuple(time for time in find(run).times if time is not None)
     with pytest.raises(SceneError, match="from 0 to 20 ms"):
         window.nearest(times, 7.0)
@@ -124,7 +114,7 @@ def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
         (-1.4, 1.4, ["-1", "-0.5", "0", "0.5", "1"]),
     ],
 )  # fmt: skip
-def test_a_colour_bar_has_round_labels(low: float, high: float, labels: list[str]) -> None:
+def test_a_colour_bar_has_round_labels(low, high, labels):
     from validate.viewer.stage import label_format, round_ticks
 
     ticks = round_ticks(low, high, 5)
@@ -134,7 +124,7 @@ def test_a_colour_bar_has_round_labels(low: float, high: float, labels: list[str
 
 
 @pytest.mark.parametrize(("least", "shown"), [(-2.838e-5, 0.0), (-0.5, -0.5)])
-def test_what_rounding_leaves_of_a_zero_is_none_on_the_colour_bar(run: Path, least: float, shown: float) -> None:
+def test_what_rounding_leaves_of_a_zero_is_none_on_the_colour_bar(run, least, shown):
     from validate.viewer.stage import Stage
 
     source = find(run / "fem3d_steady.vtu")
@@ -144,7 +134,7 @@ def test_what_rounding_leaves_of_a_zero_is_none_on_the_colour_bar(run: Path, lea
     stage.plotter.close()
 
 
-def test_a_films_times_are_even_and_its_states_those_stored(run: Path) -> None:
+def test_a_films_times_are_even_and_its_states_those_stored(run):
     source = find(run)
     film = source.evenly(9, "rise")
     assert np.diff(film.times) == pytest.approx(source.times[-1] / 8)
@@ -152,13 +142,12 @@ def test_a_films_times_are_even_and_its_states_those_stored(run: Path) -> None:
         at = range(len(source.times))[stored]
         assert film.grid(shown)["rise"] == pytest.approx(source.grid(at)["rise"], abs=1e-9)
     # The 1D model is at the frame's time, not between stored times.
-    assert source.reduction is not None
     assert film.grid(3)["rise_1d"] == pytest.approx(source.reduction.rise(film.grid(3).points, film.times[3]))
     low, high = source.grid(0)["rise"].min(), source.grid(len(source.times) - 1)["rise"].max()
     assert all(low - 1e-9 <= film.grid(k)["rise"].min() and film.grid(k)["rise"].max() <= high + 1e-9 for k in range(9))
 
 
-def test_a_missing_package_is_said_before_anything_is_drawn(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_said_before_anything_is_drawn(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     monkeypatch.setitem(sys.modules, "validate.viewer.stage", None)  # nothing could be drawn
     request = {**REQUEST, "path": str(run)}
@@ -169,9 +158,7 @@ def test_a_missing_package_is_said_before_anything_is_drawn(run: Path, monkeypat
 
 
 @pytest.mark.long
-def test_a_picture_and_a_film(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_picture_and_a_film(run, tmp_path, capsys, monkeypatch):
     from PIL import GifImagePlugin, Image
 
     # Else every frame after the first is read as RGB, and not only frames with their own palette.
@@ -202,9 +189,7 @@ def test_a_picture_and_a_film(
 
 
 @pytest.mark.parametrize(("dies", "said"), [("kill -SEGV $$", "signal 11"), ("echo no libGL >&2; exit 1", "no libGL")])
-def test_a_machine_that_cannot_draw_says_so(
-    dies: str, said: str, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_machine_that_cannot_draw_says_so(dies, said, run, tmp_path, monkeypatch, capsys):
     broken = tmp_path / "python"
     broken.write_text(f"#!/bin/sh\ncat > /dev/null\n{dies}\n", encoding="utf-8")
     broken.chmod(0o755)
@@ -217,7 +202,7 @@ def test_a_machine_that_cannot_draw_says_so(
 
 
 @pytest.mark.skipif(not hasattr(os, "uname") or os.uname().sysname != "Linux", reason="displays as Linux has them")
-def test_without_a_display(run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_display(run, monkeypatch, capsys):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert main(["view", str(run)]) == 3
@@ -233,20 +218,20 @@ def pressed(view: View, *keys: str) -> View:
     return view
 
 
-def test_time_goes_round() -> None:
+def test_time_goes_round():
     assert pressed(VIEW, "Right", "Right").step == 2
     assert pressed(VIEW, "Left").step == 3
     assert pressed(VIEW, "Left", "Right").step == 0
 
 
 @pytest.mark.parametrize("key", ["space", "c", "l", "m", "a", "k"])
-def test_a_switch_pressed_twice_is_as_before(key: str) -> None:
+def test_a_switch_pressed_twice_is_as_before(key):
     once = pressed(VIEW, key)
     assert once != VIEW
     assert pressed(once, key) == VIEW
 
 
-def test_quantities_and_clipping_go_round() -> None:
+def test_quantities_and_clipping_go_round():
     assert [pressed(VIEW, *["t"] * n).quantity for n in range(4)] == ["rise", "temperature", "potential", "rise"]
     assert [pressed(VIEW, *["x"] * n).cut for n in range(5)] == ["", "x", "y", "z", ""]
     assert pressed(VIEW, "bracketright") == VIEW
@@ -254,7 +239,7 @@ def test_quantities_and_clipping_go_round() -> None:
     assert pressed(VIEW, "x", *["bracketleft"] * 30).place > 0
 
 
-def test_thickness() -> None:
+def test_thickness():
     assert pressed(VIEW, "period").factor == 50
     assert pressed(VIEW, "comma", "comma").factor == 5
     assert pressed(VIEW, *["comma"] * 20).factor == 1
@@ -264,7 +249,7 @@ def test_thickness() -> None:
     assert "steady" in title(VIEW, "run", None)
 
 
-def test_comparing_shows_the_rise_and_needs_a_1d_model() -> None:
+def test_comparing_shows_the_rise_and_needs_a_1d_model():
     assert pressed(VIEW, "t", "c").quantity == "rise"
     alone = replace(VIEW, can_compare=False)
     assert pressed(alone, "c") == alone
@@ -272,7 +257,7 @@ def test_comparing_shows_the_rise_and_needs_a_1d_model() -> None:
     assert "difference" not in keys_text(alone, 4)
 
 
-def test_every_key_that_does_something_is_listed() -> None:
+def test_every_key_that_does_something_is_listed():
     for columns in (1, 4, 40):
         text = keys_text(VIEW, columns)
         assert all(what in text for _, what, _ in KEYS.values())
@@ -283,9 +268,7 @@ def test_every_key_that_does_something_is_listed() -> None:
 @pytest.mark.parametrize(
     "settings", [[], ["parameters.L=300um"], ["run.end_time=1ms", "material.polysilicon.density=1"]]
 )
-def test_a_scene_is_drawn_that_does_not_say_yet_how_long_it_runs(
-    settings: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_scene_is_drawn_that_does_not_say_yet_how_long_it_runs(settings, tmp_path, capsys):
     scene, picture = tmp_path / "mine.toml", tmp_path / "a.png"
     scene.write_text(re.sub(r"\[run\].*?\n\n", "", builtin_text("bridge"), flags=re.DOTALL), encoding="utf-8")
     assert "[run]" not in scene.read_text(encoding="utf-8")
@@ -296,7 +279,7 @@ def test_a_scene_is_drawn_that_does_not_say_yet_how_long_it_runs(
     assert ("specific_heat is missing" in capsys.readouterr().err) == (status == 2)
 
 
-def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path, capsys):
     scene = tmp_path / "plate.toml"
     scene.write_text(
         builtin_text("plate").replace('name = "plate"', 'name = "plate \N{CJK UNIFIED IDEOGRAPH-4E2D}"', 1),
@@ -310,9 +293,9 @@ def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.long
-def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path: Path) -> None:
+def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path):
     """Drawn without a display: ink of every kind of name in the margins, and the materials' colours between them."""
-    scene = cast(Scene, load("bridge"))
+    scene = load("bridge")
     file = tmp_path / "window.png"
     given = {"off_screen": True, "screenshot": str(file), "movie": None, "size": [900, 500], **parts(scene)}
     start(given, lambda _: None)
