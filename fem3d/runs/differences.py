@@ -295,6 +295,8 @@ class _Solver:
 
     def __init__(self, study: Study, answer: Answer, weights: np.ndarray | None) -> None:
         self._answer, self._part, self._weights, self._accuracy = answer, study.part, weights, TIGHT * study.accuracy
+        state = None if answer.steady is None else answer.steady.state
+        self._start = None if state is None else state.heat.field(state.rise)
         self.times = np.empty(0)
         if answer.response is not None:
             rows = answer.response.times
@@ -318,6 +320,10 @@ class _Solver:
         """Solve a scene, in the ``lower`` space too."""
         study = replace(study, accuracy=self._accuracy)
         given = nested.problems(move(self._answer.heat.domain, self._part, study.part), self._accuracy)
+        for heat, conductor in zip(given.heats, given.conductors, strict=True):
+            heat.ordering.share(self._answer.heat.ordering)
+            if conductor is not None and self._answer.conductor is not None:
+                conductor.ordering.share(self._answer.conductor.ordering)
         level = len(given.heats) - 1
         return Point(self._values(study, given, level, 0), self._values(study, given, level - 1, 2) if lower else None)
 
@@ -325,7 +331,7 @@ class _Solver:
         """Solve in one of the nested spaces; over time in ``fewer`` generations of Krylov fields."""
         steady, total, base, response = dict[str, float](), 0.0, None, self._answer.response
         if self._answer.steady is not None:
-            solution = nested.solution(study, given, level)
+            solution = nested.solution(study, given, level, start=self._start)
             steady = {name: float(value) for name, value in solution.quantities.items()}
             if self._weights is not None:
                 total = float(self._weights @ solution.state.heat.field(solution.state.rise))
