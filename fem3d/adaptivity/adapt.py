@@ -1,7 +1,7 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
 A level is one mesh with its solutions in the nested spaces and the errors of its goals. It ends with a verdict: accept
-the answer, refine the mesh by its error indicators, raise the mesh a little everywhere, or check on a finer mesh
+the answer, refine the mesh by its error indicators, refine it a little everywhere ("raise"), or check on a finer mesh
 whether heating really runs away.
 """
 
@@ -68,10 +68,13 @@ def adapt(
 ) -> Answer:
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
-    Each level solves a(u, v) = l(v) for v in nested spaces of degrees p, p - 1 and p - 2, and for each quantity J the
-    dual problem a(v, z) = J(v), linearized about u. The residual r = l - a(u(p-1), .) and the dual weights z_i give the
-    contributions z_i r_i of degree p. `Estimator.indicators` extrapolates them to all higher degrees; their sum bounds
-    the error of J. The next mesh is refined where the indicators, relative to the scale of J, are largest.
+    Each steady level solves a(u, v) = l(v) for v in nested spaces of degrees p and p - 1, and for each quantity J the
+    dual problem a(v, z) = J(v), linearized about u(p). The residual r = l - a(u(p-1), .) and the dual weights z_i give
+    the contributions z_i r_i of degree p. A linear solution of degree p - 2, where that space exists, gives those of
+    degree p - 1 and so the rate. `Estimator.indicators` extrapolates them to all higher degrees; their sum estimates
+    the error of J. `goal_errors.examined` adds the errors of iteration, extremes and heat balance. The next mesh has
+    higher degrees or smaller intervals where the indicators, relative to the scale of J, are largest; cells are halved.
+    The transient is solved once the steady state is accurate.
 
     Parameters
     ----------
@@ -80,9 +83,11 @@ def adapt(
     progress : called with one line of text per level
     mesh : first mesh; by default a grid of bricks
 
-    Returns the last level. Its errors exceed the accuracy only if the mesh cannot be refined further.
-    Raises RunawayError if no steady state exists, RunawayInTimeError if the transient runs away, NumericsError if the
-    accuracy cannot be reached.
+    Returns the last level, with a tolerance of the field the best of a few more. Its errors exceed the accuracy where
+    the mesh is at its limit of memory or unknowns (`Mesh.refine` returns None); `Mesh.warnings` says so.
+    Raises RunawayError if no steady state exists, RunawayInTimeError if the transient runs away, BeyondLawError if
+    states stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError if refinement
+    no longer reduces the errors, a singular edge puts the accuracy out of reach, or `MOST_LEVELS` are used up.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)

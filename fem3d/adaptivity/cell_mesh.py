@@ -1,13 +1,12 @@
 """Meshes of tetrahedra, refined by their error indicators, and of hexahedra, refined everywhere.
 
-The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. Only edges show where a
-solution on such cells is singular, so the estimator allows for the slowest rate in each (`fem3d.adaptivity.estimator`)
-and corrects its bounds by earlier meshes (`fem3d.adaptivity.effectivity`).
+The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. The estimator uses the
+rate measured in each cell, limited by the exponents of the singular edges that the cell touches
+(`fem3d.adaptivity.estimator`).
 
-Correct error bounds by the effectivity that earlier meshes show.
-
-On cells of any shape an error bound adds absolute contributions and allows for slow rates: it holds, and is often
-ten times the error. The next mesh shows by how much. Let errors be the same fraction i of their estimates E on both
+`corrected` then scales the bounds by the effectivity that earlier meshes show. On cells of any shape an error bound
+adds absolute contributions and allows for slow rates: it holds, and is often ten times the error. The next mesh shows
+by how much. Let errors be the same fraction i of their estimates E on both
 meshes (the inverse of the effectivity index of Ainsworth and Oden, A Posteriori Error Estimation in Finite Element
 Analysis, Wiley 2000): then a reading moves from one mesh to the other by i times the difference of the estimates.
 """

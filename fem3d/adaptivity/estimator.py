@@ -8,12 +8,13 @@ spaces. With the residual r = l - a(u(p-1), .) and the dual weights z_i, the las
 
     J(u(p)) - J(u(p-1)) = r(z(p)) = sum of z_i r_i over the functions i of V(p) that V(p-1) lacks
 
-(Becker and Rannacher, Acta Numerica 10, 2001). Each function belongs to one interval of an axis, and each integral to
-one cell. The absolute values are added to the contribution d_p of each interval or cell; the next pair of spaces
-gives d_(p-1).
+(Becker and Rannacher, Acta Numerica 10, 2001). On bricks the term of a function is divided equally among the axes along
+which it is of a degree above 1: one for an edge function, two for a face, three inside. On tetrahedra the terms are
+energy integrals over each cell (`nested.heat`). The absolute values are added to the contribution d_p of each interval
+or cell; the next pair of spaces gives d_(p-1).
 
-If the error after degree q is q^-a, then d_q = (q-1)^-a - q^-a, and the error after degree p is
-d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, limited by theory. Beside an edge of exponent s the
+If the error after degree q is C q^-a, then d_q = (q-1)^-a - q^-a, and the error after degree p is
+d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory limits. Beside an edge of exponent s the
 error is (p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986). Away from edges, contributions fall at most by rho^-2
 per degree; rho is the sum of the half axes, over the half length, of the ellipse around the interval that passes
 through the edge (Bernstein). Odd and even degrees alternate, so d_(p-1) gives a second value; the larger counts.
@@ -194,8 +195,8 @@ class Estimator:
 
     @staticmethod
     def bound(indicators: Spread) -> float:
-        """Return the bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its indicators over the
-        intervals of all axes, or over cells."""
+        """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
+        ``indicators`` over the intervals of all axes, or over cells. Both are relative to the goal's scale."""
         return total(indicators)
 
     @property

@@ -1,6 +1,4 @@
-"""Solve a mesh in its nested spaces and bound the errors of the steady quantities.
-
-Contributions of the last two degrees to each goal of a level: dual-weighted residuals of the heat and the current.
+"""Solve a mesh in its nested spaces and bound the errors of the steady quantities by dual-weighted residuals.
 
 With the dual solution z of a goal and the residual r of the solution in the next lower space, a degree changes the goal
 by the sum of z_i r_i over the functions i that it adds.

@@ -1,11 +1,9 @@
-"""Transient response of one space: in as many Krylov fields as the accuracy takes, or at full order if properties
-depend on temperature.
+"""Transient response of one space: in a Krylov space as large as the accuracy requires, also for a resistivity that is
+linear in the temperature; with all unknowns where a property follows the temperature by a law or table.
 
-Basis of currents and loads for the reduced space of a transient without a solved steady state.
-
-It starts from the currents at the initial temperature and from every load of the scene. If the resistivity depends on
-temperature, a rough response shows how far heating changes the currents; the currents at its hottest instants and
-their Joule loads join the basis.
+Without a solved steady state the Krylov space begins with a basis of currents and loads. It starts from the currents at
+the initial temperature and from every load of the scene. If the resistivity depends on temperature, a rough response
+shows how far heating changes the currents; the currents at its hottest instants and their Joule loads join the basis.
 """
 
 from __future__ import annotations

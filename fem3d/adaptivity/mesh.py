@@ -1,6 +1,4 @@
-"""Interface of the meshes that `fem3d.adaptivity.adapt.adapt` refines, and its answer.
-
-Estimate the error of a whole steady field, and refine the mesh for it.
+"""Interface of the meshes that `fem3d.adaptivity.adapt.adapt` refines, its answer, and refinement for a whole field.
 
 Errors of probes converge twice as fast as the error of the field, so a grid made for probes may leave a field that
 oscillates beside a steep decay. The error of the field is estimated by the difference of the two highest degrees at

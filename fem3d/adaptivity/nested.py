@@ -1,16 +1,13 @@
-"""The problems of a domain in its nested spaces, and their steady solutions.
+"""The problems of a domain in its nested spaces, their steady solutions, contributions and extrapolated readings.
 
 The space of degree p of each interval contains the spaces of degrees p - 1 and p - 2; their matrices are leading parts
 of its matrix. The space of degree 3 on tetrahedra has the same structure.
 
-Extrapolate readings in the polynomial degree, and bound the deviation.
-
-On one mesh the error beside an edge of exponent s falls like p^-4s with the degree p (Gui and Babuska, Numer. Math. 49,
-1986), with a factor that keeps its sign. So later degrees move a reading further in the same direction. The exponent s
-gives the ratio to its last change; energies are extrapolated likewise (Szabo and Babuska, Finite Element Analysis,
-Wiley 1991, section 4.3). Each cell has its own exponent, and its own dual-weighted contribution to the change.
-
-Energy products of a field's change with a dual solution, cell by cell, for the heat and the current problem.
+Readings are extrapolated in the polynomial degree. On one mesh the error beside an edge of exponent s falls like p^-4s
+with the degree p (Gui and Babuska, Numer. Math. 49, 1986), with a factor that keeps its sign. So later degrees move a
+reading further in the same direction. The exponent s gives the ratio to its last change; energies are extrapolated
+likewise (Szabo and Babuska, Finite Element Analysis, Wiley 1991, section 4.3). Each cell has its own exponent, and its
+own dual-weighted contribution to the change.
 
 On bricks contributions are separated by function, because the functions of one interval are nearly orthogonal. On flat
 tetrahedra they are not, and contributions cancel. There the energy product of the difference of two spaces' fields with

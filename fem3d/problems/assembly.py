@@ -1,4 +1,6 @@
-"""The heat problem of a scene, term by term of its weak form: for all v that vanish where temperatures are given,
+"""The heat problem of a scene, term by term of its weak form, its nonlinear boundaries, and its tangent.
+
+For all v that vanish where temperatures are given,
 
   int k grad u . grad v  +  int_contacts [u] [v] / R  +  int rho c du/dt v
       =  int q v  +  int_faces (h (T_air - T_0 - u) + q_n) v,   u = g there,
@@ -6,18 +8,14 @@
 with [u] the jump at a contact of resistance R, u the rise above the initial temperature T_0. Joule heat comes later,
 from the current (`fem3d.solution`).
 
-Boundaries whose heat is no straight line of their face's temperature (`scenes.faces`), as terms beside the linear
-problem.
-
-With q(T) the flux that leaves, the linear problem has a film of a coefficient h, which is q's own near T_l, the higher
-of ambient and initial temperature T_0, towards the rise at which as much enters at T_0. `Surface` adds the rest,
+At a boundary that radiates, or whose h depends on its temperature (`scenes.faces`), the linear problem replaces the
+outward flux q(T) by a Robin condition. Its coefficient h is q' at the higher of ambient and initial temperature T_0;
+its constant is such that the flux at T_0 is exact. `Surface` adds the rest,
 
     int (q(T_0 + u) - q(T_0) - h u) v.
 
-A nonlinear heat problem linearized about a state: the matrices of the tangent.
-
-The tangent is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the rest: the
-change by a rise of the conductivity under the present gradient, and of the Joule heat. The latter assumes a
+The tangent about a state is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the
+rest: the change by a rise of the conductivity under the present gradient, and of the Joule heat. The latter assumes a
 current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
 relative change of the resistance in the circuit, a matrix of rank one.
 """

@@ -1,7 +1,4 @@
-"""Sparse factorization of symmetric positive definite matrices.
-
-Values that a problem computes on first use: kept, preset by a nearby problem, or released.
-"""
+"""Sparse Cholesky factors, and a store of values that a problem computes on first use."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""The conductors of a domain that carry current, as a `fem3d.problems.current.Conductor`.
-
-The current fields of a reduced problem: independent, and free of sources inside the conductor.
-
-Shares of the heat, or the current, that enters where boundaries of given values meet.
+"""The conductors of a domain, current fields of a reduced problem, and shares of flows where boundaries meet.
 
 The reaction of a function v at given values is int q v, q being the flux through all the boundaries there. A boundary
 that touches no other has the sum of its reactions. Where boundaries of one value touch, q is projected on the functions

@@ -1,14 +1,13 @@
-"""Heat conduction whose conductivity follows the temperature, as a term beside the linear problem.
+"""Heat conduction whose conductivity follows the temperature, and the unsymmetric part of a tangent.
 
 The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
 grad u . grad v, by a quadrature of its own, and the two parts of its tangent: the matrix of k(T) - k0, symmetric, and
 the integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
 `HeatProblem.terms`.
 
-The unsymmetric rest R of a nonlinear problem's tangent K + R, and solutions with both.
-
-(K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), many
-right-hand sides side by side. K^-1 R is compact where R has fewer derivatives than K, and a few steps do.
+A nonlinear problem's tangent is K + R, R its unsymmetric rest. (K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by
+GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), many right-hand sides side by side. K^-1 R is compact
+where R has fewer derivatives than K, and a few steps do.
 """
 
 from __future__ import annotations

@@ -1,17 +1,16 @@
-"""Paths of the current: through cells, and across contacts, whose facets act as further cells.
+"""Paths of the current through cells and across contacts, and electrodes whose potential is not given.
 
 Where the resistivity along y and z is some r times that along x, the gradient along these is divided by sqrt(r) and the
 current density multiplied by sqrt(r). Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that
 enters the integral of J . gradient, each with rho along x.
 
-Across a contact the potential jumps by the resistance per area times the current density. The contact acts as a layer
-of unit thickness and no extent, with this resistivity: its gradient is the jump, its current density has one component.
-Its heat enters the temperature's functions on both sides alike, or on the only side.
+Across a contact the potential jumps by the resistance per area times the current density. The contact acts as a cell of
+zero volume with unit length across it, with this resistivity: its gradient is the jump, its current density has one
+component. Its heat enters the temperature's functions on both sides alike, or on the only side.
 
-Electrodes whose potential is not given: behind a resistance, or with a given current.
-
-The potential phi of such an electrode is one number U: beside the functions that vanish on all electrodes the potential
-is sought of one more, its unit function e, which is 1 on it. With the bilinear form a of the conductor
+The potential phi of an electrode behind a resistance, or with a given current, is one number U: beside the functions
+that vanish on all electrodes the potential is sought of one more, its unit function e, which is 1 on it. With the
+bilinear form a of the conductor
 
   a(phi, v) = 0  for all v that vanish on electrodes,  a(phi, e) + U / R = V / R  or  a(phi, e) = I,
 

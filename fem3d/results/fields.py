@@ -1,11 +1,10 @@
-"""Fields of the whole structure, for pictures and files: temperature, potential, current density and heat source.
+"""Fields of the whole structure for pictures and files, and the times at which traces are written.
 
-A file for other programs holds quadratic cells at most. So a brick of degree p is cut along each axis into p/2 pieces,
-which have as many nodes as the solution has coefficients; cells of mesh files and tetrahedra are kept whole. A field is
-interpolated at the nodes of second order, and the distance of this interpolant from the solution is measured between
-the nodes. Pictures connect the same nodes by linear hexahedra.
-
-At which times traces are written: as few as linear interpolation between them allows.
+A file for other programs holds quadratic cells at most. So a brick of degree p is cut along each axis into ceil(p/2)
+quadratic pieces, which have at least p + 1 nodes along it; cells of mesh files and tetrahedra are kept whole. A field
+is interpolated at the nodes of second order, and the distance of this interpolant from the solution is measured between
+the nodes. Pictures connect the same nodes by linear hexahedra. Traces have as few times as linear interpolation between
+them allows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Outputs of a solution: probes, heat flows, currents and Joule heats of the whole structure.
+"""Outputs of a solution, and the study: the quantities to compute for a scene with their accuracy.
 
 A steady state and a transient give the same names, as numbers or as arrays over time:
 ``time`` (s), ``probe:<probe>`` (rise in K, potential in V, heat flow and power in W, current in A),
@@ -9,8 +9,6 @@ from the search for an extreme),
 solved part, times the symmetric copies),
 ``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside
 the symmetric part); for a steady state ``rounding`` (W, rounding error of flows that are zero).
-
-Quantities to compute for a scene, with their accuracy: the solver's only view of a run's purpose.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
-"""Evaluate each probe on a solution: means and heat flows are rows, extremes are searched for.
+"""Evaluate each probe on a solution: means and heat flows are linear functionals, extremes are searched for.
 
 The flow of a whole boundary of given temperature is its reaction, which converges twice as fast as the integrated
 gradient used elsewhere.
 
-The largest or smallest value of a function over parts of cells.
-
-A lattice in every cell selects the halves, quarters or eighths of cells that may hold the extreme. Lattices of half the
-size around each best point then converge. The gain of the last lattice estimates the remainder: the error near an
-extreme is quadratic in the spacing, so that all further lattices together would gain a third of the last gain.
+For an extreme a lattice in every cell selects the halves, quarters or eighths of cells that may hold the extreme.
+Lattices of half the size around each best point then converge. The gain of the last lattice estimates the remainder:
+the error near an extreme is quadratic in the spacing, so that all further lattices together would gain a third of the
+last gain.
 """
 
 from __future__ import annotations

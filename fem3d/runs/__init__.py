@@ -1,1 +1,1 @@
-"""From a scene to its `scenes.result.Result`: sinks, rows of sinks, free scenes."""
+"""From a scene to a result: sinks, free scenes, the device; derivatives by keys; compact models."""

@@ -1,10 +1,8 @@
 """The whole sensor in 3D under its controllers, and its derivatives.
 
-The 3D device: its few states, solved once for a structure, and runs of its controllers with estimated errors.
-
-Differentiate the steady state of the device in 3D, under its controllers, by its keys: differences on moved meshes.
-
-For each key the structure is solved on its cells, moved, for its steady fields: they hold every steady state.
+A structure is solved once, for its few states; runs of its controllers have estimated errors. Its steady state under
+the controllers is differentiated by differences on moved meshes. For each key the structure is solved on its cells,
+moved, for its steady fields: they hold every steady state.
 """
 
 from __future__ import annotations

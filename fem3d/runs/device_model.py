@@ -1,7 +1,8 @@
 """The device in 3D as a `statespace.device_model.Modal`: the heat problem projected on a few fields, in its own modes.
 
-With b = sqrt(copies) a for the part that symmetry leaves, a film's power and its resistance have the same
-weight: with the current densities J uniform in temperature, heat rho J^2 and resistance are both means over rho J^2.
+Only one of ``copies`` symmetric parts is solved, with modal amplitudes a. Scaled as b = sqrt(copies) a, one vector for
+each film both applies the film's power to the modes and reads its mean rise, because heat and resistance are weighted
+by the same density rho J^2, at the current densities J of uniform temperature.
 """
 
 from __future__ import annotations

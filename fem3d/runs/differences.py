@@ -1,7 +1,5 @@
 """Derivatives of quantities by the keys of a scene: differences on a moved mesh.
 
-Differentiate the quantities of an answer by keys of its scene: differences of solutions on its mesh, moved.
-
 With f(x) the quantity at a key larger by a relative step x, and two steps a and b, usually h and -h, the derivative of
 the parabola through f(0), f(a) and f(b) is
 
@@ -12,10 +10,9 @@ solutions. The error of space is estimated in the next lower space: all solution
 difference D_a is a smooth function of the mesh, and converges as the quantities do. Steady quantities are
 differentiated in logarithms, which are straight for powers.
 
-Move the mesh of a scene with the faces of another scene that has the same parts.
-
-Each axis is mapped by itself: a plane of faces goes where its faces go, and coordinates between two planes move in
-proportion. Bricks stay bricks, and cells, functions and unknowns stay the same.
+The mesh moves with the faces of another scene that has the same parts. Each axis is mapped by itself: a plane of faces
+goes where its faces go, and coordinates between two planes move in proportion. Bricks stay bricks, and cells, functions
+and unknowns stay the same.
 """
 
 from __future__ import annotations

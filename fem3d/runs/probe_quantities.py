@@ -7,10 +7,9 @@ for a resistance its largest value. For a flow, power or current it is the large
 the total through the scene, or of the heat through its least conducting box at the largest rise; for a steady heat flow
 also at least the rounding error.
 
-Resistances of electrodes from the computed currents and potentials.
-
-R = (phi - phi_other) / I, with the current I that enters at the electrode. An electrode's potential is its voltage less
-the drop at its series resistance; an electrode of given current gets a probe for its potential.
+The resistance of an electrode is R = (phi - phi_other) / I, with the current I that enters at the electrode. An
+electrode's potential is its voltage less the drop at its series resistance; an electrode of given current gets a probe
+for its potential.
 """
 
 from __future__ import annotations
@@ -130,7 +129,7 @@ def _earliest(scene: AnyScene) -> float:
 
 
 def values(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> Quantities:
-    """Return the value of each probe; ``pairs`` are the electrodes of resistance probes (`readouts.pairs`)."""
+    """Return the value of each probe; ``pairs`` are the electrodes of resistance probes (`pairs`)."""
 
     def value(probe: Probe | GroupProbe) -> np.ndarray:
         if probe.name in pairs:

@@ -1,14 +1,15 @@
-"""A reduced problem as the matrices of `statespace.runtime`: affine maps of z = (1, inputs, states).
+"""The fields of a compact model, and a reduced problem as the matrices of `statespace.runtime`.
+
+The matrices are affine maps of z = (1, inputs, states).
 
 With given temperatures the reduced states a obey da/dt = -K a + ... - I dg/dt, I being the inertia of their lifts; the
 states here are b = a + I g, so that no input is differentiated, except in the heat flow of a boundary whose
 temperature changes.
 
-The fields of a compact model: rational Krylov fields of all loads.
-
-A field (M + g K)^-1 F for every load F, at g = infinity (the steady response) and at shifts g between the earliest time
-and the slowest response, which are added where the residual is large. Source: Ruhe, Linear
-Algebra Appl. 58, 1984; Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, chapter 11.
+The fields of a compact model are rational Krylov fields of all loads. A field (M + g K)^-1 F for every load F, at g =
+infinity (the steady response) and at shifts g between the earliest time and the slowest response, which are added where
+the residual is large. Source: Ruhe, Linear Algebra Appl. 58, 1984; Antoulas, Approximation of Large-Scale Dynamical
+Systems, 2005, chapter 11.
 """
 
 from __future__ import annotations

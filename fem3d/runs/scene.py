@@ -1,9 +1,7 @@
 """Solve a free scene in 3D, of boxes or on a mesh file, with any conditions and probes, steady or over time; describe
 the plan and the result.
 
-Read probes on the mesh of a steady state that is refined for other probes.
-
-The course of a transient until shortly before a thermal runaway.
+`until` follows a transient until shortly before a thermal runaway.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Solve a sink in 3D: the plan of a run, and its result.
-
-Quantities of a sink, of one span or of a row of spans, from the outputs of a solution.
+"""Solve a sink of one span or a row of spans in 3D: the plan of a run, its quantities, and its result.
 
 A row has the mean over all spans and the largest peak. Each span and island of half the row, counted from its outer
 end, adds ``span<k>_peak_rise_K``, ``span<k>_middle_rise_K``, ``span<k>_mean_rise_K``, ``island<k>_heat_W``, and

@@ -1,9 +1,10 @@
 """Stepping da/dt = -lambda a + s(a) with the linear part exact and the source collocated.
 
 In each step the source is a polynomial through Gauss-Lobatto points; its convolution with the decaying exponentials is
-exact, so no mode is too stiff and none rings. The source depends on the state so weakly (through the resistance) that
-a few sweeps over a step settle it. Source of the idea: Hochbruck and Ostermann, Exponential integrators, Acta Numerica
-19, 2010, section 2.2 (exponential collocation).
+exact, so no mode is too stiff and none rings. The source depends weakly on the state (through the resistance), so that
+usually a few fixed-point sweeps over a step converge; else Newton's method with the source's Jacobian does. Source of
+the idea: Hochbruck and Ostermann, Exponential integrators, Acta Numerica 19, 2010, section 2.2 (exponential
+collocation).
 """
 
 from __future__ import annotations

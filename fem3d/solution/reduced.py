@@ -11,8 +11,7 @@ in T everything is polynomial in (a, c) and linear in the inputs g:
 The first line is the principle of least dissipation (Thomson's) among the J_i; it is exact at every temperature whose
 current field is among them, and second-order accurate between them.
 
-The Joule heat of pairs of current fields, body by body, tested with temperature fields: the tensors of the
-reduced problem.
+`JouleHeat` holds the integrals of rho J_i . J_j tested with the temperature fields, body by body.
 """
 
 from __future__ import annotations

@@ -1,18 +1,16 @@
-"""The trunk (serendipity) hexahedron of any degree for scikit-fem, with a hierarchical basis, and its 1D factors.
+"""The trunk (serendipity) hexahedron of any degree for scikit-fem, quadrature, and the weak forms of both problems.
 
 A basis function is a product of three 1D functions: 0 and 1 are linear, k >= 2 is the integral of the Legendre
 polynomial k - 1. Edges carry k = 2 ... p, facets pairs with j + k <= p, the interior triples with i + j + k <= p (Szabo
 and Babuska, Finite Element Analysis, 1991, section 6). All bricks of a grid are oriented alike, so that odd functions
 match. Functions of lower degrees span the lower spaces: leaving some out makes spaces of mixed and of nested degrees.
 
-The weak forms of the two problems, in scikit-fem; the matrices of bricks are tested against these definitions.
+The weak forms of both problems; the matrices of bricks are tested against these definitions:
 
 Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
 Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).
 
 Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point).
-
-Quadrature on the reference cell and its sides: points, weights, and the functions and slopes there.
 """
 
 from __future__ import annotations
@@ -137,7 +135,7 @@ class Local(NamedTuple):
 @lru_cache(maxsize=512)
 def local(p: int, degrees: Degrees) -> Local:
     """The reference matrices of the functions that are active for degrees along x, y, z: the forms
-    `fem3d.spaces.forms.conduction` and `fem3d.spaces.forms.capacity`, made of their 1D factors."""
+    `conduction` and `capacity`, made of their 1D factors."""
     at = np.flatnonzero(active(p, degrees))
     one = factors(p)
     m, s = ([t[np.ix_(k, k)] for k in modes(p)[at].T] for t in (one.mass, one.stiffness))

@@ -1,4 +1,4 @@
-"""Nested polynomial spaces on the cells of scikit-fem's meshes, straight or curved.
+"""Nested polynomial spaces on the cells of scikit-fem's meshes, straight or curved, and jumps across facets.
 
 Tetrahedra have degree 3, or 2 where memory is short, and hexahedra degree 2; each space contains all lower degrees. The
 vertex functions have degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
@@ -6,11 +6,9 @@ vertex functions have degree 1. On a tetrahedron with barycentric coordinates l_
 Element Analysis, 1991). The odd function needs one direction of each edge in all of its cells, so vertices of cells are
 in ascending order. On hexahedra the functions past the vertices are scikit-fem's of degree 2.
 
-Functions that jump across some facets: each side has its own functions.
-
-A vertex, edge or facet on a contact has one function of each kind for every set of its cells that hang together by
-facets without a contact. So at the rim of a contact that ends inside the solid both sides share functions: around the
-rim all cells hang together.
+Where functions jump across a facet, each side has its own. A vertex, edge or facet on a contact has one function of
+each kind for every set of its cells that hang together by facets without a contact. So at the rim of a contact that
+ends inside the solid both sides share functions: around the rim all cells hang together.
 """
 
 from __future__ import annotations
