@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
 from scenes.parameters import quantity
-from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, parse_quantity
+from scenes.units import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, UnitError, called
 
 MOST_TIMES = 10_000  # output times: each is a row of traces.csv
 
@@ -101,7 +101,7 @@ class Quantity(Kind):
     def read(self, path: str, given: object) -> float | None:
         if self.word is not None and isinstance(given, str) and given == self.word:
             return None
-        value, fault = self._number(given)
+        value, fault = self.number(given)
         if not fault and not math.isfinite(value):
             fault = "is not a finite number"
         if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
@@ -122,8 +122,8 @@ class Quantity(Kind):
         if value is not None:
             yield Part("", value, self, lambda factor: factor * value)
 
-    def _number(self, given: object) -> tuple[float, str]:
-        """The SI value and its fault, one of the two being empty."""
+    def number(self, given: object) -> tuple[float, str]:
+        """Return the SI value and its fault, one of the two being empty."""
         if isinstance(given, str):
             try:
                 value, powers = quantity(given)
@@ -159,12 +159,8 @@ class Count(Kind):
         return f"a whole number from {self.lower} to {self.upper}"
 
     def read(self, path: str, given: object) -> int:
-        try:
-            value, powers = quantity(given) if isinstance(given, str) else (float(given), None)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
-            value, powers = math.nan, None
-        whole = value.is_integer() and powers in (None, PLAIN) and not isinstance(given, bool)
-        if not (whole and self.lower <= value <= self.upper):
+        value, fault = Quantity(NUMBER, 0.0, 0.0).number(given)
+        if fault or not (value.is_integer() and self.lower <= value <= self.upper):
             raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
         return int(value)
 
@@ -243,16 +239,10 @@ def _group(given: Any) -> str | None:
 
 
 def _metres(given: Any) -> float | None:
-    try:
-        if isinstance(given, str):
-            value, unit = parse_quantity(given if given[:1].isdigit() else f"1 {given}")
-            value = value if unit is None or unit.powers == LENGTH.powers else 0.0
-        else:
-            value = 0.0 if isinstance(given, bool) else float(given)
-    except (UnitError, TypeError, ValueError):
-        return None
+    alone = isinstance(given, str) and not given[:1].isdigit()
+    value, fault = Quantity(LENGTH, 0.0, 0.0).number(f"1 {given}" if alone else given)
     # From a picometre to a thousand kilometres.
-    return value if 1e-12 <= value <= 1e6 else None
+    return value if not fault and 1e-12 <= value <= 1e6 else None
 
 
 _ENDS = "with a letter or digit at either end"
@@ -368,4 +358,4 @@ def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None
     for name, value in given.items():
         if name not in known:
             hint = did_you_mean(name, known)
-            raise SceneError(f"unknown key {path}.{name} = {quoted(value)}: give {' and '.join(known)}{hint}")
+            raise SceneError(f"unknown key {path}.{name} = {quoted(value)}: give {', '.join(known)}{hint}")

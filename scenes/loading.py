@@ -26,11 +26,6 @@ from scenes.validity import check as check
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
 _LONGEST = 80  # characters of a scene's part of a folder's name; a longer one ends in a hash
-_LARGEST, _MOST_TABLES = 1, 10_000
-"""Largest scene file (MB) and most tables in it, so that a file is refused within a second. The most boxes that are
-solved, with a material and a contact for each, are 0.5 MB in 6,000 tables."""
-_BOX = re.compile(r"^[ \t]*\[\[[ \t]*box[ \t]*\]\]", re.MULTILINE)
-_TABLE = re.compile(r"^[ \t]*\[", re.MULTILINE)
 _HERE = Path(__file__).parent
 
 
@@ -75,12 +70,9 @@ def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: Scen
     """Refuse a document that is plainly of another type, ``None`` being a free scene; overrides may make a device of a
     sink."""
     kind = type_of_file(content)
-    if kind is None:
-        wrong = scene_type is not None
-    else:
-        wrong = not says_nothing(content) and (scene_type is None or (scene_type is SINK and kind is DEVICE))
-    if wrong:
-        called, command = ("free scene", "solve") if kind is None else (f"{kind.name}'s scene", kind.name)
+    fits = kind is scene_type or (kind is SINK and (scene_type is DEVICE or says_nothing(content)))
+    if not fits:
+        called, command = (f"{kind.name}'s scene", kind.name) if kind else ("free scene", "solve")
         raise SceneError(f"{quoted(Path(source))} is a {called}: validate {command} {shlex.quote(str(source))}")
 
 
@@ -223,12 +215,7 @@ def document(source: str | Path, known: Sequence[str]) -> tuple[dict[str, Any], 
 
 def toml(text: str, source: str | Path) -> dict[str, Any]:
     """Parse a TOML text from a named source; raises SceneError."""
-    from scenes.free.document import check_number
-
     try:
-        check_number(len(_BOX.findall(text)))  # before they are read, which takes seconds of 10,000
-        if (tables := len(_TABLE.findall(text))) > _MOST_TABLES:
-            raise SceneError(f"{tables:,} tables are more than any scene that is solved has: {_MOST_TABLES:,} at most")
         return parsed(text)
     except SceneError as error:
         raise SceneError(f"{quoted(Path(source))}: {error}") from None
@@ -238,12 +225,10 @@ def toml(text: str, source: str | Path) -> dict[str, Any]:
 
 def file_text(source: str | Path, known: Sequence[str]) -> str:
     """Return the text of a scene file; messages offer the ``known`` built-in scenes. Raises SceneError."""
-    shown, instead = quoted(Path(source)), " or ".join(known)
+    shown, offer = quoted(Path(source)), f"give a TOML file, or the built-in {' or '.join(known)}"
     try:
         # A byte order mark, which some editors write, is no part of the text.
-        return contents(Path(source), _LARGEST, shown, "5,000 boxes fit into that, more than are solved").decode(
-            "utf-8-sig"
-        )
+        return contents(Path(source), 1, shown, "5,000 boxes fit into that, more than are solved").decode("utf-8-sig")
     except SceneError:
         raise
     except FileNotFoundError:
@@ -251,14 +236,9 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
             command = source if source in TYPES else f"solve {source}"
             raise SceneError(f"{shown} is a scene of another command: validate {command}") from None
         beside = map(str, islice(Path(source).parent.glob("*.toml"), 100))
-        hint = did_you_mean(str(source), (*known, *beside))
-        raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {instead}{hint}") from None
-    except IsADirectoryError:
-        raise SceneError(f"{shown} is a directory: give a TOML file, or the built-in {instead}") from None
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{shown} is not UTF-8 text (byte {error.start}): save the TOML file as UTF-8") from None
+        raise SceneError(f"{shown} is no file: {offer}{did_you_mean(str(source), (*known, *beside))}") from None
     except (OSError, ValueError) as error:
-        raise SceneError(f"{shown} cannot be read: {reason(error)}") from None
+        raise SceneError(f"{shown} cannot be read as UTF-8 text ({reason(error)}): {offer}") from None
 
 
 def file_name(path: Path) -> str:

@@ -144,8 +144,24 @@ class Box:
     heat_source: Value = 0.0
 
 
+class Condition:
+    """A condition on a place of a scene, of boxes or on a mesh."""
+
+    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
+    contact_resistance: float
+    series_resistance: float
+
+    @property
+    def key(self) -> str:
+        """The key in a file: the kind, but "temperature" behind a contact resistance and "current" behind an infinite
+        series resistance."""
+        if self.series_resistance == math.inf:
+            return "current"
+        return "temperature" if self.kind == "convection" and self.contact_resistance else self.kind
+
+
 @dataclass(frozen=True)
-class Boundary:
+class Boundary(Condition):
     """A condition on a flat box (one extent zero), on the surface or, for an electrode, inside the solid.
 
     ``kind`` and ``value``: "temperature" in K; "heat_flux" in W/m2 into the solid; "convection", the coefficient in
@@ -166,23 +182,10 @@ class Boundary:
     contact_resistance: float = 0.0
     series_resistance: float = 0.0
 
-    @property
-    def key(self) -> str:
-        """The key of the condition in a file."""
-        return key_of(self)
-
 
 def bends(boundary: Boundary | GroupBoundary) -> bool:
     """Whether the heat flux of a boundary is nonlinear in the face's temperature."""
     return boundary.kind == "radiation" or (boundary.kind == "convection" and isinstance(boundary.value, laws.Law))
-
-
-def key_of(boundary: Boundary | GroupBoundary) -> str:
-    """Return the key of a boundary's condition in a file: its kind, but "temperature" behind a contact resistance, and
-    "current" behind an infinite series resistance."""
-    if boundary.series_resistance == math.inf:
-        return "current"
-    return "temperature" if boundary.kind == "convection" and boundary.contact_resistance else boundary.kind
 
 
 @dataclass(frozen=True)
@@ -335,7 +338,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class GroupBoundary:
+class GroupBoundary(Condition):
     """A condition on a surface group: ``kind``, ``value``, ``ambient`` and ``contact_resistance`` as of `Boundary`."""
 
     name: str
@@ -345,11 +348,6 @@ class GroupBoundary:
     ambient: Value = 293.0
     contact_resistance: float = 0.0
     series_resistance: float = 0.0
-
-    @property
-    def key(self) -> str:
-        """The key of the condition in a file."""
-        return key_of(self)
 
 
 @dataclass(frozen=True)

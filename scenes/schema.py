@@ -18,8 +18,8 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws
-from scenes.errors import SceneError, did_you_mean, nearest, parsed, printable, quoted
-from scenes.kinds import OUTPUT_TIMES, Kind, Numbers, Quantity
+from scenes.errors import SceneError, did_you_mean, parsed, printable, quoted
+from scenes.kinds import OUTPUT_TIMES, Kind, Numbers, Quantity, only
 from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
 
@@ -116,9 +116,7 @@ class Schema:
                 for path, given in flat.items()
                 if path != SECTION
             }
-        for path in values:
-            if path.endswith(CONDUCTIVITY) and twin(path) in values:
-                raise SceneError(f"{path} and {twin(path)} say the same: give one of them")
+        _refuse_twins(values)
         return values | {SECTION: Parameters.of(names, flat)} if names else values
 
     def _items(self, table: str, given: object) -> tuple[Item, ...]:
@@ -127,23 +125,14 @@ class Schema:
         kinds, items = self.lists[table], dict[str, Item]()
         for number, item in enumerate(given, 1):
             name, label = label_of(table, number, item)
-            for key, value in item.items():
-                if key not in kinds:
-                    raise SceneError(
-                        f"unknown key {label}.{printable(str(key))} = {quoted(value)}: [[{table}]] takes "
-                        f"{', '.join(kinds)}{did_you_mean(str(key), kinds)}"
-                    )
+            only(label, item, tuple(kinds))
             values = {key: kinds[key].read(f"{label}.{key}", value) for key, value in item.items()}
-            if {RESISTIVITY, CONDUCTIVITY} <= set(values):
-                raise SceneError(f"{label} has {RESISTIVITY} and {CONDUCTIVITY}, which say the same: give one of them")
+            _refuse_twins(values, f"{label}.")
             for key in self.required[table]:
                 if key not in values:
-                    needs = " and ".join(self.required[table])
-                    raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {needs}")
+                    raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs one")
             if name in items:
-                raise SceneError(
-                    f"{table}[{number}].name = {quoted(name)} is taken: give every {table} a name of its own"
-                )
+                raise SceneError(f"{table}[{number}].name = {quoted(name)} is taken: give it a name of its own")
             items[name] = Item(name, label, values)
         return tuple(items.values())
 
@@ -159,29 +148,28 @@ class Schema:
         left_out = [p if value is None else twin(p) for p, value in values.items() if p.endswith(CONDUCTIVITY)]
         return {path: self.paths[path].kind.write(value) for path, value in values.items() if path not in left_out}
 
-    def unknown(self, path: str, given: object) -> SceneError:
-        """Return the error for a path that is neither a key nor a section, with the nearest one."""
+    def unknown(self, path: str, given: object, flat: Mapping[str, object] | None = None) -> SceneError:
+        """Return the error for a path that is neither a key nor a section, with the nearest one of these or, of a
+        ``flat`` scene, of the keys of its items."""
+        known = [*self.sections, *self.lists, *self.paths, *_item_keys(flat or {}, self)]
+        ends = [name for name in known if name.endswith(f".{path.rpartition('.')[2]}")]
+        hint = f', did you mean "{ends[0]}"?' if len(ends) == 1 else did_you_mean(path, known)
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]
-        first, _, rest = path.removeprefix(section).lstrip(".").partition(".")
-        candidates = {} if rest else {p.rpartition(".")[2]: p for p in self.paths}
-        candidates |= {p.rpartition(".")[2]: p for p in self.paths if p.startswith(f"{self.main}.") and not rest}
-        candidates |= {name: f"{section}.{name}".lstrip(".") for name in self.sections[section]}
-        near = nearest(first, candidates)
-        hint = f', did you mean "{candidates[near]}"?' if near else ""
-        if isinstance(given, Mapping):
-            what = f"section [{printable(path)}]"
-        elif self.lists and isinstance(given, list):
-            what = f"table {printable(path)}"
-        else:
-            what = f"key {printable(path)}" + (f" = {quoted(given)}" if given is not None else "")
-        return SceneError(f"unknown {what}: {self._takes(section)}{hint}")
+        value = "" if given is None else f" = {quoted(given)}"
+        return SceneError(f"unknown key {printable(path)}{value}: {self._takes(section)}{hint}")
 
     def _takes(self, section: str) -> str:
         name = f"[{section}]" if section else self.called
         taken = (f"[[{n}]]" if not section and n in self.lists else n for n in self.sections[section])
         return f"{name} takes {', '.join(taken)}"
+
+
+def _refuse_twins(values: Mapping[str, Any], owner: str = "") -> None:
+    for path in values:
+        if path.endswith(CONDUCTIVITY) and twin(path) in values:
+            raise SceneError(f"{owner}{path} and {owner}{twin(path)} say the same: give one of them")
 
 
 def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str, str]:
@@ -264,9 +252,7 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
     return flat
 
 
-def locate(
-    key: str, value: object, schema: Schema, flat: Mapping[str, object] | None = None
-) -> tuple[str, str]:  # fmt: skip
+def locate(key: str, value: object, schema: Schema, flat: Mapping[str, object] | None = None) -> tuple[str, str]:
     """Return the path of an abbreviated key, and the name within it for a table of tolerances or of parameters.
 
     Raises SceneError, with the nearest key of the sections or of the items of a ``flat`` scene.
@@ -292,14 +278,11 @@ def locate(
     parameters = (flat or {}).get(SECTION)
     if isinstance(parameters, dict) and key in parameters:
         return SECTION, key
-    near = _near(key, item_keys(flat or {}, schema))
-    if near:
-        raise SceneError(f"unknown key {printable(key)} = {quoted(value)}: did you mean {near}?")
-    raise schema.unknown(key, value)
+    raise schema.unknown(key, value, flat)
 
 
-def item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
-    """Return the full names of the keys that the items of a flat scene have, such as "boundary.left.voltage"."""
+def _item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
+    """The full names of the keys that the items of a flat scene have, such as "boundary.left.voltage"."""
     keys = []
     for table in schema.lists:
         items = flat.get(table)
@@ -307,16 +290,6 @@ def item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
             if isinstance(item, dict):
                 keys += [f"{table}.{label_of(table, number, item)[0]}.{key}" for key in item if key != "name"]
     return keys
-
-
-def _near(key: str, known: Sequence[str]) -> str:
-    """Keys of items with the same end, or the nearest in spelling."""
-    ends = [name for name in known if name.endswith(f".{key}")]
-    if ends:
-        more = f" or {len(ends) - 3} more" * (len(ends) > 3)
-        return " or ".join(map(quoted, ends[:3])) + more
-    near = nearest(key, known) if "." in key else None
-    return quoted(near) if near else ""
 
 
 def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:
@@ -328,10 +301,7 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
     for name in sorted(names, key=len, reverse=True):
         if rest.startswith(f"{name}."):
             return names[name], rest.removeprefix(f"{name}.").split(".")
-    # The name in "bem.upper.x" is "bem" or "bem.upper", whichever is nearer to an existing one.
-    parts = rest.split(".")
-    starts = [".".join(parts[:n]) for n in range(1, len(parts))]
-    wanted = next((start for start in starts if nearest(start, names)), starts[-1])
+    wanted = rest.partition(".")[0]
     choices = f"give {', '.join(map(quoted, names))}" if names else "it has none"
     raise SceneError(f"the scene has no {table} {quoted(wanted)}: {choices}{did_you_mean(wanted, names)}")
 

@@ -13,7 +13,7 @@ from scenes.keys import type_of
 from scenes.model import ROUNDING, Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
-from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
+from scenes.units import LENGTH, TIME
 
 T = TypeVar("T")
 _MOST_SAMPLES = 1_000_000  # The most controller samples of a run.
@@ -79,73 +79,46 @@ def _check_control(device: Device) -> None:
 
 
 def _check_sizes(sink: Sink) -> None:
-    for side in ("length", "width"):
-        oxide, pad = getattr(sink, f"oxide_{side}"), getattr(sink, f"pad_{side}")
-        if oxide > pad * (1 + ROUNDING):
-            raise SceneError(
-                f"anchor.oxide_{side} = {_shown(oxide)} lets the oxide stick out of its pad: give at most "
-                f"anchor.pad_{side} = {_shown(pad)}"
-            )
-    room = sink.pad_length - sink.oxide_length
-    if sink.anchor_distance > room + sink.pad_length * ROUNDING:
-        raise SceneError(
-            f"anchor.oxide_offset = {_shown(sink.anchor_distance)} lets the oxide stick out of its pad: give at most "
-            f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
-        )
-    _check_substrate(sink)
-    if sink.current is not None and sink.voltage != Sink.voltage:
-        raise SceneError(
-            f"drive.voltage = {quoted(VOLTAGE.show(sink.voltage))} stands beside drive.current = "
-            f"{quoted(CURRENT.show(sink.current))}: give one of them"
-        )
-    if sink.current is not None and sink.series_resistance:
-        raise SceneError(
-            f"drive.series_resistance = {sink.series_resistance:g} ohm changes nothing of the given drive.current = "
-            f"{quoted(CURRENT.show(sink.current))}: leave it out, or give drive.voltage"
-        )
-    if sink.spans > 1:
-        _check_row(sink)
-
-
-def _check_row(sink: Sink) -> None:
-    """Refuse keys that a row of spans does not take."""
-    for key, given, why in (
-        ("environment.gap_gas_conductivity", sink.gap_gas_conductivity, "no gas is solved under a row"),
-        ("drive.current", sink.current is not None, "a row takes a drive.voltage alone"),
-        ("drive.series_resistance", sink.series_resistance, "a row takes a drive.voltage alone"),
-        ("substrate.thickness", sink.substrate_thickness, "a row stands on no substrate"),
+    """Refuse sizes that do not fit, and keys that have no effect or are not solved together."""
+    room, usual = sink.pad_length - sink.oxide_length, Sink()
+    blocks = sink.length + 2 * (sink.anchor_distance + sink.oxide_length)
+    for key, size, most, of in (
+        ("anchor.oxide_length", sink.oxide_length, sink.pad_length, "anchor.pad_length"),
+        ("anchor.oxide_width", sink.oxide_width, sink.pad_width, "anchor.pad_width"),
+        ("anchor.oxide_offset", sink.anchor_distance, room, "anchor.pad_length - anchor.oxide_length"),
     ):
-        if given:
+        if size > most + sink.pad_length * ROUNDING:
             raise SceneError(
-                f"sink.spans = {sink.spans} makes a row, and {why}: give sink.spans = 1, or leave out {key}"
+                f"{key} = {_shown(size)} lets the oxide stick out of its pad: give at most {of} = {_shown(most)}"
             )
-    if sink.island > sink.length * (1 + ROUNDING):
+    for key, size, default, least, extent in (
+        ("length", sink.substrate_length, usual.substrate_length, blocks, "from one block's far side to the other's"),
+        ("width", sink.substrate_width, usual.substrate_width, sink.oxide_width, "anchor.oxide_width"),
+    ):
+        if sink.substrate_thickness is None and size != default:
+            raise SceneError(f"substrate.{key} = {_shown(size)} is of no substrate: give substrate.thickness too")
+        if sink.substrate_thickness is not None and size < least * (1 - ROUNDING):
+            raise SceneError(
+                f"substrate.{key} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, "
+                f"{extent}"
+            )
+    current, row = sink.current is not None, sink.spans > 1
+    for wrong, key, beside in (
+        (current and sink.voltage != usual.voltage, "drive.voltage", "drive.current"),
+        (current and sink.series_resistance, "drive.series_resistance", "drive.current"),
+        (row and sink.gap_gas_conductivity, "environment.gap_gas_conductivity", f"sink.spans = {sink.spans}"),
+        (row and current, "drive.current", f"sink.spans = {sink.spans}"),
+        (row and sink.series_resistance, "drive.series_resistance", f"sink.spans = {sink.spans}"),
+        (row and sink.substrate_thickness, "substrate.thickness", f"sink.spans = {sink.spans}"),
+    ):
+        if wrong:
+            value = type_of(sink).schema.write(sink)[key]
+            raise SceneError(f"{key} = {value:g} is not solved beside {beside}: give one of them")
+    if row and sink.island > sink.length * (1 + ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
             f"{_shown(sink.length)}"
         )
-
-
-def _check_substrate(sink: Sink) -> None:
-    extents = {
-        "length": (
-            sink.length + 2 * (sink.anchor_distance + sink.oxide_length),
-            "from one block's far side to the other's",
-        ),
-        "width": (sink.oxide_width, "anchor.oxide_width"),
-    }
-    for side, (least, extent) in extents.items():
-        size, usual = (getattr(s, f"substrate_{side}") for s in (sink, Sink))
-        if sink.substrate_thickness is None and size != usual:
-            raise SceneError(
-                f"substrate.{side} = {_shown(size)} is of no substrate: give its substrate.thickness too, such as "
-                '"0.5 mm"'
-            )
-        if sink.substrate_thickness is not None and size < least * (1 - ROUNDING):
-            raise SceneError(
-                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, "
-                f"{extent}"
-            )
 
 
 def _shown(length: float) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
@@ -23,7 +24,7 @@ from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.model import ROUNDING, AnyScene, Scene
 from scenes.parameters import SECTION, Parameters, transferred
-from scenes.schema import CONDUCTIVITY, Item, Schema, label_of
+from scenes.schema import CONDUCTIVITY, Item, label_of
 from scenes.units import LENGTH, dimension_of
 
 T = TypeVar("T")
@@ -209,14 +210,27 @@ def _value(scene: object, attribute: str) -> Any:
 
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """Return the numbers of a free scene by their keys, zeros among them."""
-    document = _read(scene)
-    start = document.build(document.values)
-    numbers = dict[str, Number]()
+    from scenes import free
+    from scenes.free import document
+
+    schema, folder = free.schema_of_scene(scene), getattr(scene, "folder", "")
+    given = {name: table for name, table in free.as_dict(scene).items() if name != SECTION}
+    values, build = (
+        schema.read(schema.flatten(given)),
+        document.of_boxes if scene.parts == "boxes" else document.on_mesh,
+    )
+
+    def changed(table: str, number: int, key: str, value: Any) -> AnyScene:
+        """The scene, unchecked, with another value for a key of an item."""
+        items = list(values[table])
+        items[number] = replace(items[number], values={**items[number].values, key: value})
+        return build({**values, table: tuple(items)}, scene.name, folder)
+
+    start, numbers = build(values, scene.name, folder), dict[str, Number]()
     for table in ("material", "boundary", "contact", scene.heated[0]):
-        kinds = document.schema.lists[table]
-        for n, item in enumerate(document.values.get(table, ())):
+        for n, item in enumerate(values.get(table, ())):
             for key, value in item.values.items():
-                kind = kinds[key]
+                kind = schema.lists[table][key]
                 if table == "material" and not _matters(scene, item, key):
                     continue
                 if key == "contact_resistance" and {"voltage", "current"} & set(item.values):
@@ -226,8 +240,8 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
                     def more(
                         part: float, at: tuple[str, int, str] = (table, n, key), times: Callable[[float], Any] = times
                     ) -> Any:
-                        changed = transferred(scene, start, document.build(document.changed(*at, times(1 + part))))
-                        return replace(changed, parameters=scene.parameters)
+                        moved = transferred(scene, start, changed(*at, times(1 + part)))
+                        return replace(moved, parameters=scene.parameters)
 
                     numbers[f"{table}.{item.name}.{key}{end}"] = Number(float(number), quantity, more)
     if isinstance(scene, Scene):
@@ -246,34 +260,6 @@ def _matters(scene: AnyScene, material: Item, key: str) -> bool:
         warms = key != "reference_temperature" or bool(material.values["temperature_coefficient"])
         return physics.electric(scene) and warms
     return key in physics.needed(scene)
-
-
-@dataclass(frozen=True)
-class _Document:
-    """The values of a free scene's file and the function that builds the scene of such values, unchecked."""
-
-    schema: Schema
-    values: dict[str, Any]
-    build: Callable[[Mapping[str, Any]], AnyScene]
-
-    def changed(self, table: str, number: int, key: str, value: Any) -> dict[str, Any]:
-        """Return the values with another one for a key of an item."""
-        items = list(self.values[table])
-        items[number] = replace(items[number], values={**items[number].values, key: value})
-        return {**self.values, table: tuple(items)}
-
-
-def _read(scene: AnyScene) -> _Document:
-    """Read a free scene back from its own document."""
-    from scenes import free
-    from scenes.free import document
-
-    schema, folder = free.schema_of_scene(scene), getattr(scene, "folder", "")
-    given = {name: table for name, table in free.as_dict(scene).items() if name != SECTION}
-    build = document.of_boxes if isinstance(scene, Scene) else document.on_mesh
-    return _Document(
-        schema, schema.read(schema.flatten(given)), lambda values: build(values, scene.name, folder)
-    )  # fmt: skip
 
 
 def _planes_of(scene: Any) -> Iterator[tuple[str, list[str]]]:
@@ -300,19 +286,19 @@ def _planes(scene: Scene) -> Iterator[tuple[str, Number]]:
         box_name, end, letter = faces[0].rsplit(".", 2)
         box, axis = boxes[box_name], "xyz".index(letter)
         extent = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
-        size, small = box.upper[axis] - box.lower[axis], ROUNDING * (max(extent) - min(extent))
-        yield name, Number(size, _SIZE, _with_plane(scene, axis, getattr(box, end)[axis], size, small))
+        at, size = getattr(box, end)[axis], box.upper[axis] - box.lower[axis]
+        small = ROUNDING * (max(extent) - min(extent))
+        yield name, Number(size, _SIZE, partial(_with_plane, scene, axis, at, size, small))
 
 
-def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float) -> Change:
-    def more(part: float) -> Scene:
-        def moved(point: tuple[float, float, float]) -> tuple[float, ...]:
-            return tuple(c + part * size if d == axis and abs(c - at) <= small else c for d, c in enumerate(point))
+def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float, part: float) -> Scene:
+    """The scene with a plane moved by a part of a size (m)."""
 
-        def together(items: tuple[Any, ...]) -> tuple[Any, ...]:
-            return tuple(replace(item, lower=moved(item.lower), upper=moved(item.upper)) for item in items)
+    def moved(point: tuple[float, float, float]) -> tuple[float, ...]:
+        return tuple(c + part * size if d == axis and abs(c - at) <= small else c for d, c in enumerate(point))
 
-        boxes, boundaries, probes = map(together, (scene.boxes, scene.boundaries, scene.probes))
-        return replace(scene, boxes=boxes, boundaries=boundaries, probes=probes)
+    def together(items: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple(replace(item, lower=moved(item.lower), upper=moved(item.upper)) for item in items)
 
-    return more
+    boxes, boundaries, probes = map(together, (scene.boxes, scene.boundaries, scene.probes))
+    return replace(scene, boxes=boxes, boundaries=boundaries, probes=probes)

@@ -21,18 +21,13 @@ S = TypeVar("S", m.Scene, m.MeshScene)
 MOST_BOXES = 2_000  # a row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB
 
 
-def check_number(boxes: int) -> None:
-    """Refuse more boxes than are solved."""
-    if boxes > MOST_BOXES:
-        raise SceneError(
-            f"the scene has {boxes:,} boxes, and {MOST_BOXES:,} are the most: let one box stand for those of one "
-            "material that touch, or give a mesh (mesh.file)"
-        )
-
-
 def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
     """Build the scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies."""
-    check_number(len(values.get("box", ())))
+    if (count := len(values.get("box", ()))) > MOST_BOXES:
+        raise SceneError(
+            f"the scene has {count:,} boxes, and {MOST_BOXES:,} are the most: let one box stand for those of one "
+            "material that touch, or give a mesh (mesh.file)"
+        )
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
     boxes = []
     for item in values.get("box", ()):

@@ -7,8 +7,7 @@ Check a scene of boxes: the extents of its items, and the rules of `scenes.free.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any, TypeVar
@@ -16,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from scenes import physics
-from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.errors import SceneError, listed, quoted, unknown
 from scenes.free.graph import CellGraph, pairs
 from scenes.free.grid import Grid, grid_of
 from scenes.free.structure import gaps
@@ -37,48 +36,34 @@ def check(graph: CellGraph, explain: Explain) -> None:
     check_boundaries(graph)
     for probe in graph.scene.probes:
         check_probe(graph, probe, explain)
-    with _explained(explain):
-        check_parts(graph)
-
-
-@contextmanager
-def _explained(explain: Explain) -> Iterator[None]:
-    """Explain a refusal whose cause may be that parts are apart."""
     try:
-        yield
+        check_parts(graph)
     except SceneError as error:
         raise SceneError(explain(str(error))) from None
 
 
 def check_contacts(graph: CellGraph, explain: Explain) -> None:
     """Refuse contacts between unknown parts, twice between the same parts, of no face, or with an insulator."""
-    taken, part, names = dict[frozenset[str], str](), graph.part_word, graph.part_names
+    taken, part = dict[frozenset[str], str](), graph.part_word
     for contact in graph.scene.contacts:
-        label = f"contact {quoted(contact.name)}"
+        label, (one, other) = f"contact {quoted(contact.name)}", contact.between
         for name in contact.between:
-            if name not in names:
-                known = ", ".join(map(quoted, names[:20]))
-                raise SceneError(
-                    f"{label}.between names no {part} {quoted(name)}: give {known}{did_you_mean(name, names)}"
-                )
-        one, other = contact.between
+            if name not in graph.part_names:
+                raise unknown(f"{label}.between names no {part}", name, graph.part_names)
         both = f"{label} is between {_plural(part)} {quoted(one)} and {quoted(other)}"
-        if one == other:
-            raise SceneError(f"{label} is of {part} {quoted(one)} with itself: give two {_plural(part)} that touch")
         if (graph.part(one) & graph.part(other)).any():
             raise SceneError(f"{both}, which have cells in common: give two that touch")
         if before := taken.get(pair := frozenset(contact.between)):
             raise SceneError(f"{both}, as contact {quoted(before)} is: give one contact for both its resistances")
         taken[pair] = contact.name
         if not len(graph.between(contact)):
-            with _explained(explain):
-                raise SceneError(f"{both}, which have no face in common: give two that touch")
-        insulator = next((name for name in (one, other) if not graph.conducting[graph.part(name)].any()), None)
-        if contact.electrical_resistance and insulator is not None:
-            raise SceneError(
-                f"{label}.electrical_resistance is one with {part} {quoted(insulator)}, which insulates: leave it out, "
-                "or give its material a resistivity"
-            )
+            raise SceneError(explain(f"{both}, which have no face in common: give two that touch"))
+        for name in contact.between if contact.electrical_resistance else ():
+            if not graph.conducting[graph.part(name)].any():
+                raise SceneError(
+                    f"{label}.electrical_resistance is one with {part} {quoted(name)}, which insulates: leave it out, "
+                    "or give its material a resistivity"
+                )
 
 
 def _plural(part: str) -> str:
@@ -181,12 +166,10 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
             f"{name} asks for {asks} where nothing conducts: give a place in a conductor, or its material a resistivity"
         )
     if quantity != "power" and not (fixed.any() if total else fixed.all()):
-        with _explained(explain):
-            raise SceneError(
-                f"{name} asks for a {quantity} in a conductor that no electrode touches, which is solved for heat "
-                "alone, as nothing determines its potential: give a place in another, or a boundary with a voltage "
-                "there"
-            )
+        raise SceneError(explain(
+            f"{name} asks for a {quantity} in a conductor that no electrode touches, whose potential nothing "
+            "determines: give a place in another, or a boundary with a voltage there"
+        ))  # fmt: skip
 
 
 def named_parts(graph: CellGraph, probe: Any) -> tuple[str, ...]:
@@ -196,9 +179,8 @@ def named_parts(graph: CellGraph, probe: Any) -> tuple[str, ...]:
         names = probe.groups or ((probe.side,) if probe.side else ())
     for name in names:
         if name not in graph.part_names:
-            raise SceneError(
-                f"probe {quoted(probe.name)}.{graph.side_key} = {quoted(name)} is no {graph.part_word} of the scene: "
-                f"give {', '.join(map(quoted, graph.part_names[:20]))}{did_you_mean(name, graph.part_names)}"
+            raise unknown(
+                f"probe {quoted(probe.name)}.{graph.side_key} is no {graph.part_word}:", name, graph.part_names
             )
     return tuple(names)
 
@@ -284,18 +266,18 @@ def checked(scene: Scene) -> Scene:
     that they need, for flows that are infinite, and where `rules.check` does.
     """
     for axis in range(3):
-        low, high = min(b.lower[axis] for b in scene.boxes), max(b.upper[axis] for b in scene.boxes)
-        for box in scene.boxes:
-            if not box.upper[axis] - box.lower[axis] > ROUNDING * (high - low):
-                _refuse_extent("box", box, "no" if box.upper[axis] >= box.lower[axis] else "a negative", axis)
+        size = max(b.upper[axis] for b in scene.boxes) - min(b.lower[axis] for b in scene.boxes)
+        _check_extents("box", scene.boxes, axis, ROUNDING * size)
     grid = grid_of(scene)
     visible = set(np.unique(grid.owner).tolist())
     if hidden := [box.name for number, box in enumerate(scene.boxes) if number not in visible]:
         raise SceneError(
             f"box {quoted(hidden[0])} is entirely covered by later ones, which win: leave it out, or put it after them"
         )
+    for axis in range(3):
+        _check_extents("boundary", scene.boundaries, axis, -grid.small[axis])
+        _check_extents("probe", scene.probes, axis, 0.0)
     for b in scene.boundaries:
-        _check_extent(grid, "boundary", b)
         if len(grid.flat(b.lower, b.upper)) != 1:
             raise SceneError(
                 f"boundary {quoted(b.name)} is not flat: give corners that are equal along exactly one of x, y, z"
@@ -310,22 +292,19 @@ def checked(scene: Scene) -> Scene:
     return tidy(grid)
 
 
-def _check_extent(grid: Grid, kind: str, item: Boundary | Probe) -> None:
-    for axis in range(3):
-        if item.upper[axis] - item.lower[axis] < -grid.small[axis] * (kind == "boundary"):
-            _refuse_extent(kind, item, "a negative", axis)
-
-
-def _refuse_extent(kind: str, item: Box | Boundary | Probe, has: str, axis: int) -> None:
-    raise SceneError(
-        f"{kind} {quoted(item.name)} has {has} extent, {extent(axis, item.lower, item.upper)}: give an upper corner "
-        "above the lower one"
-    )
+def _check_extents(kind: str, items: Sequence[Box | Boundary | Probe], axis: int, least: float) -> None:
+    """Refuse items whose extent along an axis is below the ``least`` (m); the extent of a box is above it."""
+    for item in items:
+        size = item.upper[axis] - item.lower[axis]
+        if size < least or (kind == "box" and size <= least):
+            raise SceneError(
+                f"{kind} {quoted(item.name)} has {'a negative' if size < 0 else 'no'} extent, "
+                f"{extent(axis, item.lower, item.upper)}: give an upper corner above the lower one"
+            )
 
 
 def _check_probe(grid: Grid, probe: Probe) -> None:
     """Refuse a probe of the wrong extent, flows of two directions, and flows past an edge of infinite flux."""
-    _check_extent(grid, "probe", probe)
     flat = grid.flat(probe.lower, probe.upper)
     if probe.quantity == "power" and flat:
         raise SceneError(f"probe {quoted(probe.name)} asks for a power in what is no volume: give corners of one")

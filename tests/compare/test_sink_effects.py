@@ -239,7 +239,7 @@ def test_keys_and_names():
     assert load("sink", ["drive.current=3mA"]).current == 3e-3
     assert distinguishes(load("sink", ["drive.current=3mA"])) == "3mA"
     assert distinguishes(load("sink", ["series_resistance=50 ohm"])) == "1V-series_resistance50ohm"
-    with pytest.raises(SceneError, match="spans = 3 makes a row, and no gas is solved under a row"):
+    with pytest.raises(SceneError, match=r"gap_gas_conductivity = \S+ is not solved beside sink.spans = 3"):
         load("sink", ["sink.spans=3", "gap_gas_conductivity=0.026"])
     with pytest.raises(SceneError, match="gap_gas_conductivity"):
         load("sink", ["gap_gas_conductivity=-0.026"])

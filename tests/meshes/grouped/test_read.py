@@ -110,7 +110,7 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
     "two places": (put("probe", 0, group="beam"), ('probe "tip" has at and group',)),
     "no place": (lambda d: d["probe"][0].pop("at"), ('probe "tip" has no place',)),
     "flow at a point": (put("probe", 0, quantity="heat_flow"), ('quantity = "heat_flow" needs a surface',)),
-    "boxes on a mesh": (lambda d: d.update(box=[]), ("unknown table box: a scene on a mesh takes",)),
+    "boxes on a mesh": (lambda d: d.update(box=[]), ("unknown key box = []: a scene on a mesh takes",)),
     "no file": (lambda d: d["mesh"].pop("file"), ("mesh.file is missing",)),
     "no unit": (lambda d: d["mesh"].update(unit="kg"), ('mesh.unit = "kg" is not a unit of length',)),
     "no such file": (lambda d: d["mesh"].update(file="chop.msh"), ('chop.msh" is no file',)),

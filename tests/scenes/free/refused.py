@@ -107,7 +107,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "a current into an insulator": (
         add("boundary", flat("foot", [0.2, 0, -1], [0.2, 1, -0.5], current=1)), ("touches nothing that conducts",),
     ),
-    "unknown table": (lambda d: d.update(boxes=[]), ("unknown table boxes", 'did you mean "box"?')),
+    "unknown table": (lambda d: d.update(boxes=[]), ("unknown key boxes", 'did you mean "box"?')),
     "unknown key": (put("boundary", 1, voltge=1), ('boundary "left".voltge = 1', 'did you mean "voltage"?')),
     "single bracket": (lambda d: d.update(box=d["box"][0]), ("box must be a list of tables", "[[box]]")),
     "no boxes": (lambda d: d.update(box=[]), ("no [[box]]",)),
@@ -200,7 +200,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "potential of a floating conductor": (
         both(add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
              add("probe", {"name": "v", "quantity": "potential", "at": [0.5, 0.5, -1.5]})),
-        ('probe "v" asks for a potential in a conductor that no electrode touches', "heat alone"),
+        ('probe "v" asks for a potential in a conductor that no electrode touches', "no electrode touches"),
     ),
     "floating": (add("box", island()), ('box "island" is joined to nothing',)),
     "touches with an edge": (
@@ -269,7 +269,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "contact of an unknown box": (joint(between=["beam", "fot"], thermal_resistance=1),
         ('contact "c".between names no box "fot"', 'did you mean "foot"?')),
     "contact of a box with itself": (joint(between=["beam", "beam"], thermal_resistance=1),
-        ('contact "c" is of box "beam" with itself',)),
+        ('contact "c" is between boxes "beam" and "beam", which have cells in common',)),
     "contact twice": (both(joint(thermal_resistance=1), joint("d", ["foot", "beam"], thermal_resistance=1)),
         ('contact "d" is between boxes "foot" and "beam", as contact "c" is',)),
     "contact of two that are apart": (both(add("box", island()),
@@ -285,7 +285,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         ('probe "tip" lies on contact "c", where the temperature jumps', 'box = "beam" or box = "foot"')),
     "face probe partly on a contact": (both(joint(thermal_resistance=1), drop("probe", 0, "at"),
         put("probe", 0, lower=[0, 0, 0], upper=[2, 1, 0])), ('probe "tip" lies on contact "c"',)),
-    "probe of an unknown box": (put("probe", 0, box="bem"), ('probe "tip".box = "bem" is no box', 'mean "beam"?')),
+    "probe of an unknown box": (put("probe", 0, box="bem"), ('probe "tip".box is no box: "bem"', 'mean "beam"?')),
     "probe away from its box": (put("probe", 0, box="foot"), ("isn't everywhere at the probe",)),
     "flow of a box": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[1, 1, -1], box="foot",
         quantity="heat_flow")), ('probe "tip".box = "foot" says nothing about a heat_flow',)),

@@ -140,7 +140,7 @@ SCENES: dict[str, tuple[tuple[tuple[str, str], ...], tuple[str, ...]]] = {
     ),
     "contact of a box with itself": (
         (contact('"beam", "beam"'),),
-        ('of box "beam" with itself', "two boxes that touch"),
+        ('boxes "beam" and "beam"', "give two that touch"),
     ),
     "contact of three": ((contact('"beam", "foot", "cap"'),), ("is not a pair", 'such as ["a", "b"]')),
     "contact with nothing": ((contact('"beam", "fot"'),), ('no box "fot"', 'did you mean "foot"?')),
