@@ -153,7 +153,10 @@ class Schema:
         ``flat`` scene, of the keys of its items."""
         known = [*self.sections, *self.lists, *self.paths, *_item_keys(flat or {}, self)]
         ends = [name for name in known if name.endswith(f".{path.rpartition('.')[2]}")]
-        hint = f', did you mean "{ends[0]}"?' if len(ends) == 1 else did_you_mean(path, known)
+        if len(ends) == 1 or (ends and "." not in path):
+            hint = f", did you mean {' or '.join(map(quoted, ends[:3]))}?"
+        else:
+            hint = did_you_mean(path, known)
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]

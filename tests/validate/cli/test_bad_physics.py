@@ -115,7 +115,7 @@ SCENES: dict[str, tuple[tuple[tuple[str, str], ...], tuple[str, ...]]] = {
     ),
     "a power and a table": (
         (law("{value = 130, at = 293, exponent = -1, values = [1]}"),),
-        ("unknown key", "value = 130: give temperatures and values"),
+        ("unknown key", "value = 130: give temperatures, values"),
     ),
     "a law in volts": (
         (law('{value = "1 V", at = 293, exponent = -1}'),),
@@ -222,7 +222,7 @@ SINKS = {
     "drive.series_resistance=-5": "drive.series_resistance = -5 is out of range",
     "drive.current=3V": "is a voltage, not a current",
     "drive={current=3e-3,voltage=2}": "give one of them",
-    "drive={current=3e-3,series_resistance=5}": "leave it out, or give drive.voltage",
+    "drive={current=3e-3,series_resistance=5}": "is not solved beside drive.current",
     "environment.emissivity=2": "environment.emissivity = 2 is out of range",
     "environment.emissivity=-0.1": "environment.emissivity = -0.1 is out of range",
     "environment.gap_gas_conductivity=-0.026": "environment.gap_gas_conductivity = -0.026 is out of range",
