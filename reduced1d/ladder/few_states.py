@@ -117,34 +117,26 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
     Raises RunawayError where no current matches it.
     """
     gains, sources, shapes = _diagonal(model)
-    sign, voltage, series = math.copysign(1.0, model.drive.value), abs(model.drive.value), model.drive.series
+    sign, drive, series = math.copysign(1.0, model.drive.value), abs(model.drive.value), model.drive.series
+    limit, upper = _largest(model, gains, sources)
+    if drive > limit or (drive == limit and series == math.inf):
+        unit, how = model.drive.unit, "rising" if series == math.inf else "falling"
+        raise RunawayError(
+            f"the sink has no steady state at {model.drive.value:g} {unit}: above {limit:.6g} {unit} its {how} "
+            "resistance makes more heat than its ends carry away (thermal runaway)", limit,
+        )  # fmt: skip
     if series == math.inf:
-        if voltage >= (most := largest_drive(model)):
-            raise RunawayError(
-                f"the sink has no steady state at {model.drive.value:g} A: from {most:.6g} A on its rising resistance "
-                "makes more heat than its ends carry away (thermal runaway)", most,
-            )  # fmt: skip
-        return shapes @ (voltage**2 * sources / (1 - model.coefficient * voltage**2 * gains)), model.drive.value
-    upper = voltage / (model.resistance + series)
-    if model.coefficient > 0:
-        pole = model.coefficient * gains.max()
-        upper = min(upper, 1 / math.sqrt(pole)) if pole > 0 else upper
-    elif model.coefficient < 0:
-        limit, at = _first_maximum(model, gains, sources)
-        if voltage > limit:
-            raise RunawayError(
-                f"the sink has no steady state at {model.drive.value:g} V: above {limit:.6g} V its falling resistance "
-                "draws more power than its ends carry away (thermal runaway)", limit,
-            )  # fmt: skip
-        upper = at
+        return shapes @ (drive**2 * sources / (1 - model.coefficient * drive**2 * gains)), model.drive.value
+    cold = drive / (model.resistance + series)
+    upper = min(upper, cold) if model.coefficient >= 0 else upper
 
     # Bisection, for the derivative of V/R has poles where the resistance has.
-    low, high = 1e-3 * upper if model.coefficient >= 0 else voltage / (model.resistance + series) * (1 - 1e-12), upper
+    low, high = 1e-3 * upper if model.coefficient >= 0 else cold * (1 - 1e-12), upper
     while high - low > 2 * np.finfo(float).eps * high:
         current = (low + high) / 2
         x = model.coefficient * current**2
         resistance = model.resistance + x * float((sources**2 / (1 - x * gains)).sum())
-        low, high = (low, current) if current >= voltage / (resistance + series) else (current, high)
+        low, high = (low, current) if current >= drive / (resistance + series) else (current, high)
     current = high
     amplitudes = current**2 * sources / (1 - model.coefficient * current**2 * gains)
     return shapes @ amplitudes, sign * current
@@ -153,10 +145,16 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
 def largest_drive(model: FewStates) -> float:
     """The largest voltage (V) with a steady state: infinite unless resistance falls with the rise; of a given current
     (A) unless it rises."""
+    return _largest(model, *_diagonal(model)[:2])[0]
+
+
+def _largest(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> tuple[float, float]:
+    """The largest drive, and an upper bound (A) of the current up to it."""
+    pole = model.coefficient * float(gains.max())
+    upper = 1 / math.sqrt(pole) if pole > 0 else math.inf
     if model.drive.series == math.inf:
-        pole = model.coefficient * float(_diagonal(model)[0].max())
-        return 1 / math.sqrt(pole) if pole > 0 else math.inf
-    return math.inf if model.coefficient >= 0 else _first_maximum(model, *_diagonal(model)[:2])[0]
+        return upper, math.inf
+    return (math.inf, upper) if model.coefficient >= 0 else _first_maximum(model, gains, sources)
 
 
 def _diagonal(model: FewStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -186,29 +184,8 @@ def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> 
     return float(voltage[best]), float(current[best])
 
 
-@dataclass(frozen=True, eq=False)
-class _OverTime:
-    """A model in modes as a problem of `reduced1d.numerics`."""
-
-    model: FewStates
-
-    def stored(self, v: np.ndarray) -> np.ndarray:
-        return v
-
-    def solver(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
-        return lambda right: right / (1 + shift * self.model.rates)
-
-    def heat(self, times: np.ndarray, stages: np.ndarray) -> np.ndarray | None:
-        model = self.model
-        resistance = resistance_at(model, stages.T)
-        if not resistance.min() > 0:
-            return None
-        unit = model.source[:, None] + model.coefficient * (model.feedback @ stages)
-        return np.asarray(model.drive.through(resistance) ** 2 * unit)
-
-
 class Trajectory:
-    """A model in modes over time, from rest to an ``end`` (s).
+    """A model in modes over time, from rest to an ``end`` (s): a problem of `reduced1d.numerics` and its solution.
 
     A step ends at ``growth`` times its start, so that its error is a fixed part of the change around that time.
     Raises RunawayError where the feedback outruns every step.
@@ -222,11 +199,24 @@ class Trajectory:
         count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
         marks = [0.0, *end * growth ** np.arange(-count, 1.0)]
         try:
-            march(_OverTime(model), np.zeros(model.states), marks, 1e-11, end, self.steps)
+            march(self, np.zeros(model.states), marks, 1e-11, end, self.steps)
         except ShortStepError as error:
             at = f"at {model.drive.value:g} {model.drive.unit}"
             text = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"
             raise RunawayError(text, largest_drive(model)) from None
+
+    def stored(self, v: np.ndarray) -> np.ndarray:
+        return v
+
+    def solver(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda right: right / (1 + shift * self.model.rates)
+
+    def heat(self, times: np.ndarray, stages: np.ndarray) -> np.ndarray | None:
+        model, resistance = self.model, resistance_at(self.model, stages.T)
+        if not resistance.min() > 0:
+            return None
+        unit = model.source[:, None] + model.coefficient * (model.feedback @ stages)
+        return np.asarray(model.drive.through(resistance) ** 2 * unit)
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """(times, n): the states at ascending times (s)."""

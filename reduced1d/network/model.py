@@ -28,6 +28,7 @@ from reduced1d.numerics import Elements
 from scenes import physics
 from scenes.errors import NumericsError
 from scenes.model import Schedule, Value, is_zero
+from statespace.channels import value
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,25 +42,16 @@ class Inputs:
     electric: np.ndarray
     sources: dict[str, int]
 
-    def at(self, time: float) -> np.ndarray:
-        """(inputs,) at a time (s), after a jump there; at infinity the last values."""
-        return np.array([_at(value, time) for value in self.values]) - self.base
+    def at(self, time: float | np.ndarray) -> np.ndarray:
+        """(inputs,) or (inputs, times) at a time or times (s), after a jump there; at infinity the last values."""
+        times = np.minimum(np.atleast_1d(time), 1e300)
+        values = np.array([value(v, times) for v in self.values]).reshape(len(self.values), -1) - self.base[:, None]
+        return values if np.ndim(time) else values[:, 0]
 
     @property
     def breaks(self) -> list[float]:
         """The times (s) at which an input jumps or bends, in order."""
         return sorted({t for v in self.values if isinstance(v, Schedule) for t in v.times})
-
-
-def _at(value: Value, time: float) -> float:
-    if not isinstance(value, Schedule):
-        return float(value)
-    times, values = value.times, value.values
-    after = int(np.searchsorted(times, time, side="right"))
-    if after in (0, len(times)):
-        return float(values[min(after, len(times) - 1)])
-    t0, t1, v0, v1 = times[after - 1], times[after], values[after - 1], values[after]
-    return float(v0 + (v1 - v0) * (time - t0) / (t1 - t0))
 
 
 def inputs_of(layout: Layout) -> Inputs:

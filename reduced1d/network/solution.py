@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from reduced1d.network.readings import read
 from reduced1d.network.solvers import History, history, steady
 from scenes import physics
 from scenes.errors import NumericsError, SceneError
-from scenes.model import AnyScene, Probe, Quantity, Schedule
+from scenes.model import AnyScene, Probe, Quantity
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink, face
 
@@ -223,11 +222,8 @@ def _enough(shape: Layout) -> float:
 
 def _judged(shape: Layout, times: np.ndarray, end: float) -> np.ndarray:
     """(times,): which are not right after the start or a jump."""
-    drives = [v for b in shape.scene.boundaries for v in (b.value, b.ambient)]
-    schedules = [v for v in (*drives, *(b.heat_source for b in shape.scene.boxes)) if isinstance(v, Schedule)]
-    jumps = [0.0, *(t for s in schedules for t, after in pairwise(s.times) if t == after)]
     early = np.zeros(len(times), bool)
-    for jump in jumps:
+    for jump in (0.0, *physics.jumps(physics.driving(shape.scene))):
         early |= (times >= jump) & (times < jump + EARLY * end)
     return ~early if not early.all() else np.ones(len(times), bool)
 

@@ -39,7 +39,7 @@ class History:
         """Rises (n, times), potentials (n, times) and inputs (inputs, times) at ascending times (s); at a jump inputs
         and held ends have the values after it."""
         model = self.model
-        x = np.array([model.inputs.at(t) for t in times.tolist()]).reshape(len(times), -1).T
+        x = model.inputs.at(times)
         rises = np.zeros((model.elements.size, len(times)))
         if model.heat is not None:
             rises = model.heat.fixed @ x
