@@ -33,7 +33,7 @@ import numpy as np
 
 from scenes.device import Device
 from statespace.circuit import settings
-from statespace.document import EQUATIONS, in_kelvin, written
+from statespace.document import described, in_kelvin
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,26 +195,19 @@ class _Maker:
         room, sink = device.sink.room_temperature, device.sink
         kelvin = [row for n, at in outputs.items() if OUTPUTS[n] == "K" for row in at]
         matrices["Y"][kelvin, 0] += room
-        valid = [m.valid_to for m in (sink.silicon, sink.oxide, device.gold, device.pdms) if m.valid_to is not None]
-        return {
-            "schema": 1, "equations": EQUATIONS, "scene": name, "steady_only": False, "initial_temperature_K": room,
-            "states": modal.count,
-            "inputs": [
-                {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **inputs[n],
-                 "port": {"row": row, "unit": "A" if kind == "voltage" else "W", "size": 1.0}}
-                for (n, (unit, kind)), row in zip(INPUTS.items(), ports, strict=True)
-            ],
-            "outputs": [
-                {"name": n, "unit": OUTPUTS[n], "rows": at, "reduce": "mean" if len(at) == 1 else "measured"}
-                for n, at in outputs.items()
-            ],
-            "range": {
-                "from_s": device.control.sample_time, "to_s": device.end_time,
-                "highest_temperature_K": min(valid, default=None),
-            },
-            "controllers": settings(device, modal.resistance, modal.coefficient),
-            "matrices": written(matrices),
-        }  # fmt: skip
+        entries = [
+            {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **inputs[n],
+             "port": {"row": row, "unit": "A" if kind == "voltage" else "W", "size": 1.0}}
+            for (n, (unit, kind)), row in zip(INPUTS.items(), ports, strict=True)
+        ]  # fmt: skip
+        read = [
+            {"name": n, "unit": OUTPUTS[n], "rows": at, "reduce": "mean" if len(at) == 1 else "measured"}
+            for n, at in outputs.items()
+        ]
+        span = device.control.sample_time, device.end_time
+        materials = sink.silicon, sink.oxide, device.gold, device.pdms
+        controllers = settings(device, modal.resistance, modal.coefficient)
+        return described(name, room, entries, read, matrices, span, materials) | {"controllers": controllers}
 
     def _row(self, y: Any = 0.0, u: Any = 0.0, p: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Coefficients of a row: of z, per current field (2, z), and per pair of fields (3, z)."""

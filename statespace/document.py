@@ -6,7 +6,7 @@ Names of inputs and outputs are unique in each format, also where a format allow
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.model import UNITS as OF_PROBES
-from scenes.model import AnyScene, Schedule, Value
+from scenes.model import AnyScene, Material, Schedule, Value
 from scenes.units import TIME
 from statespace.channels import UNITS, Channel
 
@@ -58,33 +58,36 @@ def scene_document(
 ) -> dict[str, Any]:
     """Write the document of a scene's model, without errors; errors hold from ``first_time`` (s) on."""
     units = {p.name: OF_PROBES[p.quantity] for p in scene.probes}
-    hottest = [m.valid_to for m in physics.materials(scene) if m.valid_to is not None]
+    entries = [
+        {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
+         "range": [*c.range], "value": _plain(c.value), "port": port._asdict()}
+        for c, port in zip(inputs, made.ports, strict=True)
+    ]  # fmt: skip
+    outputs = [{"name": n, "unit": units[n], "rows": rows, "reduce": how} for n, (rows, how) in made.outputs.items()]
+    span = (None, None) if scene.steady else (first_time, scene.end_time)
+    start, materials = scene.initial_temperature, physics.materials(scene)
+    return described(name, start, entries, outputs, made.matrices, span, materials)
+
+
+def described(
+    name: str, start: float, inputs: Sequence[Any], outputs: Sequence[Any], matrices: Mapping[str, np.ndarray],
+    span: tuple[float | None, float | None], materials: Iterable[Material],
+) -> dict[str, Any]:  # fmt: skip
+    """Write the document of a model, which holds within a ``span`` of times (s), None for the steady state alone;
+    ``start`` is the initial temperature (K)."""
     return {
-        "schema": 1, "equations": EQUATIONS, "scene": name, "steady_only": scene.steady,
-        "initial_temperature_K": scene.initial_temperature, "states": len(made.matrices["F"]),
-        "inputs": [
-            {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
-             "range": [*c.range], "value": _plain(c.value), "port": port._asdict()}
-            for c, port in zip(inputs, made.ports, strict=True)
-        ],
-        "outputs": [
-            {"name": n, "unit": units[n], "rows": rows, "reduce": how} for n, (rows, how) in made.outputs.items()
-        ],
+        "schema": 1, "equations": EQUATIONS, "scene": name, "steady_only": span[1] is None,
+        "initial_temperature_K": start, "states": len(matrices["F"]), "inputs": inputs, "outputs": outputs,
         "range": {
-            "from_s": None if scene.steady else first_time, "to_s": None if scene.steady else scene.end_time,
-            "highest_temperature_K": min(hottest, default=None),
+            "from_s": span[0], "to_s": span[1],
+            "highest_temperature_K": min((m.valid_to for m in materials if m.valid_to is not None), default=None),
         },
-        "matrices": written(made.matrices),
+        "matrices": {key: {"shape": [*m.shape], "values": m.ravel().tolist()} for key, m in matrices.items()},
     }  # fmt: skip
 
 
 def _plain(value: Value) -> Any:
     return {"times": [*value.times], "values": [*value.values]} if isinstance(value, Schedule) else value
-
-
-def written(matrices: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """Write matrices with their shapes, as plain lists."""
-    return {name: {"shape": [*m.shape], "values": m.ravel().tolist()} for name, m in matrices.items()}
 
 
 def in_kelvin(matrices: Mapping[str, np.ndarray], columns: Sequence[int], room: float) -> None:
@@ -134,28 +137,19 @@ _OF_THE_NETLIST = re.compile(r"(b|c|copy|rate|in)\d+|0|gnd")
 """Nodes that the netlist itself uses, and SPICE's names of ground."""
 
 
-def spice_names(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
-    """The nodes of the inputs and of the outputs; upper and lower case are one to SPICE."""
-    inputs = [entry["name"] for entry in document["inputs"]]
-    outputs = [f"out_{entry['name']}" for entry in document["outputs"]]
-    nodes = _told_apart([*inputs, *outputs], ignore_case=True)
-    return nodes[: len(inputs)], nodes[len(inputs) :]
-
-
-def fmu_names(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
-    """The variables of the inputs and of the outputs, identifiers as the structured names of FMI 2.0 take them."""
-    inputs, outputs = ([entry["name"] for entry in document[kind]] for kind in ("inputs", "outputs"))
-    variables = _told_apart([re.sub(r"^(?=\d)", "_", name) for name in (*inputs, *outputs)], ignore_case=False)
-    return variables[: len(inputs)], variables[len(inputs) :]
-
-
 def names(document: Mapping[str, Any]) -> list[dict[str, str]]:
-    """List the names of inputs and outputs: in Python ("name"), SPICE and the FMU."""
-    names = []
-    for kind, nodes, variables in zip(("inputs", "outputs"), spice_names(document), fmu_names(document), strict=True):
-        for entry, node, variable in zip(document[kind], nodes, variables, strict=True):
-            names.append({"name": entry["name"], "spice": node, "fmu": variable})
-    return names
+    """List the names of the inputs, then of the outputs: in Python ("name"), SPICE and the FMU.
+
+    Upper and lower case are one to SPICE; the FMU has identifiers, as the structured names of FMI 2.0 take them.
+    """
+    inputs, outputs = ([entry["name"] for entry in document[kind]] for kind in ("inputs", "outputs"))
+    plain = [*inputs, *outputs]
+    nodes = _told_apart([*inputs, *(f"out_{name}" for name in outputs)], ignore_case=True)
+    variables = _told_apart([re.sub(r"^(?=\d)", "_", name) for name in plain], ignore_case=False)
+    return [
+        {"name": name, "spice": node, "fmu": variable}
+        for name, node, variable in zip(plain, nodes, variables, strict=True)
+    ]
 
 
 def _told_apart(names: Sequence[str], ignore_case: bool) -> list[str]:

@@ -24,7 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from statespace.document import facts, fmu_names, names, spice_names
+from scenes.units import parse_unit
+from statespace.document import facts, names
 from statespace.runtime import CompactModel
 
 PINS = {
@@ -54,7 +55,8 @@ class _Netlist:
         warm = [o["rows"] for o in document["outputs"] if o["unit"] == "K"]
         warm += [[entry["port"]["row"]] for entry in self.inputs if entry["port"]["unit"] == "K"]
         self.model.Y[[row for rows in warm for row in rows], 0] -= start
-        self.pins, self.reads = spice_names(document)
+        nodes, count = [entry["spice"] for entry in names(document)], len(self.inputs)
+        self.pins, self.reads = nodes[:count], nodes[count:]
         sources = [entry["kind"] in ("heat_flux", "heat_source") for entry in self.inputs]
         given = [
             f"(I(Vin{k + 1})/{_number(entry['port']['size'])})" if is_source else f"V({pin})"
@@ -176,17 +178,6 @@ Use: from controllers import controllers
      controllers.sample([300.1, 1.12])    the next sample: both voltages of both measured resistances (sink, sensor)
 """
 
-_UNITS: dict[str, dict[str, int]] = {
-    "K": {"K": 1},
-    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
-    "A": {"A": 1},
-    "ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
-    "W": {"kg": 1, "m": 2, "s": -3},
-    "W/m2": {"kg": 1, "s": -3},
-    "W/m3": {"kg": 1, "m": -1, "s": -3},
-}
-"""The exponents of SI's base units in those of inputs and outputs."""
-
 _SLAVE = '''
 
 from xml.etree.ElementTree import Element, SubElement
@@ -226,7 +217,7 @@ class {name}(Fmi2Slave):
         root = super().to_xml(*args, **kwargs)
         units = Element("UnitDefinitions")
         for unit in dict.fromkeys(self.units):
-            powers = {{base: str(power) for base, power in {units!r}.get(unit, {{}}).items()}}
+            powers = {{base: str(power) for base, power in {units!r}.get(unit, {{}}).items() if power}}
             SubElement(SubElement(units, "Unit", name=unit), "BaseUnit", powers)
         root.insert([element.tag for element in root].index("CoSimulation") + 1, units)
         for variable, unit in zip(root.iter("ScalarVariable"), self.units):
@@ -303,7 +294,8 @@ def write(document: Mapping[str, Any], folder: Path) -> None:
         "model.py": as_python("CompactModel", "model", document, [*facts(document), _USE]),
     }
     about = f'Compact model of "{scene}" of {document["states"]} states'
-    units = {"model": ("CompactSlave", about, _MODEL.format(names=fmu_names(document)))}
+    variables, count = [entry["fmu"] for entry in document["names"]], len(document["inputs"])
+    units = {"model": ("CompactSlave", about, _MODEL.format(names=(variables[:count], variables[count:])))}
     if "controllers" in document:
         about = f'Sampled controllers of "{scene}"'
         head = [f"{about}.", _USE_CONTROLLERS]
@@ -312,8 +304,11 @@ def write(document: Mapping[str, Any], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
+    # The exponents of SI's base units.
+    base = {unit: dict(zip(("m", "kg", "s", "A", "K"), parse_unit(unit).powers, strict=True))
+            for unit in ("K", "V", "A", "ohm", "W", "W/m2", "W/m3")}  # fmt: skip
     for name, (slave, about, methods) in units.items() if fmu_available() else ():
-        importer = _SLAVE.format(name=slave, description=about, units=_UNITS)
+        importer = _SLAVE.format(name=slave, description=about, units=base)
         _build_fmu(texts[f"{name}.py"] + importer + methods, folder / f"{name}.fmu")
 
 

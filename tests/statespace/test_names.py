@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from statespace import export
-from statespace.document import fmu_names, names, spice_names
+from statespace.document import names
 from statespace.runtime import CompactModel
 from tests.statespace.test_runtime import document
 from tests.statespace.test_spice import run
@@ -27,15 +27,14 @@ def alike() -> dict[str, Any]:
 
 def test_each_is_told_apart_by_the_rule_of_its_format():
     made = alike()
-    pins, reads = spice_names(made)
-    assert pins == ["Drive_voltage", "drive_voltage_2"]
-    assert reads == ["out_x_y", "out_x_y_2", "out_X_Y_3", "out_drive_voltage", "out_1", "out__", "out___2"]
-    assert len({node.lower() for node in (*pins, *reads)}) == 9
-    inputs, outputs = fmu_names(made)
-    assert inputs == ["Drive_voltage", "drive_voltage"]
-    assert outputs == ["x_y", "x_y_2", "X_Y", "drive_voltage_2", "_1", "_", "__2"]
+    spice, fmu = ([entry[kind] for entry in names(made)] for kind in ("spice", "fmu"))
+    assert spice[:2] == ["Drive_voltage", "drive_voltage_2"]
+    assert spice[2:] == ["out_x_y", "out_x_y_2", "out_X_Y_3", "out_drive_voltage", "out_1", "out__", "out___2"]
+    assert len({node.lower() for node in spice}) == 9
+    assert fmu[:2] == ["Drive_voltage", "drive_voltage"]
+    assert fmu[2:] == ["x_y", "x_y_2", "X_Y", "drive_voltage_2", "_1", "_", "__2"]
     made["inputs"][0]["name"], made["inputs"][1]["name"] = "B1", "gnd"
-    assert spice_names(made)[0] == ["B1_2", "gnd_2"]
+    assert [entry["spice"] for entry in names(made)][:2] == ["B1_2", "gnd_2"]
 
 
 @pytest.mark.needs("ngspice")
