@@ -18,7 +18,7 @@ from scenes.device import Device, External
 from scenes.errors import SceneError
 from scenes.formats import quantity
 from statespace.device_reduction import Whole
-from statespace.ground import NARROW, held_range
+from statespace.ground import held_range
 from statespace.march import march
 from statespace.result import DeviceResult, Run, Runs, Steady, with_others
 from statespace.stability import gain_limit, gains
@@ -41,37 +41,23 @@ class Range:
 def measurable_range(device: Device, *, voltage: float = np.inf, power: float = np.inf) -> Range:
     """The range of a device whose sensor gets at most a ``voltage`` in V and a ``power`` in W.
 
-    From P = k A/t (T_set - T_external) of the polymer, and V^2 = P R(T_set); with a common ground, where the films are
-    at other temperatures, by bisecting the steady state. Raises ValueError where both are unlimited or not positive.
+    The ends are those of the range in which both films are held, the lower one where a limit is reached; NaN where that
+    range is empty. Raises ValueError where both limits are infinite or not positive.
     """
+    from scipy.optimize import brentq
+
     if not (0 < min(voltage, power) < np.inf):
         raise ValueError("give the sensor's largest voltage or power, a positive number")
-    lumped, setpoint = lump(device), device.control.set_temperature
-    if device.control.ground_resistance:
-        return _range_over_ground(device, voltage, power)
-    hot = float((lumped.resistance * (1 + lumped.coefficient * lumped.set_rise))[1])
-    most = min(power, voltage**2 / hot)
-    lowest = max(setpoint - most / lumped.polymer.conductance, 0.0)
-    needed = lumped.polymer.conductance * (setpoint - lowest)
-    return Range(lowest, setpoint, needed, float(np.sqrt(needed * hot)), steady(device, setpoint - 1.0).sink_V)
-
-
-def _range_over_ground(device: Device, voltage: float, power: float) -> Range:
-    """The range through a lead that both films share, within the held range; NaN where that is empty."""
     lowest, highest = held_range(modes(lump(device), DEGREE).modal, device)
     if math.isnan(highest):
         return Range(lowest, highest, math.nan, math.nan, math.nan)
 
-    def unreachable(outer: float) -> bool:
+    def excess(outer: float) -> float:
         state = steady(device, outer)
-        return state.sensor_power_W > power or state.sensor_V > voltage
+        return max(state.sensor_power_W / power, state.sensor_V / voltage) - 1
 
-    if unreachable(lowest):
-        high = highest
-        while high - lowest > NARROW * device.set_rise:
-            middle = (lowest + high) / 2
-            lowest, high = (middle, high) if unreachable(middle) else (lowest, middle)
-        lowest = high
+    if excess(lowest) > 0:
+        lowest = float(brentq(excess, lowest, highest, xtol=1e-12 * highest)) if excess(highest) < 0 else highest
     state = steady(device, lowest)
     return Range(lowest, highest, state.sensor_power_W, state.sensor_V, state.sink_V)
 

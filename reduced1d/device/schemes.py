@@ -311,49 +311,42 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
     h, external, sentences = device.control.sample_time, device.external, []
     end = (len(run.rises) - 1) * h
     if run.stopped:
-        rises, voltages = run.rises[-1], run.voltages[-1]
-        hot = int(np.argmax(rises))
-        wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
+        hot = int(np.argmax(run.rises[-1]))
+        wrong = "; its voltage is negative, and heats an element that is too hot" * bool(run.voltages[-1, hot] < 0)
         sentences.append(
-            f"the run was stopped at {end:.6g} s: the {FILMS[hot]} was {rises[hot]:.0f} K above room temperature "
-            f"(ceiling {CEILING:.0f} K) at {voltages[hot]:.3g} V{wrong if voltages[hot] < 0 else ''}"
+            f"the run was stopped at {end:.6g} s: the {FILMS[hot]} was {run.rises[-1, hot]:.0f} K above room "
+            f"temperature (ceiling {CEILING:.0f} K) at {run.voltages[-1, hot]:.3g} V{wrong}"
         )
     for name, limited in zip(FILMS, run.limited.T, strict=True):
-        at = np.flatnonzero(limited)
-        if len(at) == len(limited):
-            sentences.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
-        elif len(at):
-            many = f"{len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
-            sentences.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
+        if len(at := np.flatnonzero(limited)):
+            sentences.append(
+                f"the limit V >= 0 held the {name} at {len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to "
+                f"{at[-1] * h:.6g} s"
+            )
     seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
     if external.step_time < end or not seen:
         seen.append(("final", external.final_temperature))
     for name, temperature in seen:
-        state = steady(device, temperature)
-        also = ", as its controller sees it through the common ground" if device.control.ground_resistance else ""
+        state, where = steady(device, temperature), f"at the {name} outer temperature, {temperature:g} K,"
         if state.cycles:
             sentences.append(
-                f"at the {name} outer temperature, {temperature:g} K, there is no steady state: over the common ground "
-                "a film can neither be held at the set temperature nor rest without power, and its loop swings"
+                f"{where} there is no steady state: over the common ground a film can neither be held at the set "
+                "temperature nor rest without power, and its loop swings"
             )
-        for element in () if state.cycles else FILMS:
+        for i, element in enumerate(() if state.cycles else FILMS):
+            kelvin, watts = getattr(state, f"{element}_K"), getattr(state, f"{element}_power_W")
             if getattr(state, f"{element}_saturated"):
                 sentences.append(
-                    f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
-                    f"settles at {getattr(state, f'{element}_K'):.6g} K instead of the set "
+                    f"{where} the {element} needs no power: it settles at {kelvin:.6g} K instead of the set "
                     f"{device.control.set_temperature:g} K"
                 )
-        comes_to_rest = name == "final" and device.control.ground_resistance and not state.cycles
-        for i, element in enumerate(FILMS if comes_to_rest else ()):
-            if run.limited[-20:, i].any() and not getattr(state, f"{element}_saturated"):
+            elif name == "final" and device.control.ground_resistance and run.limited[-20:, i].any():
                 sentences.append(
-                    f"at the end the {element}'s loop swings from no voltage on, though it could be held with "
-                    f"{getattr(state, f'{element}_power_W') * 1e3:.4g} mW at the {name} outer temperature: over the "
-                    "common ground the other's current hides a film that has lost its own, so that it stays without"
+                    f"{where} the {element}'s loop swings from no voltage on, though it could be held with "
+                    f"{watts * 1e3:.4g} mW: over the common ground the other's current hides a film without its own"
                 )
-        said = loop_text(device, stability(device, temperature))
-        if said:
-            sentences.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
+        if said := loop_text(device, stability(device, temperature)):
+            sentences.append(f"about the steady state {where} {said}")
     if error > goal:
         sentences.append(
             f"the estimated error of a temperature, {error:.1e} K, is above the accuracy asked for, {goal:.1e} K: "
