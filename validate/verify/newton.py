@@ -27,6 +27,8 @@ from scenes.laws import Property
 
 Law = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """A property or a flux at temperatures (K), and its derivative (per K)."""
+State = np.ndarray
+"""(2, nodes): temperature (K) and potential (V)."""
 SETTLED = 1e-12  # of the largest rise: the change that ends Newton's iterations
 LONGEST = 0.5  # largest relative change of a temperature in one iteration
 MOST = 60  # iterations
@@ -135,25 +137,20 @@ class Electrode:
     series: float = 0.0
     current: float | None = None
 
+    @property
+    def floats(self) -> bool:
+        """Whether the potential is unknown."""
+        return self.current is not None or self.series > 0
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """Temperature (K) and potential (V) of all nodes."""
+    @property
+    def conductance(self) -> float:
+        """The conductance (S) of the lead of a floating electrode."""
+        return 0.0 if self.current is not None else 1 / self.series
 
-    temperature: np.ndarray
-    potential: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """Residuals of heat (W) and current (A), (nodes,) each, and their derivatives by temperature and potential."""
-
-    heat: np.ndarray
-    current: np.ndarray
-    heat_by_temperature: csr_matrix
-    heat_by_potential: csr_matrix
-    current_by_temperature: csr_matrix
-    current_by_potential: csr_matrix
+    def entering(self, potential: float, drive: float) -> float:
+        """The current (A) into a floating electrode at a potential (V) and a part of the drive."""
+        given = drive * self.voltage
+        return drive * self.current if self.current is not None else (given - potential) / self.series
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,41 +185,36 @@ class Problem:
 
     @cached_property
     def unknown(self) -> csr_matrix:
-        """(nodes, unknowns): the nodes of each unknown potential: floating electrodes, then nodes that conduct."""
+        """(2 nodes, unknowns): the entries of a state that each unknown sets: free temperatures, then the potentials
+        of floating electrodes and of other nodes that conduct."""
         electrodes = np.concatenate([e.nodes for e in self.electrodes] or [np.empty(0, int)])
         conducting = [np.unique(p.on.nodes) for p in self.parts if p.resistivity and self.electrodes]
         inner = np.setdiff1d(np.concatenate(conducting or [np.empty(0, int)]), electrodes)
-        groups = [e.nodes for e in self.floating] + [np.array([node]) for node in inner]
-        rows = np.concatenate(groups or [np.empty(0, int)])
-        columns = np.repeat(np.arange(len(groups)), [len(nodes) for nodes in groups])
-        return csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(self.size, len(groups)))
+        groups = [*self.free[:, None], *(self.size + e.nodes for e in self.electrodes if e.floats)]
+        groups += [*(self.size + inner)[:, None]]
+        columns = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+        return csr_matrix((np.ones(len(columns)), (np.concatenate(groups), columns)), (2 * self.size, len(groups)))
 
-    @cached_property
-    def floating(self) -> list[Electrode]:
-        """The electrodes whose potential is unknown."""
-        return [e for e in self.electrodes if e.current is not None or e.series]
+    @property
+    def rest(self) -> State:
+        """The state at rest, without a drive."""
+        return np.stack([np.full(self.size, self.start), np.zeros(self.size)])
 
-    def given(self, drive: float) -> np.ndarray:
-        """(nodes,): the given potentials at a part of the drive."""
-        potentials = np.zeros(self.size)
-        for electrode in self.electrodes:
-            if electrode not in self.floating:
-                potentials[electrode.nodes] = drive * electrode.voltage
-        return potentials
-
-    def assembled(self, state: State, rate: np.ndarray, by_rate: float) -> Blocks:
-        """The residuals at a state and a rate (K/s), which changes by ``by_rate`` (1/s) times the temperature."""
-        size = self.size
+    def assembled(self, state: State, rate: np.ndarray | float = 0.0, by_rate: float = 0.0) -> tuple[State, Any]:
+        """The residuals of heat (W) and current (A), (2, nodes), at a state and a rate (K/s), which changes by
+        ``by_rate`` (1/s) times the temperature; and the four matrices of their derivatives."""
+        size, (temperature, potential) = self.size, state
+        rate = rate * np.ones(size)
         heat, current = np.zeros(size) - self.load, np.zeros(size)
         tt, tp, pt, pp = (csr_matrix((size, size)) for _ in range(4))
         for part in self.parts:
-            on, at = part.on, part.on.value(state.temperature)
-            slope, dT = on.slope(state.temperature), on.value(rate)
+            on, at = part.on, part.on.value(temperature)
+            slope, dT = on.slope(temperature), on.value(rate)
             k, dk = (np.stack(each) for each in zip(*(law(at) for law in part.conductivity), strict=True))
             c, dc = part.capacity(at)
             source, by_T = c * dT - part.heat_source, c * by_rate + dc * dT
             if part.resistivity:
-                field = on.slope(state.potential)
+                field = on.slope(potential)
                 rho, drho = (np.stack(each) for each in zip(*(law(at) for law in part.resistivity), strict=True))
                 sigma, dsigma = 1 / rho, -drho / rho**2
                 source, by_T = source - (sigma * field**2).sum(axis=0), by_T - (dsigma * field**2).sum(axis=0)
@@ -232,71 +224,62 @@ class Problem:
             heat += on.load(size, source, k * slope)
             tt = tt + on.matrix(size, by_T, dk * slope, k)
         for face, law in self.faces:
-            leaving, by_T = law(face.value(state.temperature))
+            leaving, by_T = law(face.value(temperature))
             heat += face.load(size, leaving)
             tt = tt + face.matrix(size, by_T)
         for contact in self.contacts:
             face, less, plus = contact.face, contact.less, contact.plus
             area = less.T @ face.matrix(size, np.ones(face.weights.shape)) @ less
-            heat += area @ state.temperature / contact.thermal
+            heat += area @ temperature / contact.thermal
             tt = tt + area / contact.thermal
             if contact.electrical is not None:
-                jump = face.value(less @ state.potential)
-                current += area @ state.potential / contact.electrical
+                jump = face.value(less @ potential)
+                current += area @ potential / contact.electrical
                 pp = pp + area / contact.electrical
                 heat -= plus.T @ face.load(size, jump**2 / contact.electrical / 2)
                 tp = tp - plus.T @ face.matrix(size, jump / contact.electrical) @ less
-        return Blocks(heat, current, tt, tp.tocsr(), pt, pp)
+        return np.stack([heat, current]), [[tt, tp], [pt, pp]]
 
     def solve(
-        self, guess: State, drive: float = 1.0, before: np.ndarray | None = None, by_rate: float = 0.0,
-        tolerance: float = SETTLED,
+        self, guess: State, drive: float = 1.0, before: np.ndarray | None = None, by_rate: float = 0.0
     ) -> State:  # fmt: skip
         """The state at which the residuals vanish, at a part of the drive; the rate is ``by_rate`` times the
         temperature less the temperature ``before``. NumericsError where Newton's iterations don't settle."""
-        T, P, given = guess.temperature.copy(), self.unknown, self.given(drive)
+        state = guess.copy()
+        temperature, potential = state
         for nodes, value in self.held:
-            T[nodes] = value
-        members = np.asarray(P.sum(axis=0)).ravel()
-        y = (P.T @ guess.potential) / np.maximum(members, 1)
-        before = T if before is None else before
-        for iteration in range(-1, MOST):
-            system = self.assembled(State(T, given + P @ y), by_rate * (T - before), by_rate)
-            current, matrix = P.T @ system.current, (P.T @ system.current_by_potential @ P).tolil()
-            for i, electrode in enumerate(self.floating):
-                if electrode.current is not None:
-                    current[i] -= drive * electrode.current
-                else:
-                    current[i] += (y[i] - drive * electrode.voltage) / electrode.series
-                    matrix[i, i] += 1 / electrode.series
-            if iteration < 0:  # the potential at the temperature that is guessed
-                y = y - _solved(csc_matrix(matrix), current) if len(y) else y
-                continue
-            free = self.free
-            whole = bmat(
-                [[system.heat_by_temperature[free][:, free], system.heat_by_potential[free] @ P],
-                 [P.T @ system.current_by_temperature[:, free], matrix]], format="csc",
-            )  # fmt: skip
-            change = -_solved(whole, np.r_[system.heat[free], current])
-            dT, dy = change[: len(free)], change[len(free) :]
+            temperature[nodes] = value
+        for electrode in self.electrodes:
+            if not electrode.floats:
+                potential[electrode.nodes] = drive * electrode.voltage
+        before = temperature.copy() if before is None else before
+        for iteration in range(MOST + 1):
+            # The first solution is of the potential alone, at the temperature that is guessed.
+            unknown = self.unknown if iteration else self.unknown[:, len(self.free) :]
+            residual, blocks = self.assembled(state, by_rate * (temperature - before), by_rate)
+            leads = np.zeros(2 * self.size)
+            for electrode in self.electrodes:
+                if electrode.floats:
+                    node = electrode.nodes[0]
+                    residual[1, node] -= electrode.entering(potential[node], drive)
+                    leads[self.size + node] = electrode.conductance
+            matrix = unknown.T @ (bmat(blocks, "csr") + diags(leads)) @ unknown
+            change = -(unknown @ _solved(matrix, unknown.T @ residual.ravel())).reshape(state.shape)
             if not np.isfinite(change).all():
                 break
-            step = min(1.0, LONGEST / float(np.abs(dT / T[free]).max(initial=1e-300)))
-            T[free] += step * dT
-            y = y + step * dy
-            rise = float(np.abs(T - self.start).max())
-            rounding = 4 * np.finfo(float).eps * float(np.abs(T).max())
-            if step == 1 and np.abs(dT).max(initial=0.0) <= max(tolerance * rise, rounding):
-                return State(T, given + P @ y)
+            step = min(1.0, LONGEST / max(float(np.abs(change[0] / temperature).max()), 1e-300))
+            state += step * change
+            rise, hottest = (float(np.abs(temperature - least).max()) for least in (self.start, 0.0))
+            settled = max(SETTLED * rise, 4 * np.finfo(float).eps * hottest)
+            if iteration and step == 1 and np.abs(change[0]).max() <= settled:
+                return state
         raise NumericsError("Newton's iterations of the second path don't settle")
-
-    @property
-    def rest(self) -> State:
-        return State(np.full(self.size, self.start), np.zeros(self.size))
 
 
 def _solved(matrix: Any, right: np.ndarray) -> np.ndarray:
     """The solution of a system whose two kinds of rows differ by orders of magnitude: scaled by the diagonal."""
+    if not len(right):
+        return right
     scale = diags(1 / np.sqrt(np.abs(matrix.diagonal())))
     factors = splu(csc_matrix(scale @ matrix @ scale), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
                    options={"SymmetricMode": True})  # fmt: skip
@@ -311,26 +294,25 @@ def steady(problem: Problem, pieces: int = 1) -> State:
     return state
 
 
-def transient(problem: Problem, times: np.ndarray) -> Iterator[tuple[State, np.ndarray]]:
-    """Yield the state and its rate (nodes,) (K/s) at each of some times (s, from 0), each interval being one step of
-    the diagonally implicit method of `sdirk`. Raises NumericsError."""
-    state, rate = problem.rest, np.zeros(problem.size)
+def transient(problem: Problem, times: np.ndarray) -> Iterator[State]:
+    """Yield the state at each of some times (s, from 0), each interval being one step of the diagonally implicit
+    method of `sdirk`. Raises NumericsError."""
+    state = problem.rest
     for nodes, value in problem.held:
-        state.temperature[nodes] = value
-    yield state, rate
+        state[0, nodes] = value
+    yield state
     for length in np.diff(times):
-        begin, by_rate = state.temperature, 1 / (sdirk.GAMMA * length)
+        begin, by_rate = state[0], 1 / (sdirk.GAMMA * length)
         rates: list[np.ndarray] = []
         for weights in sdirk.TABLEAU:
             start = begin + length * sum((w * r for w, r in zip(weights, rates, strict=False)), 0 * begin)
             state = problem.solve(state, before=start, by_rate=by_rate)
             rate = np.zeros(problem.size)
-            rate[problem.free] = by_rate * (state.temperature - start)[problem.free]
+            rate[problem.free] = by_rate * (state[0] - start)[problem.free]
             rates.append(rate)
-        yield state, rate
+        yield state
 
 
 def current(problem: Problem, state: State, electrode: Electrode) -> float:
     """The current (A) that enters by an electrode."""
-    currents = problem.assembled(state, np.zeros(problem.size), 0.0).current
-    return float(currents[electrode.nodes].sum())
+    return float(problem.assembled(state)[0][1, electrode.nodes].sum())

@@ -83,11 +83,11 @@ def _of_three(case: str, quantity: str, theory: int, runs: list[np.ndarray]) -> 
 
 def _exact_linear(problem: Problem, end: float) -> np.ndarray:
     """The temperature (nodes,) at an end time of M T' + K T = load from rest, by the modes of the free nodes."""
-    free, rest, none = problem.free, problem.rest, np.zeros(problem.size)
-    k, both = (problem.assembled(rest, none, by_rate).heat_by_temperature[free][:, free] for by_rate in (0.0, 1.0))
+    free, rest = problem.free, problem.rest
+    k, both = (problem.assembled(rest, by_rate=by_rate)[1][0][0].tocsr()[free][:, free] for by_rate in (0.0, 1.0))
     rates, modes = eigh(k.toarray(), (both - k).toarray())
-    temperature = rest.temperature
-    load = -problem.assembled(rest, none, 0.0).heat[free]
+    temperature = rest[0]
+    load = -problem.assembled(rest)[0][0, free]
     temperature[free] += modes @ (-np.expm1(-rates * end) / rates * (modes.T @ load))
     return temperature
 

@@ -228,7 +228,7 @@ def mean(basis: Basis, probe: Probe) -> np.ndarray:
 
 def readings(scene: Scene, basis: Basis, state: State) -> dict[str, float]:
     """Return the means that probes read: temperatures (K) and potentials (V)."""
-    fields = {"temperature": state.temperature, "potential": state.potential}
+    fields = dict(zip(("temperature", "potential"), state, strict=True))
     return {p.name: float(mean(basis, p) @ fields[p.quantity]) for p in scene.probes if p.quantity in fields}
 
 
