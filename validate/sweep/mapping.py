@@ -8,9 +8,10 @@ the error there.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -36,9 +37,8 @@ class Map:
     solved : rows of the solved cells by number
     tolerance : tolerance of the check
     value : difference, NaN without an answer
-    error : error bound of ``value``
-    corner_error : its part from the solved values at the corners of the triangle
-    disagreement : its part from the two interpolations; infinite where a corner has no answer
+    corner_error : error bound of the solved values at the corners of the triangle
+    disagreement : that of the interpolation; infinite where a corner has no answer
     unanswered : whether no corner has an answer
     refused : whether the design can't be built
     """
@@ -46,11 +46,15 @@ class Map:
     solved: dict[int, Row]
     tolerance: float
     value: np.ndarray
-    error: np.ndarray
     corner_error: np.ndarray
     disagreement: np.ndarray
     unanswered: np.ndarray
     refused: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """The error bound of ``value``."""
+        return self.disagreement + self.corner_error
 
     @cached_property
     def verdicts(self) -> np.ndarray:
@@ -59,68 +63,60 @@ class Map:
         verdicts = np.full(size.shape, "unresolved", dtype=object)
         verdicts[size - error > self.tolerance] = "differs"
         verdicts[size + error <= self.tolerance] = "agrees"
-        numbers = np.array(list(self.solved))
-        if self.unanswered.any():
-            from scipy.spatial import KDTree
-
-            unanswered = np.argwhere(self.unanswered)
-            nearest = KDTree(_places(numbers, size.shape)).query(unanswered)[1]
-            verdicts[tuple(unanswered.T)] = [self.solved[int(number)].status for number in numbers[nearest]]
-        for number, row in self.solved.items():
-            if row.status != "ok":
-                verdicts.flat[number] = row.status
+        status = {number: row.status for number, row in self.solved.items()}
+        verdicts[self.unanswered] = self._nearest(status)[self.unanswered]
+        for number, word in status.items():
+            if word != "ok":
+                verdicts.flat[number] = word
         verdicts[self.refused] = "refused"
         return verdicts
 
     @cached_property
     def blames(self) -> np.ndarray:
         """(n, m): the assumption with the largest part, interpolated between cells that know it; or ""."""
-        from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
-
-        shape = self.value.shape
-        parts_by_cell = {number: row.parts for number, row in self.solved.items() if row.parts}
-        if not parts_by_cell:
-            return np.full(shape, "", object)
-        names = list(next(iter(parts_by_cell.values())))
-        at = _places(list(parts_by_cell), shape)
-        parts = np.array([[given.get(name, 0.0) for name in names] for given in parts_by_cell.values()])
-        surface = (
-            RBFInterpolator(at, parts, kernel="linear") if len(parts_by_cell) > 2 else NearestNDInterpolator(at, parts)
-        )
-        values = surface(_places(np.arange(math.prod(shape)), shape))
-        words = np.array([blame(dict(zip(names, row, strict=True)))["blame"] for row in values], object).reshape(shape)
-        words[~np.isin(self.verdicts, VERDICTS)] = ""
+        by_cell = {number: row.parts for number, row in self.solved.items() if row.parts}
+        names = list(next(iter(by_cell.values()), ()))
+        parts = self._between({n: [given.get(name, 0.0) for name in names] for n, given in by_cell.items()})
+        words = np.full(self.value.shape, "", object)
+        for cell in np.argwhere(np.isin(self.verdicts, VERDICTS) & bool(names)).tolist():
+            words[*cell] = blame(dict(zip(names, parts[*cell], strict=True)))["blame"]
         return words
 
     @cached_property
     def excess(self) -> np.ndarray:
         """(n, m): the excess (K) of a material over its valid_to, interpolated between the solved cells; NaN without an
         answer or a valid_to."""
-        from scipy.interpolate import RBFInterpolator
-
-        shape = self.value.shape
-        excess_by_cell = {
-            n: row.values["past_valid_to_K"] for n, row in self.solved.items() if "past_valid_to_K" in row.values
-        }
-        if len(excess_by_cell) < 3:
-            return np.full(shape, np.nan)
-        surface = RBFInterpolator(
-            _places(excess_by_cell, shape), np.array(list(excess_by_cell.values())), kernel="linear"
-        )
-        excess = surface(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
+        column = "past_valid_to_K"
+        excess = self._between({n: row.values[column] for n, row in self.solved.items() if column in row.values})
         return np.where(np.isin(self.verdicts, VERDICTS), excess, np.nan)
 
     @cached_property
     def too_hot(self) -> np.ndarray:
         """(n, m): the material that gets past its valid_to, that of the nearest such cell; "" where none does."""
+        names = {n: row.values["too_hot"] for n, row in self.solved.items() if row.values.get("too_hot")}
+        return np.where(self.excess > 0, self._nearest(names), "")
+
+    def _between(self, values: Mapping[int, Any]) -> np.ndarray:
+        """(n, m, ...): values of some solved cells, interpolated linearly by their distances; NaN for none."""
+        from scipy.interpolate import RBFInterpolator
+
+        shape = self.value.shape
+        if not values:
+            return np.full(shape, np.nan)
+        given = np.array(list(values.values()), float)
+        surface = RBFInterpolator(_places(values, shape), given, kernel="linear")
+        between: np.ndarray = surface(_places(range(math.prod(shape)), shape))
+        return between.reshape(*shape, *given.shape[1:])
+
+    def _nearest(self, words: Mapping[int, str]) -> np.ndarray:
+        """(n, m): the word of the nearest of some solved cells; "" without any."""
         from scipy.spatial import KDTree
 
-        hot, materials = self.excess > 0, np.full(self.value.shape, "", object)
-        names = {n: row.values["too_hot"] for n, row in self.solved.items() if row.values.get("too_hot")}
-        if names and hot.any():
-            nearest = KDTree(_places(names, hot.shape)).query(np.argwhere(hot))[1]
-            materials[hot] = np.array(list(names.values()), object)[nearest]
-        return materials
+        shape = self.value.shape
+        if not words:
+            return np.full(shape, "", object)
+        nearest = KDTree(_places(words, shape)).query(_places(range(math.prod(shape)), shape))[1]
+        return np.array(list(words.values()), object)[nearest].reshape(shape)
 
 
 def _places(numbers: Iterable[int], shape: tuple[int, ...]) -> np.ndarray:
@@ -152,15 +148,6 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
         remark = f", {np.mean(cells.verdicts == 'unresolved'):.1%} unresolved"
 
 
-def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
-    """(k,), (k,): the difference of the check in solved cells and its numerical error, NaN where there is none."""
-    values, errors = (
-        np.array([row.values.get(f"{job.scope.check}_{name}", np.nan) for row in rows.values()], float)
-        for name in ("difference", "u_num")
-    )
-    return np.where(np.isfinite(errors), values, np.nan), errors
-
-
 def _interpolate(job: Job, solved: dict[int, Row], known: dict[int, bool]) -> Map:
     """Interpolate between the solved cells, the corners among them. ``known`` caches the cells that can't be built.
 
@@ -169,9 +156,13 @@ def _interpolate(job: Job, solved: dict[int, Row], known: dict[int, bool]) -> Ma
     from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
     from scipy.spatial import Delaunay
 
-    shape, (values, errors) = job.design.shape, _known(job, solved)
+    shape = job.design.shape
+    values, errors = (
+        np.array([row.values.get(f"{job.scope.check}_{name}", np.nan) for row in solved.values()], float)
+        for name in ("difference", "u_num")
+    )
     cells, everywhere = _places(list(solved), shape), _places(np.arange(math.prod(shape)), shape)
-    answered = np.isfinite(values)
+    answered = np.isfinite(values) & np.isfinite(errors)
     barred = np.array([row.status == "refused" and _refused(job, n, known) for n, row in solved.items()])
     net = Delaunay(cells)
     inside = net.find_simplex(everywhere)
@@ -199,7 +190,7 @@ def _interpolate(job: Job, solved: dict[int, Row], known: dict[int, bool]) -> Ma
     known_error[at] = errors
     value = np.where((bad == 3) | refused, np.nan, smooth)
     tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    return Map(solved, tolerance, value, apart + known_error, known_error, apart, bad == 3, refused)
+    return Map(solved, tolerance, value, known_error, apart, bad == 3, refused)
 
 
 def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
