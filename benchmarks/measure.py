@@ -1,17 +1,13 @@
 """Run time and memory of entries, each in processes of its own and in turns, so that other work on the machine falls on
 all alike.
 
-``python -m benchmarks.measure SPECIFICATION`` is such a process and prints a line of JSON. The first of several solves
-warms up and does not count. Times are of the processor, in seconds.
+The first of several solves of a process warms up and does not count. Times are of the processor, in seconds.
 """
 
 from __future__ import annotations
 
 import gc
-import json
-import os
 import statistics
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -21,7 +17,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from compare.processes import ONE_THREAD
+from compare.worker import Worker
+from scenes.errors import SceneError
 
 TIME_LIMIT = 900.0  # s
 PATIENCE, MOST = 1.0, 5  # s and times that a process repeats its solve
@@ -44,19 +41,13 @@ class EntryError(ArithmeticError):
 
 def once(entry: Entry, patience: float = 0.0) -> dict[str, Any]:
     """Return the numbers and times of one process; raise EntryError where it failed or took too long."""
-    given = {"module": entry.module, "options": entry.options, "launched": time.time(), "patience": patience}
-    command = [sys.executable, "-m", "benchmarks.measure", json.dumps(given)]
+    name = f"{entry.tool} ({entry.label})"
     try:
-        done = subprocess.run(
-            command, capture_output=True, encoding="utf-8", timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
-        )
-    except subprocess.TimeoutExpired:
-        raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None
-    if done.returncode:
-        last = (done.stderr.strip() or "no message").splitlines()[-1]
-        raise EntryError(f"{entry.tool} ({entry.label}) failed: {last}")
-    measurement: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
-    return measurement
+        return Worker(name, quiet=True).run(TIME_LIMIT, work, entry, time.time(), patience)
+    except SceneError as error:
+        raise EntryError(str(error)) from None
+    except Exception as error:
+        raise EntryError(f"{name} failed: {type(error).__name__}: {error}") from None
 
 
 def in_turns(
@@ -86,13 +77,12 @@ def _summary(measurements: list[dict[str, Any]]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def work(argument: str) -> dict[str, Any]:
-    """Run the entry of a specification."""
-    given = json.loads(argument)
-    module = import_module(f"benchmarks.{given['module']}")
-    start_up = time.time() - given["launched"]
-    solve, read = module.prepare(given["options"])
-    end = time.perf_counter() + given["patience"]
+def work(entry: Entry, launched: float, patience: float) -> dict[str, Any]:
+    """Run an entry in this process, which was launched at a time (s); repeat the solve for a ``patience`` (s)."""
+    module = import_module(f"benchmarks.{entry.module}")
+    start_up = time.time() - launched
+    solve, read = module.prepare(entry.options)
+    end = time.perf_counter() + patience
     seconds: list[float] = []
     while len(seconds) <= MOST and (not seconds or time.perf_counter() < end):
         _forget()
@@ -121,7 +111,3 @@ def peak_memory() -> float:
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)
-
-
-if __name__ == "__main__":
-    print(json.dumps(work(sys.argv[1])))
