@@ -237,6 +237,9 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         ('boundary "top".radiation.emissivity = 2 is out of range', "to 1")),
     "radiation to nowhere": (on_top(radiation={"emissivity": 0.5}),
         ('boundary "top".radiation.ambient is missing', '{emissivity = 0.8, ambient = "293 K"}')),
+    "radiation to less than nothing": (on_top(radiation={"emissivity": 0.5, "ambient": "-300 degC"}),
+        ('ambient = "-300 degC" is out of range',)),
+    "film below zero": (on_top(convection={"coefficient": -5, "ambient": 293}), ("coefficient = -5 is out of range",)),
     "radiation to what varies": (on_top(
         radiation={"emissivity": 0.5, "ambient": {"times": [0, 1], "values": [293, 400]}}),
         ('boundary "top".radiation.ambient may not vary in time',)),
@@ -266,6 +269,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "contact without a resistance": (joint(), ('contact "c" has no resistance', "thermal_resistance")),
     "contact of one box": (joint(between=["beam"], thermal_resistance=1),
         ('contact "c".between = ["beam"] is not a pair',)),
+    "contact of three": (joint(between=["beam", "foot", "cap"], thermal_resistance=1), ("is not a pair",)),
     "contact of an unknown box": (joint(between=["beam", "fot"], thermal_resistance=1),
         ('contact "c".between names no box "fot"', 'did you mean "foot"?')),
     "contact of a box with itself": (joint(between=["beam", "beam"], thermal_resistance=1),
