@@ -12,13 +12,22 @@ from scenes.errors import SceneError
 from validate.cli import main
 
 SCENE = """
-[scene]
-name = "bar"
-initial_temperature = "293.15 K"
-[run]
-end_time = "1 ms"
-[parameters]
-Vapp = "0.1 V"
+scene = {name = "bar", initial_temperature = "293.15 K"}
+run.end_time = "1 ms"
+parameters.Vapp = "0.1 V"
+box = [{name = "bar", material = "m", lower = [0, 0, 0], upper = ["100 um", "10 um", "10 um"]}]
+boundary = [
+  {lower = [0, 0, 0], upper = [0, "10 um", "10 um"], temperature = "293.15 K"},
+  {lower = [0, 0, 0], upper = [0, "10 um", "10 um"], voltage = "Vapp"},
+  {lower = ["100 um", 0, 0], upper = ["100 um", "10 um", "10 um"], temperature = "293.15 K"},
+  {lower = ["100 um", 0, 0], upper = ["100 um", "10 um", "10 um"], voltage = 0},
+]
+probe = [
+  {name = "mid", at = ["50 um", "5 um", "5 um"]},
+  {name = "quarter", at = ["25 um", "5 um", "5 um"]},
+  {name = "I", quantity = "current", lower = [0, 0, 0], upper = [0, "10 um", "10 um"]},
+  {name = "out", quantity = "current", lower = ["100 um", 0, 0], upper = ["100 um", "10 um", "10 um"]},
+]
 [[material]]
 name = "m"
 thermal_conductivity = 100
@@ -27,43 +36,6 @@ temperature_coefficient = "1e-3 1/K"
 reference_temperature = "293.15 K"
 density = 5000
 specific_heat = 500
-[[box]]
-name = "bar"
-material = "m"
-lower = [0, 0, 0]
-upper = ["100 um", "10 um", "10 um"]
-[[boundary]]
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-temperature = "293.15 K"
-[[boundary]]
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-voltage = "Vapp"
-[[boundary]]
-lower = ["100 um", 0, 0]
-upper = ["100 um", "10 um", "10 um"]
-temperature = "293.15 K"
-[[boundary]]
-lower = ["100 um", 0, 0]
-upper = ["100 um", "10 um", "10 um"]
-voltage = 0
-[[probe]]
-name = "mid"
-at = ["50 um", "5 um", "5 um"]
-[[probe]]
-name = "quarter"
-at = ["25 um", "5 um", "5 um"]
-[[probe]]
-name = "I"
-quantity = "current"
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-[[probe]]
-name = "out"
-quantity = "current"
-lower = ["100 um", 0, 0]
-upper = ["100 um", "10 um", "10 um"]
 """
 TIMES = np.array([0.0, 1e-6, 1e-5, 1e-4, 5e-4, 1e-3])
 RISES = 12.4228 * (1 - np.exp(-TIMES / 3.5e-5))

@@ -8,19 +8,14 @@ from tests.validate.conftest import no_field
 __all__ = ["no_field"]
 
 SCENE = """
-[scene]
-name = "bar"
-initial_temperature = 300
-
-[run]
-{run}
-accuracy = 1e-3
-
-[[material]]
-name = "film"
-thermal_conductivity = 50
-density = 2500
-specific_heat = 800
+scene = {name = "bar", initial_temperature = 300}
+material = [{name = "film", thermal_conductivity = 50, density = 2500, specific_heat = 800}]
+boundary = [{name = "end", lower = [0, 0, 0], upper = [0, "10 um", "2 um"], temperature = 300}]
+probe = [
+  {name = "tip", at = ["100 um", "5 um", "1 um"]},
+  {name = "bar mean", lower = [0, 0, 0], upper = ["100 um", "10 um", "2 um"]},
+  {name = "heat out", quantity = "heat_flow", lower = [0, 0, 0], upper = [0, "10 um", "2 um"]},
+]
 
 [[box]]
 name = "bar"
@@ -29,26 +24,8 @@ lower = [0, 0, 0]
 upper = ["100 um", "10 um", "2 um"]
 heat_source = 1e12
 
-[[boundary]]
-name = "end"
-lower = [0, 0, 0]
-upper = [0, "10 um", "2 um"]
-temperature = 300
-
-[[probe]]
-name = "tip"
-at = ["100 um", "5 um", "1 um"]
-
-[[probe]]
-name = "bar mean"
-lower = [0, 0, 0]
-upper = ["100 um", "10 um", "2 um"]
-
-[[probe]]
-name = "heat out"
-quantity = "heat_flow"
-lower = [0, 0, 0]
-upper = [0, "10 um", "2 um"]
+[run]
+accuracy = 1e-3
 """
 
 
@@ -56,7 +33,7 @@ upper = [0, "10 um", "2 um"]
 def steady(tmp_path):
     """The scene in its steady state: the tip rises by g L^2/2k = 100 K."""
     path = tmp_path / "bar.toml"
-    path.write_text(SCENE.format(run="steady = true"), encoding="utf-8")
+    path.write_text(SCENE + "steady = true\n", encoding="utf-8")
     return path
 
 
@@ -64,7 +41,7 @@ def steady(tmp_path):
 def transient(tmp_path):
     """The same over three of its slowest time constants, (2 L/pi)^2/D = 0.16 ms."""
     path = tmp_path / "heating.toml"
-    path.write_text(SCENE.format(run='end_time = "0.5 ms"'), encoding="utf-8")
+    path.write_text(SCENE + 'end_time = "0.5 ms"\n', encoding="utf-8")
     return path
 
 

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from fem3d.runs import scene as scene_run
 from fem3d.runs.compact import check, compact, needed
 from scenes.errors import SceneError
+from scenes.free import from_dict
 from scenes.loading import load_free as load
 from scenes.model import Schedule
 from statespace.channels import driven
@@ -23,11 +25,21 @@ from tests.validate.solve.test_mesh_cli import WIRE
 from validate.cli import main
 
 BAR = """
-[scene]
-name = "bar"
-[run]
-end_time = "2 ms"
-accuracy = 2e-2
+scene.name = "bar"
+run = {end_time = "2 ms", accuracy = 2e-2}
+box = [{name = "bar", material = "silicon", lower = [0, 0, 0], upper = [4e-4, 1e-5, 1e-5]}]
+boundary = [
+  {name = "held", lower = [0, 0, 0], upper = [0, 1e-5, 1e-5], temperature = 293},
+  {name = "air", lower = [0, 0, 1e-5], upper = [4e-4, 1e-5, 1e-5], convection = {coefficient = 2000, ambient = 293}},
+  {name = "in", lower = [0, 0, 0], upper = [0, 1e-5, 1e-5], voltage = 4},
+  {name = "out", lower = [4e-4, 0, 0], upper = [4e-4, 1e-5, 1e-5], voltage = 0},
+]
+probe = [
+  {name = "middle", at = [2e-4, 5e-6, 5e-6]},
+  {name = "heat", quantity = "heat_flow", lower = [0, 0, 0], upper = [0, 1e-5, 1e-5]},
+  {name = "current", quantity = "current", lower = [0, 0, 0], upper = [0, 1e-5, 1e-5]},
+  {name = "half way", quantity = "potential", at = [2e-4, 5e-6, 5e-6]},
+]
 [[material]]
 name = "silicon"
 thermal_conductivity = 130
@@ -35,58 +47,14 @@ density = 2330
 specific_heat = 712
 resistivity = 6e-5
 temperature_coefficient = 1e-3
-[[box]]
-name = "bar"
-material = "silicon"
-lower = [0, 0, 0]
-upper = ["400 um", "10 um", "10 um"]
-[[boundary]]
-name = "held"
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-temperature = "293 K"
-[[boundary]]
-name = "air"
-lower = [0, 0, "10 um"]
-upper = ["400 um", "10 um", "10 um"]
-convection = { coefficient = 2000, ambient = "293 K" }
-[[boundary]]
-name = "in"
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-voltage = "4 V"
-[[boundary]]
-name = "out"
-lower = ["400 um", 0, 0]
-upper = ["400 um", "10 um", "10 um"]
-voltage = 0
-[[probe]]
-name = "middle"
-at = ["200 um", "5 um", "5 um"]
-[[probe]]
-name = "heat"
-quantity = "heat_flow"
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-[[probe]]
-name = "current"
-quantity = "current"
-lower = [0, 0, 0]
-upper = [0, "10 um", "10 um"]
-[[probe]]
-name = "half way"
-quantity = "potential"
-at = ["200 um", "5 um", "5 um"]
 """
 ACCURACY = 5e-2
 Traces = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def bar(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "bar.toml"
-    path.write_text(BAR, encoding="utf-8")
-    return load(str(path), [])
+def bar():
+    return from_dict(tomllib.loads(BAR))
 
 
 @pytest.fixture(scope="module")
@@ -150,25 +118,17 @@ def in_python(folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:
 
 
 @pytest.mark.long
-def test_temperature_and_potential_jump_at_a_contact(tmp_path):
+def test_temperature_and_potential_jump_at_a_contact():
     """A bar of two halves, against a run ten times more accurate; one of the whole bar is further off."""
-    half = (
-        '[[box]]\nname = "rest"\nmaterial = "silicon"\nlower = ["200 um", 0, 0]\nupper = ["400 um", "10 um", "10 um"]'
-    )
-    contact = (
-        '[[contact]]\nname = "joint"\nbetween = ["bar", "rest"]\nthermal_resistance = "1e-6 m2 K/W"\n'
-        'electrical_resistance = "5e-9 ohm m2"\n'
-    )
-    path = tmp_path / "halves.toml"
-    path.write_text(
-        BAR.replace(
-            'upper = ["400 um", "10 um", "10 um"]\n[[boundary]]',
-            f'upper = ["200 um", "10 um", "10 um"]\n{half}\n{contact}[[boundary]]',
-            1,
-        ).replace('at = ["200 um"', 'box = "rest"\nat = ["200 um"'),
-        encoding="utf-8",
-    )
-    halves = load(str(path), [])
+    document = tomllib.loads(BAR)
+    document["box"][0]["upper"][0] = 2e-4
+    rest = {"name": "rest", "material": "silicon", "lower": [2e-4, 0, 0], "upper": [4e-4, 1e-5, 1e-5]}
+    document["box"].append(rest)
+    joint = {"thermal_resistance": 1e-6, "electrical_resistance": 5e-9}
+    document["contact"] = [{"name": "joint", "between": ["bar", "rest"], **joint}]
+    for probe in document["probe"]:
+        probe |= {"box": "rest"} if "at" in probe else {}
+    halves = from_dict(document)
     assert len(halves.boxes) == 2
     made, full = compact(halves, None, ACCURACY), scene_run.solve(replace(halves, accuracy=ACCURACY / 10)).over_time
     perfect = scene_run.solve(replace(halves, contacts=(), accuracy=ACCURACY / 10)).over_time

@@ -20,32 +20,19 @@ from scenes.sink import Sink
 from tests.scenes.free.refused import beam
 
 BAR = """
-[run]
-steady = true
-[[material]]
-name = "silicon"
-thermal_conductivity = 130
-[[box]]
-material = "silicon"
-lower = [0, 0, 0]
-upper = ["1 mm", "100 um", 2e-6]
-[[boundary]]
-lower = [0, 0, 0]
-upper = [0, 1, 1]
-temperature = "20 degC"
-[[boundary]]
-name = "hot end"
-lower = ["1 mm", 0, 0]
-upper = ["1 mm", "100 um", "2 um"]
-heat_flux = "1 W/m2"
-[[probe]]
-name = "end"
-at = ["1 mm", "50 um", "1 um"]
+run.steady = true
+material = [{name = "silicon", thermal_conductivity = 130}]
+box = [{material = "silicon", lower = [0, 0, 0], upper = ["1 mm", "100 um", 2e-6]}]
+boundary = [
+  {lower = [0, 0, 0], upper = [0, 1, 1], temperature = "20 degC"},
+  {name = "hot end", lower = ["1 mm", 0, 0], upper = ["1 mm", "100 um", "2 um"], heat_flux = "1 W/m2"},
+]
+probe = [{name = "end", at = ["1 mm", "50 um", "1 um"]}]
 """
 
 
-def bar(*lines: str) -> dict:
-    return tomllib.loads("\n".join([BAR, *lines]))
+def bar() -> dict:
+    return tomllib.loads(BAR)
 
 
 @pytest.mark.parametrize("name", examples())

@@ -15,12 +15,21 @@ from validate.cli import main
 
 WIRE = Path(__file__).parents[2] / "meshes" / "grouped" / "files" / "wire.msh"
 SCENE = """
-[mesh]
-file = "wire.msh"
-unit = "um"
-[run]
-steady = true
-accuracy = 1e-2
+mesh = {file = "wire.msh", unit = "um"}
+run.steady = true
+run.accuracy = 1e-2
+source = [{group = "lower", heat_source = 1e12}]
+boundary = [
+  {name = "cold", group = "near", temperature = 293},
+  {name = "plus", group = "near", voltage = "10 mV"},
+  {name = "minus", group = "far", voltage = 0},
+]
+probe = [
+  {name = "end", group = "far"},
+  {name = "out", group = "near", quantity = "heat_flow"},
+  {name = "through", group = "joint", quantity = "heat_flow"},
+  {name = "current", group = "near", quantity = "current"},
+]
 [[material]]
 name = "metal"
 groups = ["lower", "upper"]
@@ -28,48 +37,13 @@ thermal_conductivity = 100
 density = 2000
 specific_heat = 500
 resistivity = 1e-5
-[[source]]
-group = "lower"
-heat_source = 1e12
-[[boundary]]
-name = "cold"
-group = "near"
-temperature = 293
-[[boundary]]
-name = "plus"
-group = "near"
-voltage = "10 mV"
-[[boundary]]
-name = "minus"
-group = "far"
-voltage = 0
-[[probe]]
-name = "end"
-group = "far"
-[[probe]]
-name = "out"
-group = "near"
-quantity = "heat_flow"
-[[probe]]
-name = "through"
-group = "joint"
-quantity = "heat_flow"
-[[probe]]
-name = "current"
-group = "near"
-quantity = "current"
 """
 
 READOUTS = """
-[[probe]]
-name = "resistance"
-group = "near"
-quantity = "resistance"
-[[probe]]
-name = "power"
-group = "lower"
-quantity = "power"
-"""
+  {name = "resistance", group = "near", quantity = "resistance"},
+  {name = "power", group = "lower", quantity = "power"},
+]
+[[material]]"""
 
 
 @pytest.fixture(autouse=True)
@@ -80,7 +54,7 @@ def _files(_somewhere_else):
 
 def test_wire(capsys):
     """Cells of second order hold a circle's area to a part in a thousand on this mesh, straight cells to a tenth."""
-    Path("wire.toml").write_text(SCENE + READOUTS, encoding="utf-8")
+    Path("wire.toml").write_text(SCENE.replace("]\n[[material]]", READOUTS), encoding="utf-8")
     # At this accuracy the mesh of the file is not refined.
     assert main(["solve", "wire.toml", "--no-figures", "--fields", "--explain", "--accuracy", "0.1"]) == 0
     text = capsys.readouterr().out
@@ -119,7 +93,7 @@ def test_wire(capsys):
 @pytest.mark.long
 def test_transient_writes_traces_and_reads_back(monkeypatch):
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
-    text = SCENE.replace("steady = true", 'end_time = "10 us"\noutput_times = ["1 us"]')
+    text = SCENE.replace("run.steady = true", 'run.end_time = "10 us"\nrun.output_times = ["1 us"]')
     Path("wire.toml").write_text(text, encoding="utf-8")
     assert main(["solve", "wire.toml", "--fields", "--quiet", "--out", "here"]) == 0
     found = summary("here")

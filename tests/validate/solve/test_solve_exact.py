@@ -46,16 +46,14 @@ def test_plate_cooled_at_two_edges(accuracy):
 
 
 BAR = """
-[run]
-end_time = "2 ms"
-output_times = ["0.5 ms", "1 ms"]
-[[material]]
-name = "metal"
-resistivity = "2e-6 ohm m"
-[[box]]
-material = "metal"
-lower = [0, 0, 0]
-upper = ["200 um", "10 um", "1 um"]
+run = {end_time = "2 ms", output_times = ["0.5 ms", "1 ms"]}
+material = [{name = "metal", resistivity = "2e-6 ohm m"}]
+box = [{material = "metal", lower = [0, 0, 0], upper = ["200 um", "10 um", "1 um"]}]
+probe = [
+  {name = "current in", quantity = "current", lower = [0, 0, 0], upper = [0, "10 um", "1 um"]},
+  {name = "section", quantity = "current", lower = ["50 um", -1, -1], upper = ["50 um", 1, 1]},
+  {name = "quarter", quantity = "potential", at = ["50 um", "5 um", 0]},
+]
 [[boundary]]
 name = "drive"
 lower = [0, 0, 0]
@@ -65,20 +63,6 @@ voltage = { times = [0, "1 ms", "1 ms"], values = [0, "1 V", "3 V"] }
 lower = ["200 um", 0, 0]
 upper = ["200 um", "10 um", "1 um"]
 voltage = 0
-[[probe]]
-name = "current in"
-quantity = "current"
-lower = [0, 0, 0]
-upper = [0, "10 um", "1 um"]
-[[probe]]
-name = "section"
-quantity = "current"
-lower = ["50 um", -1, -1]
-upper = ["50 um", 1, 1]
-[[probe]]
-name = "quarter"
-quantity = "potential"
-at = ["50 um", "5 um", 0]
 """
 
 
@@ -98,22 +82,15 @@ def test_current_and_potential_follow_a_ramp_and_a_jump():
 
 
 BLOCK = """
-[run]
-output_times = [1, 2]
-[[material]]
-name = "clay"
-thermal_conductivity = 1
-density = 1000
-specific_heat = 800
+run.output_times = [1, 2]
+material = [{name = "clay", thermal_conductivity = 1, density = 1000, specific_heat = 800}]
+probe = [{name = "centre", at = [5e-3, 5e-3, 5e-3]}]
 [[box]]
 name = "block"
 material = "clay"
 lower = [0, 0, 0]
 upper = [0.01, 0.01, 0.01]
 heat_source = { times = [0, 1], values = [0, "4e6 W/m3"] }
-[[probe]]
-name = "centre"
-at = [5e-3, 5e-3, 5e-3]
 """
 
 
