@@ -125,6 +125,7 @@ def test_specific_heat_follows_temperature():
     assert found.details["transient_imbalance"] < 1e-4
 
 
+@pytest.mark.long
 def test_falling_resistivity_settles_at_its_steady_state():
     """Between cold ends 8 times the integral of k rho over the temperature is V^2, here for a rise of 80 K at 95 % of
     the largest voltage with a steady state."""

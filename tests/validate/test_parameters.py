@@ -14,6 +14,7 @@ from compare.against import Data
 from compare.data.read import read_uncertainty
 from compare.fitting import fit_scene, keys_of
 from compare.slopes import sink_1d
+from reduced1d import slopes
 from reduced1d.ladder import solve
 from scenes.keys import SINK
 from scenes.loading import load
@@ -103,9 +104,7 @@ def test_a_parameter_is_fitted(mine):
     data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
 
     def in_1d(other: Sink, keys: Any, at: np.ndarray) -> Any:
-        own = solve(other, times=at)
-        slopes = sink_1d(other, own, at)
-        return own.over_time.values, {k: {n: slopes.at(k, n, at) for n in own.over_time.values} for k in keys}
+        return solve(other, times=at).over_time.values, slopes.of_sink(other, "paper", keys, at)[1]
 
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
     found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]), in_1d)

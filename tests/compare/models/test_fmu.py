@@ -101,6 +101,13 @@ def build(
 CELSIUS = "T - 273.15", "x + 273.15"
 
 
+@pytest.fixture
+def few_ends(monkeypatch):
+    """Runs to two ends (s) in place of thirteen; a time constant of 0.16 ms rests at the later one."""
+    monkeypatch.setattr("compare.models.fmu.HORIZONS", (1e-4, 1e-2))
+
+
+@pytest.mark.usefixtures("few_ends")
 @pytest.mark.parametrize(
     ("tip", "heat"),
     [
@@ -123,6 +130,7 @@ def test_declared_units_are_converted(steady, tmp_path, tip, heat):
         assert checks["heat out"].predicted == pytest.approx(-2e-5 * rise, rel=1e-6)
 
 
+@pytest.mark.usefixtures("few_ends")
 def test_declared_units_are_converted_over_time(transient, tmp_path):
     model = build(tmp_path, tip=('unit="degC"', *CELSIUS), heat=('unit="uW"', "-20*(T - 300)"))
     run = compare.solve(transient, model=model).traces
@@ -165,6 +173,7 @@ def test_a_model_prints_as_its_file(tmp_path):
     assert repr(open_model(build(tmp_path))) == "<model Lump.fmu>"
 
 
+@pytest.mark.usefixtures("few_ends")
 def test_an_fmu_that_crashes_is_a_sentence(steady, tmp_path):
     with pytest.raises(SceneError, match="it ended its process, with the signal SIGABRT"):
         compare.solve(steady, model=build(tmp_path, "(abort(), 1.0)"))

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from compare.worker import Worker
 from validate.cli import main
 
 NETLISTS = {
@@ -62,7 +63,6 @@ REFUSED = [
     ("nowhere.csv", "is no file"),
     ("broken.fmu", "no FMU that can be read"),
     ("nowhere.fmu", "is no file"),
-    ("exits.py:bar", "exits.py:bar failed: it ended its process"),
 ]
 FAILED = [
     ("lumped.py:wrong", "lumped.py, line 37: ZeroDivisionError"),
@@ -80,6 +80,9 @@ FAILED = [
     ("stranger.csv", "not asked for"),
     ("unit.csv", "is not in K"),
     ("traces.csv", "in the steady state, which alone is solved"),
+]
+ENDED = [
+    ("exits.py:bar", "exits.py:bar failed: it ended its process"),
     ("odd.py:gone", "odd.py:gone failed: it ended its process"),
     ("odd.py:killed", "odd.py:killed failed: it ended its process, with the signal SIGKILL"),
     ("odd.py:endless", "odd.py:endless has not answered in 0.05 minutes, and was ended"),
@@ -116,6 +119,12 @@ def here(steady, model, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Functions that do not end their process are run without one of their own, which takes a second to start."""
+    monkeypatch.setattr(Worker, "run", lambda self, seconds, function, *arguments: function(*arguments))
+
+
 def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> None:
     assert main(["solve", "bar.toml", *arguments, "--no-figures", "--out", "o"]) == 2
     said = capsys.readouterr()
@@ -130,18 +139,24 @@ def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> 
         assert not found.get("reduced1d")
 
 
-@pytest.mark.usefixtures("here")
+@pytest.mark.usefixtures("here", "in_this_process")
 @pytest.mark.parametrize(("given", "why"), REFUSED)
 def test_what_is_no_model_is_one_sentence(given, why, capsys):
     refused(["--model", given], why, capsys)
 
 
-@pytest.mark.usefixtures("here")
+@pytest.mark.usefixtures("here", "in_this_process")
 @pytest.mark.parametrize(("given", "why"), FAILED)
-def test_where_a_model_fails_what_3d_found_is_kept(given, why, capsys, monkeypatch):
+def test_where_a_model_fails_what_3d_found_is_kept(given, why, capsys):
+    refused(["--model", given], why, capsys, kept=True)
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("given", "why"), ENDED)
+def test_where_a_models_process_ends_what_3d_found_is_kept(given, why, capsys, monkeypatch):
     if given.endswith("endless"):
         monkeypatch.setattr("compare.models.function.LONGEST", 3.0)
-    refused(["--model", given], why, capsys, kept=True)
+    refused(["--model", given], why, capsys, kept=given != "exits.py:bar")
 
 
 @pytest.mark.needs("ngspice")

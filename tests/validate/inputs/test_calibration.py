@@ -12,7 +12,7 @@ from compare import quantities
 from compare.against import Data
 from compare.data.read import read_uncertainty
 from compare.fitting import Fit, Modelled, fit_scene, keys_of
-from compare.slopes import sink_1d
+from reduced1d import slopes
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
@@ -34,9 +34,7 @@ def measured(truth: Sink, seed: int) -> Data:
 
 def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     """Traces of the paper's 1D model, and their derivatives."""
-    result = solve(sink, times=times)
-    slopes = sink_1d(sink, result, times)
-    return result.over_time.values, {k: {n: slopes.at(k, n, times) for n in result.over_time.values} for k in keys}
+    return solve(sink, times=times).over_time.values, slopes.of_sink(sink, "paper", keys, times)[1]
 
 
 def fitted(data: Data, *keys: str) -> Fit:
