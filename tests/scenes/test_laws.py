@@ -75,7 +75,7 @@ def test_a_slope_is_that_of_the_law():
         ("thermal_conductivity", [130, 60, -5], "thermal_conductivity[z] = -5 is out of range"),
         ("thermal_conductivity", -5, "thermal_conductivity = -5 is out of range"),
         ("thermal_conductivity", {**POWER, "exponent": float("nan")}, "exponent = nan is not a finite number"),
-        ("thermal_conductivity", {**POWER, "values": [1]}, "give temperatures and values"),
+        ("thermal_conductivity", {**POWER, "values": [1]}, "give temperatures, values"),
         ("thermal_conductivity", {**POWER, "value": "1 V"}, "is a voltage, not a thermal conductivity"),
         ("thermal_conductivity", {"temperatures": [], "values": []}, "not a list of two or more"),
         ("thermal_conductivity", {**TABLE, "values": [130]}, "values = [130] is not a list of two"),

@@ -60,7 +60,7 @@ REFUSED_SETTINGS = [
     ("voltage=0", "drive.voltage = 0 ", "100 uV to 1000 V", "no relative error is defined"),
     ("drive.series_resistance=-5", "drive.series_resistance = -5 is out of range"),
     ("drive.current=3V", "is a voltage, not a current"),
-    ("drive={current=3e-3,series_resistance=5}", "changes nothing of the given drive.current", "or give drive.voltage"),
+    ("drive={current=3e-3,series_resistance=5}", "drive.series_resistance = 5 ", "drive.current: give one of them"),
     ("environment.emissivity=2", "environment.emissivity = 2 is out of range"),
     ("silicon.thermal_conductivity={temperatures=[400,300],values=[130,5]}", "temperatures[2] = 300 is not above"),
     ("electrodes=pad-egde", 'drive.electrodes = "pad-egde"', '"beam-end" or "pad-edge", did you mean "pad-edge"?'),
