@@ -286,25 +286,19 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
     # Planes closer than a thousandth of the narrowest size are merged.
     small = 1e-3 * min(narrow, sink.oxide_length / 2, oxide)
 
-    def free(distance: float) -> float:
-        return (grading.ratio - 1) * distance
-
-    def above(distance: float) -> float:
-        return min(free(distance), max(outline, (grading.above - 1) * distance))
-
-    def beside(longest: float) -> Callable[[float], float]:
-        return lambda distance: min(free(distance), grading.longest * longest)
-
     x = _lines(
         [(0.0, None), (narrow, corner), (max(w, pad), None), (oxide, outline)], small,
-        lambda at: above if at < oxide else free,
+        lambda at: (grading.above if at < oxide else grading.ratio, math.inf),
     )  # fmt: skip
     y = _lines(
         # The beam itself is no sliver, however short.
         [(-length, None), (-far, outline), (-near, outline), (0.0, corner), (sink.length / 2, None)],
         min(small, sink.length / 4),
         # Cells beside the beam of a pad that is longer need not be as short as the beam's own.
-        lambda at: above if -far < at < -near else beside(max(sink.length / 2, length if at < 0 else 0.0)),
+        lambda at: (
+            grading.above if -far < at < -near else grading.ratio,
+            grading.longest * max(sink.length / 2, length if at < 0 else 0.0),
+        ),
     )  # fmt: skip
     mesh = MeshQuad.init_tensor(x, y)
     cx, cy = mesh.p[:, mesh.t].mean(axis=1)
@@ -314,38 +308,24 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
 
 
 def _lines(
-    planes: list[tuple[float, float | None]], small: float, grows_at: Callable[[float], Callable[[float], float]]
+    planes: list[tuple[float, float | None]], small: float, limits: Callable[[float], tuple[float, float]]
 ) -> np.ndarray:
-    """Coordinates through the planes, the cells at each no longer than its value (``None``: as long as others let),
-    and between them as long as ``grows_at`` of the middle says for a distance from the nearer plane."""
-    merged: list[tuple[float, float | None]] = []
-    for at, first in sorted(planes, key=lambda plane: plane[0]):
+    """Coordinates through the planes, the cells at each no longer than its value (``None``: as long as others let) and
+    growing from there by the ratio, up to the longest, that ``limits`` has for the middle between two planes."""
+    merged: list[tuple[float, float]] = []
+    for at, first in sorted((at, math.inf if first is None else first) for at, first in planes):
         if merged and at - merged[-1][0] < small:
-            previous, other = merged[-1]
-            merged[-1] = (previous, min((v for v in (first, other) if v is not None), default=None))
+            merged[-1] = merged[-1][0], min(merged[-1][1], first)
         else:
             merged.append((at, first))
-    coordinates = [merged[0][0]]
-    for (a, at_a), (b, at_b) in pairwise(merged):
-        coordinates += [*_between(a, b, at_a, at_b, grows_at((a + b) / 2)), b]
-    return np.array(coordinates)
-
-
-def _between(
-    a: float, b: float, at_a: float | None, at_b: float | None, grows: Callable[[float], float]
-) -> list[float]:  # fmt: skip
-    """Cells that grow from each end, the shorter side first, until they meet; one that is not graded follows the
-    other, or the growth at the whole distance."""
-    upward, downward = [a], [b]
-    while True:
-        gap = downward[-1] - upward[-1]
-        following = [
-            grows(b - a) if first is None else max(first, grows(abs(side[-1] - side[0])))
-            for first, side in ((at_a, upward), (at_b, downward))
-        ]
-        if min(following) >= 0.6 * gap:
-            return sorted(upward[1:] + downward[1:])
-        if following[0] <= following[1]:
-            upward.append(upward[-1] + following[0])
-        else:
-            downward.append(downward[-1] - following[1])
+    near = np.geomspace(1e-6, 0.5, 150)
+    places = np.concatenate([[0.0], near, 1 - near[-2::-1], [1.0]])
+    coordinates = [np.array([merged[0][0]])]
+    for (a, _), (b, _) in pairwise(merged):
+        (ratio, longest), x = limits((a + b) / 2), a + (b - a) * places
+        sizes = [np.maximum(first, math.log(ratio) * np.abs(x - at)) for at, first in merged]
+        density = 1 / np.minimum(longest, np.min(sizes, axis=0))
+        cells = np.concatenate([[0.0], np.cumsum(np.diff(x) * (density[1:] + density[:-1]) / 2)])
+        count = max(math.ceil(cells[-1]), 1)
+        coordinates.append(np.interp(cells[-1] * np.arange(1, count + 1) / count, cells, x))
+    return np.concatenate(coordinates)
