@@ -23,7 +23,7 @@ import numpy as np
 from reduced1d.network.lines import Layout, Link, Touch, layout
 from reduced1d.network.model import Model, build, scales
 from reduced1d.network.readings import read
-from reduced1d.network.solvers import History, history, steady
+from reduced1d.network.solvers import History, steady
 from scenes import physics
 from scenes.errors import NumericsError, SceneError
 from scenes.model import AnyScene, Probe, Quantity
@@ -209,7 +209,7 @@ def histories(shape: Layout, end: float, turn: int) -> tuple[History, History]:
     soonest = 0.1 * min(EARLY * end, *(t for t in shape.scene.output_times if t > 0), end)
     # Sweeps of a step end with a thousandth of the error that is enough.
     coarse, fine = (
-        history(model, end, soonest, growth, 1e-3 * _enough(shape))
+        History(model, end, soonest, growth, 1e-3 * _enough(shape))
         for model, growth in zip(refined(shape, turn, soonest), GROWTHS[turn], strict=True)
     )
     return coarse, fine
