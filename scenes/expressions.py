@@ -17,7 +17,6 @@ from scenes.errors import did_you_mean, listed, printable
 from scenes.units import DECIMAL, ICE_POINT, PLAIN, Powers, UnitError, called, leading_unit, parse_quantity, spelled
 
 LONGEST = 500  # characters of an expression
-LARGEST_EXPONENT = 100  # of a power: no formula needs more, and exact fractions stay small
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
@@ -153,8 +152,8 @@ def _raised(base: Measure, exponent: Measure) -> Measure:
     if exponent.powers != PLAIN:
         raise UnitError(f"has an exponent that is {called(exponent.powers)}, not a plain number")
     e, value = exponent.value, base.value
-    if abs(e) > LARGEST_EXPONENT:
-        raise UnitError(f"has an exponent beyond {LARGEST_EXPONENT}")
+    if abs(e) > 100:  # no formula needs more, and exact fractions stay small
+        raise UnitError("has an exponent beyond 100")
     if not value and e < 0:
         raise UnitError("divides by zero")
     near = e.limit_denominator(12)

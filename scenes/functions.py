@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from scenes.errors import SceneError, quoted
 from scenes.kinds import INSTANT, Kind, Part, Quantity, only
 from scenes.laws import PowerLaw, Property, Table
-from scenes.model import Schedule, Value
+from scenes.model import ROUNDING, Schedule, Value
 from scenes.parameters import quantity
 from scenes.units import NUMBER, PLAIN, TEMPERATURE, Dimension, UnitError
 
@@ -48,9 +48,6 @@ def _columns(
     return places, values
 
 
-AT_ONCE = 1e-9  # of a time: two that are nearer make a jump, as rows of traces just before one are no nearer
-
-
 @dataclass(frozen=True)
 class Varying(Kind):
     """A quantity, or {times = [...], values = [...]}: linear between, equal times for a jump."""
@@ -66,9 +63,10 @@ class Varying(Kind):
             return self.quantity.read(path, given) or 0.0
         example = "{times = [0, 1e-3], values = [0, 1]}, or one value"
         times, values = _columns(path, given, ("times", "values"), (INSTANT, self.quantity), example, False)
+        # Two times that are equal but for rounding make a jump.
         joined = list(times[:1])
         for time in times[1:]:
-            joined.append(joined[-1] if time - joined[-1] <= AT_ONCE * time else time)
+            joined.append(joined[-1] if time - joined[-1] <= ROUNDING * time else time)
         return Schedule(tuple(joined), values)
 
     def write(self, value: Any) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import isclose
 from typing import Any
 
 Property = Any
@@ -108,10 +109,6 @@ def inverse(given: Property) -> Property:
     return Inverse(given.temperatures, given.values) if isinstance(given, Table) else 1 / given
 
 
-SAME = 1e-9
-"""Relative: values of two tables whose quotients differ by less are proportional."""
-
-
 @dataclass(frozen=True)
 class Line:
     """``value`` (1 + ``coefficient`` (T - ``at``)): a resistivity with a temperature coefficient, beside laws."""
@@ -141,7 +138,7 @@ def ratio(law: Property, other: Property) -> float | None:
     if isinstance(law, Table) and type(law) is type(other):
         pairs = zip(law.values, other.values, strict=False)
         quotients = [a / b if isinstance(law, Inverse) else b / a for a, b in pairs]
-        alike = law.temperatures == other.temperatures and max(quotients) <= (1 + SAME) * min(quotients)
+        alike = law.temperatures == other.temperatures and isclose(max(quotients), min(quotients))
         return quotients[0] if alike else None
     return other / law if not isinstance(law, Law) and not isinstance(other, Law) else None
 

@@ -264,12 +264,12 @@ class Declared:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else the default of its kind."""
-        return self.tolerances.get(check, SLOPE_TOLERANCE if check in SLOPES else PROBE_TOLERANCE)
+        return self.tolerances.get(check, SLOPE_TOLERANCE if check == SLOPES else PROBE_TOLERANCE)
 
 
 OVER_TIME = "_over_time"
 """How ids of checks over time end; those of the steady state are the probes' names."""
-SLOPES = ("slope",)
+SLOPES = "slope"
 """Stands for the checks of how a model follows each key, slope_<key>."""
 PROBE_TOLERANCE = 0.05
 """Relative tolerance of a model's probes where the scene gives none: that of the paper's figures."""

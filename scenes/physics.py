@@ -14,7 +14,6 @@ from scenes.errors import SceneError, listed, quoted
 from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
-NITROGEN = 77.0  # K, the boiling point of liquid nitrogen: hardly any device is built for less
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
@@ -50,7 +49,7 @@ def coldest(scene: AnyScene) -> float:
 def frozen(scene: AnyScene) -> list[str]:
     """Remark on a temperature that looks like degrees Celsius without the unit."""
     lowest = coldest(scene)
-    if not 0 < lowest < NITROGEN:
+    if not 0 < lowest < 77.0:  # liquid nitrogen boils there, and hardly any device is built for less
         return []
     return [
         f"a temperature of {lowest:g} K is given, which is {lowest - 273.15:.4g} degC: a number without a unit is in "

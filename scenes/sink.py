@@ -31,10 +31,6 @@ UNCERTAINTIES = {
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 SUBSTRATE = replace(SILICON, name="substrate", resistivity=None)
 """Silicon again; the oxide keeps the current from it."""
-ALONG_GAP = 1e-6
-"""A gas box conducts this part along the gap of what it conducts across it: that makes a film of it."""
-WEIGHTLESS = 1e-3
-"""J/(m3 K): heat capacity of a gas box, a millionth of air's, as a film has none."""
 
 
 class Drive(NamedTuple):
@@ -214,7 +210,8 @@ def _boxes(sink: Sink) -> tuple[Box, ...]:
     if sink.substrate_thickness is not None:
         k = sink.gap_gas_conductivity
         if k:
-            filling = Material("gas", (ALONG_GAP * k, ALONG_GAP * k, k), WEIGHTLESS, 1.0)
+            # A film: it conducts a millionth along the gap, and holds a millionth of the heat of air.
+            filling = Material("gas", (1e-6 * k, 1e-6 * k, k), 1e-3, 1.0)
             gas = [
                 Box(f"gas-{name}", filling, (a[0], a[1], -depth), (b[0], b[1], 0.0)) for name, a, b in over_gap(sink)
             ]

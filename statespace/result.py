@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from sys import float_info
 from typing import Any, Literal
 
 import numpy as np
@@ -24,8 +25,6 @@ SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
 STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
 """K: heights of the outer steps whose responses are drawn (Figure 12)."""
 BEFORE = 20  # Samples at the initial temperature before such a step.
-
-GONE = 1e-300  # The part of a mode that counts as left after one sample where none is.
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ class Run:
     @property
     def decay(self) -> float:
         """The rate in 1/s at which the loop's slowest mode decays after the outer step; negative where it grows."""
-        return -math.log(max(abs(self.eigenvalue), GONE)) / self.device.control.sample_time
+        return -math.log(max(abs(self.eigenvalue), float_info.min)) / self.device.control.sample_time
 
     @property
     def stopped(self) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import product
+from sys import float_info
 
 import numpy as np
 import scipy.linalg
@@ -12,9 +14,9 @@ import scipy.linalg
 from scenes.device import Device
 from statespace import circuit
 from statespace.device_model import Modal
-from statespace.result import GONE, Steady
+from statespace.result import Steady
 
-CHOICES = ((True, True), (True, False), (False, True), (False, False))
+CHOICES = tuple(product((True, False), repeat=2))
 """Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
 
 
@@ -87,7 +89,7 @@ def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
     from scipy.optimize import brentq
 
     def growth(gain: float) -> float:
-        return math.log(max(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, others))), GONE))
+        return math.log(max(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, others))), float_info.min))
 
     if growth(0.0) >= 0:
         return 0.0

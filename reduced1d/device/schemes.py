@@ -232,10 +232,6 @@ def runge_kutta_step(
 LESS = 3
 """The run that estimates the error in space has elements of a degree lower by this."""
 
-MARGIN = 2.0
-"""Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
-Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
-
 
 class Resolution(NamedTuple):
     """Degree of the elements in space, and number of unknown powers per element and interval in time."""
@@ -366,7 +362,9 @@ def loop_text(device: Device, about: Stability) -> str:
     """Whether the loop is unstable or near it, with its largest eigenvalue and the gains' limits; empty for neither."""
     gains = {name: getattr(device.control, f"{name}_gain") for name in FILMS}
     limits = {name: getattr(about, f"{name}_gain_limit") for name in FILMS}
-    near = [name for name in FILMS if gains[name] * MARGIN > limits[name]]
+    # A gain margin of 6 dB is the least that textbooks ask for (Franklin, Powell and Emami-Naeini, Feedback Control of
+    # Dynamic Systems, section 6.4).
+    near = [name for name in FILMS if 2 * gains[name] > limits[name]]
     if about.stable and not near:
         return ""
     said = "the loop is near instability" if about.stable else "the loop is unstable"

@@ -39,10 +39,6 @@ REDUCTIONS = {
 }
 CONSTANT = ("paper", "anchored")
 """Reductions that take properties at room temperature even if they follow it (a resistivity with its slope)."""
-STATES = 4
-"""Number of states of "moments" where none is given."""
-
-MOST_STATES = 12  # The most states of "moments" that may be asked for.
 
 
 def canonical(text: str) -> str:
@@ -57,9 +53,9 @@ def canonical(text: str) -> str:
         if colon:
             raise SceneError(f"reduction {quoted(text)} takes no number of states: {_choices()}")
         return family
-    if colon and not (number.isascii() and number.isdigit() and 1 <= int(number) <= MOST_STATES):
-        raise SceneError(f"reduction {quoted(text)} needs a number of states from 1 to {MOST_STATES}, as moments:4")
-    return f"moments:{int(number) if colon else STATES}"
+    if colon and not (number.isascii() and number.isdigit() and 1 <= int(number) <= 12):
+        raise SceneError(f"reduction {quoted(text)} needs a number of states from 1 to 12, as moments:4")
+    return f"moments:{int(number) if colon else 4}"
 
 
 def is_one(text: str) -> bool:

@@ -27,8 +27,6 @@ from statespace.channels import OWN, UNITS, Channel, channels, scenarios
 from statespace.device_reduction import Reference, reduce
 from statespace.document import Matrices, Port, in_kelvin, scene_document
 
-APART = 1e-7  # Patterns and fields with a smaller relative singular value are dropped.
-
 
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
@@ -114,7 +112,7 @@ class _Projection:
             currents.append(self.electric.flows(rises, model.potentials(rises, volts), volts))
         flows = np.hstack(currents)[: -len(volts)]
         modes, sizes, _ = np.linalg.svd(flows, full_matrices=False)
-        return np.asarray((modes[:, sizes > APART * sizes[0]] * sizes[0]).T)
+        return np.asarray((modes[:, sizes > 1e-7 * sizes[0]] * sizes[0]).T)
 
     def _halved(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(h,) twice: the product of two flows with the resistance of each half, cold, and its change per kelvin."""
@@ -147,7 +145,7 @@ class _Projection:
                 right = np.hstack([responses[:, :0], *followed])
         every = np.hstack(snapshots)
         sizes, vectors = np.linalg.eigh(every.T @ (self.C @ every))
-        kept = sizes > APART**2 * sizes[-1]
+        kept = sizes > 1e-14 * sizes[-1]
         return np.asarray((every @ (vectors[:, kept] / np.sqrt(sizes[kept])))[:, ::-1])
 
     def document(self, count: int) -> dict[str, Any]:

@@ -33,8 +33,6 @@ from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Probe, Scene
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 """A box, a flat box or a point as the first and the last plane along each axis."""
 
-ALIKE = 1e-6  # Sides that differ by a smaller part are equally long: files give corners to six digits or more.
-
 
 @dataclass(frozen=True)
 class Line:
@@ -290,9 +288,10 @@ class _Cutting:
         choices: list[list[int]] = []
         for i, (_, part) in enumerate(self.parts):
             lengths = [self._length(part, d) for d in range(3)]
-            longest = [d for d in range(3) if lengths[d] >= (1 - ALIKE) * max(lengths)]
+            # Files give corners to six digits or more.
+            longest = [d for d in range(3) if lengths[d] >= (1 - 1e-6) * max(lengths)]
             most = max(areas[i, d] for d in longest)
-            choices.append([d for d in longest if areas[i, d] >= (1 - ALIKE) * most])
+            choices.append([d for d in longest if areas[i, d] >= (1 - 1e-6) * most])
         while undecided := [i for i, axes in enumerate(choices) if len(axes) > 1]:
             # The axis of the decided neighbours with most contact; first where that is most.
             shares = {i: dict.fromkeys(choices[i], 0.0) for i in undecided}

@@ -97,9 +97,6 @@ def _side(layout: Layout, key: tuple[str, int], touch: Touch, number: int) -> Pr
 BELOW = 1e-2
 """The part of the scene's accuracy that the network's own error may be, so that it hardly counts beside that of 3D."""
 
-FINEST_OVER_TIME = 1e-6
-"""Relative: errors of traces below this need no refinement however small the accuracy."""
-
 DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
 """Of the coarse and the fine elements, turn by turn."""
 
@@ -216,8 +213,8 @@ def histories(shape: Layout, end: float, turn: int) -> tuple[History, History]:
 
 
 def _enough(shape: Layout) -> float:
-    """The relative error of traces that needs no refinement."""
-    return max(BELOW * shape.scene.accuracy, FINEST_OVER_TIME)
+    """The relative error of traces that needs no refinement, however small the accuracy."""
+    return max(BELOW * shape.scene.accuracy, 1e-6)
 
 
 def _judged(shape: Layout, times: np.ndarray, end: float) -> np.ndarray:

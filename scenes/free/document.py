@@ -102,7 +102,7 @@ def _complete(scene: S, values: Values, folder: str) -> S:
 
 def _check_names(probes: list[str], outputs: Any, tolerances: Any, differing: Any) -> None:
     """Refuse outputs and checks that name no probe."""
-    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
+    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), m.SLOPES]
     for path, names, allowed, what in (
         ("model.outputs", outputs, probes, "a probe"),
         ("checks.tolerances", tolerances, checks, "a check, which are called as the probes"),

@@ -167,10 +167,6 @@ class CellGraph(ABC):
         return len(exits) == labels.max(initial=0)
 
 
-# Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
-# times beside it.
-NO_CURRENT = 1e-9
-
 Pair = tuple[Any, Any]
 """An electrode, and the other one of its conductor: boundaries."""
 
@@ -186,8 +182,9 @@ def pairs(scene: AnyScene, conductors: Iterable[Collection[str]]) -> dict[str, P
 
 
 def resistance(between: np.ndarray, current: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the resistance (ohm) at times (s) with these voltages and currents; 0 without any current."""
-    passing = np.abs(current) > NO_CURRENT * np.abs(current).max()
+    """Return the resistance (ohm) at times (s) with these voltages and currents; 0 without any current, and between
+    the times beside it where none passes for some time."""
+    passing = np.abs(current) > ROUNDING * np.abs(current).max()
     if not passing.any():
         return np.zeros(current.shape)
     if passing.all():

@@ -16,8 +16,6 @@ from scenes.model import Boundary, Box, Scene
 from scenes.units import TIME
 
 NARROW = 0.1  # A gap narrower than this part of the thinner box beside it is reported as a likely slip.
-HURRIED = 1e-2
-"""A run is too short where heat diffuses over less than this part of the thinnest box: only surfaces warm."""
 MOST = 20  # Bodies, boundaries and the like that one line names at most.
 _LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.
 
@@ -59,7 +57,7 @@ def _hurried(scene: Scene) -> list[str]:
     fastest = max(max(laws.along(m.thermal_conductivity)) / (m.density * m.specific_heat) for m in cold)
     reach = float(np.sqrt(fastest * scene.end_time))
     thinnest = min(u - v for b in scene.boxes for u, v in zip(b.upper, b.lower, strict=True))
-    if reach >= HURRIED * thinnest:
+    if reach >= thinnest / 100:  # below that only surfaces warm
         return []
     return [
         f"heat diffuses {quantity(reach, 'm', 2)} in the {TIME.show(scene.end_time)} of run.end_time, and no box is "
