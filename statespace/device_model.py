@@ -38,18 +38,8 @@ from statespace.document import described, in_kelvin
 
 @dataclass(frozen=True, eq=False)
 class Inlet:
-    """A given temperature of a model, per kelvin.
-
-    Attributes
-    ----------
-    external : (m,) array
-        Steady rises, K/K.
-    jump : (n,) array
-        Change of the modes by a step of the temperature.
-    flux : (k,) array
-        Steady heat flows, W/K.
-    taken : float
-        Heat that enters where the temperature is given, W/K.
+    """A given temperature of a model, per kelvin: ``external`` (m,), the steady rises; ``jump`` (n,), the change of the
+    modes by a step; in W/K ``flux`` (k,), the steady heat flows, and ``taken``, the heat that enters where it is given.
     """
 
     external: np.ndarray
@@ -62,23 +52,14 @@ class Inlet:
 class Modal:
     """The model of a device, with n modes, m responses and k heat flows (W), flux b + flux_external T + feed u.
 
-    Attributes
-    ----------
-    rates : (n,) array
-        Decay rates in 1/s, ascending.
-    shape : (m, n) array
-        Rises per amplitude, and amplitudes per heat.
-    film : (m,) array
-        0 where a response belongs to the sink, 1 for the sensor.
-    resistance, coefficient : (2,) array
-        Of (sink, sensor): ohm at no rise, and 1/K.
-    external, jump : (m,), (n,) array
-        Response to the outer temperature, as of `Inlet`.
-    flux, flux_external, feed : (k, n), (k,), (k, m) array
-    substrate : Inlet
-        The substrate's temperature as an input.
-    offset, flux_offset : (m,), (k,) array or 0
-        Constant rises and flows.
+    rates : (n,), decay rates in 1/s, ascending
+    shape : (m, n), rises per amplitude, and amplitudes per heat
+    film : (m,), 0 where a response belongs to the sink, 1 for the sensor
+    resistance, coefficient : (2,) of (sink, sensor), ohm at no rise, and 1/K
+    external, jump : (m,), (n,), the response to the outer temperature, as of `Inlet`
+    flux, flux_external, feed : (k, n), (k,), (k, m)
+    substrate : the substrate's temperature as an input
+    offset, flux_offset : (m,), (k,) or 0, constant rises and flows
     """
 
     rates: np.ndarray

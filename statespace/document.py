@@ -29,14 +29,8 @@ EQUATIONS = [
 class Port(NamedTuple):
     """The quantity that goes with an input.
 
-    Attributes
-    ----------
-    row : int
-        Row of the current or heat that enters or, where heat is given, of the mean temperature that it meets.
-    unit : str
-        Unit of the row.
-    size : float
-        Watts of one unit of the input, 1 where the input is no heat.
+    row : the row of the current or heat that enters or, where heat is given, of the mean temperature that it meets
+    unit, size : the unit of the row, and the watts of one unit of the input, 1 where the input is no heat
     """
 
     row: int

@@ -37,20 +37,11 @@ NARROW = 2e-3
 class Shared:
     """The effect of a lead after the outer step.
 
-    Attributes
-    ----------
-    resistance_ohm : float
-        Resistance of the lead.
-    sink_off_K, sensor_off_K : float
-        Deviation of the films from their temperatures without a lead.
-    sink_power_W, sensor_power_W : float
-        Powers; where the sensor cannot be held, the power of the sink's current in the sensor.
-    lowest_K, highest_K : float
-        Outer temperatures between which both films are held.
-    largest_eigenvalue : float
-        Size of the loop's largest eigenvalue per sample.
-    coupling_K_per_V : float
-        Change of the sensor's measured temperature per volt across the sink.
+    sink_off_K, sensor_off_K : deviation of the films from their temperatures without a lead
+    sink_power_W, sensor_power_W : where the sensor cannot be held, the power of the sink's current in the sensor
+    lowest_K, highest_K : outer temperatures between which both films are held
+    largest_eigenvalue : size of the loop's largest eigenvalue per sample
+    coupling_K_per_V : change of the sensor's measured temperature per volt across the sink
     """
 
     resistance_ohm: float

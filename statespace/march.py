@@ -31,22 +31,13 @@ CEILING = 2000.0
 class March:
     """A run of the closed loop: values just before each sample, and the voltages from the sample on.
 
-    Attributes
-    ----------
-    rises, voltages, powers : (samples, 2) array
-        Of (sink, sensor): K, V and W.
-    flows : (samples, k) array
-        Heat flows in W.
-    limited : (samples, 2) array
-        Whether the limiter held the voltage.
-    stopped : bool
-        The run ended early, at a rise above `CEILING`.
-    change, stepped : (n,) array
-        Change of the amplitudes over the run, and its part by outer steps.
-    energy : (2,) array
-        Heat generated in (sink, sensor), J.
-    outer_time, outer : float
-        Integral (K s) and change (K) of the outer rise.
+    rises, voltages, powers : (samples, 2) of (sink, sensor), K, V and W
+    flows : (samples, k), heat flows in W
+    limited : (samples, 2), whether the limiter held the voltage
+    stopped : whether the run ended early, at a rise above `CEILING`
+    change, stepped : (n,), change of the amplitudes over the run, and its part by outer steps
+    energy : (2,), heat generated in (sink, sensor), J
+    outer_time, outer : integral (K s) and change (K) of the outer rise
     """
 
     rises: np.ndarray
@@ -156,27 +147,13 @@ def march(
     modal: Modal, nodes: int, device: Device, tolerance: float, meter: tuple[float, float] = (0.0, 0.0),
     start: Literal["cold", "settled"] = "cold", watched: int | None = None,
 ) -> March:  # fmt: skip
-    """Run the closed loop of a device.
+    """Run the closed loop of a device by its model. Raises ArithmeticError where the iteration for the powers fails.
 
-    Parameters
-    ----------
-    modal : Modal
-        The model of the device.
-    nodes : int
-        Unknown heats per response and interval in time.
-    tolerance : float
-        Change (K) that ends the iteration for the powers.
-    meter : (float, float)
-        Resolution in ohm of the measured resistances of (sink, sensor), 0 for an ideal meter.
-    start : "cold" or "settled"
-        At room temperature without voltage, or in the steady state at the initial outer temperature.
-    watched : int, optional
-        The run also ends where the limiter holds the voltage of this film (0 sink, 1 sensor).
-
-    Raises
-    ------
-    ArithmeticError
-        Where the iteration for the powers fails.
+    nodes : unknown heats per response and interval in time
+    tolerance : change (K) that ends the iteration for the powers
+    meter : resolution in ohm of the measured resistances of (sink, sensor), 0 for an ideal meter
+    start : at room temperature without voltage, or in the steady state at the initial outer temperature
+    watched : the run also ends where the limiter holds the voltage of this film (0 sink, 1 sensor)
     """
     control, table = Controllers(settings(device, modal.resistance, modal.coefficient)), timetable(device)
     at, m = _Places(modal, nodes, device.control.ground_resistance), modal.responses
@@ -236,16 +213,10 @@ class Interval:
     The size = m (q + 1) + k places are the responses at the start, then at the nodes (response by response), and the
     flows at the start.
 
-    Attributes
-    ----------
-    reading : (size, n + 2) array
-        Rises (K) at the places and flows (W) per amplitude at the start, without heat in the interval.
-    kernel : (size, size) array
-        Rises per heat (K/W).
-    gain : (n + 2, size) array
-        Amplitudes at the end per heat; the last two are the energies (J) generated in sink and sensor.
-    decay : (n + 2,) array
-        Amplitudes at the end per amplitude at the start.
+    reading : (size, n + 2), rises (K) at the places and flows (W) per amplitude at the start, without heat
+    kernel : (size, size), rises per heat (K/W)
+    gain : (n + 2, size), amplitudes at the end per heat; the last two are the energies (J) in sink and sensor
+    decay : (n + 2,), amplitudes at the end per amplitude at the start
     """
 
     reading: np.ndarray

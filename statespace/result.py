@@ -52,22 +52,13 @@ class Steady:
 class DeviceResult:
     """Traces with one entry per controller sample, their estimated errors, and findings.
 
-    Attributes
-    ----------
-    time_s, sink_K, sensor_K : (samples,) array
-        Just before each sample.
-    sink_V, sensor_V, sink_power_W, sensor_power_W : (samples,) array
-        From each sample on.
-    polymer_flux_W, polymer_top_W : (samples,) array
-        Heat flow from the sensor into the polymer, and out of its top in 3D, just before each sample.
-    before, after : Steady
-        Steady states at the initial and the final outer temperature.
-    errors, error_parts : dict
-        Error bound of each trace in its unit, and its parts by source.
-    findings : tuple of str
-        Sentences: a limiter that acts, an unstable loop, a run that was stopped.
-    details : dict
-        Numbers of the run (states, nodes, energy imbalance).
+    time_s, sink_K, sensor_K : (samples,), just before each sample
+    sink_V, sensor_V, sink_power_W, sensor_power_W : (samples,), from each sample on
+    polymer_flux_W, polymer_top_W : (samples,), heat from the sensor into the polymer, and out of its top in 3D
+    before, after : steady states at the initial and the final outer temperature
+    errors, error_parts : error bound of each trace in its unit, and its parts by source
+    findings : sentences on a limiter that acts, an unstable loop, a run that was stopped
+    details : numbers of the run (states, nodes, energy imbalance)
     """
 
     scheme: str
@@ -109,18 +100,11 @@ def device_result(
 
 @dataclass(frozen=True)
 class Run:
-    """A run of a device.
+    """A run of a device and its result.
 
-    Attributes
-    ----------
-    device : Device
-    result : DeviceResult
-    largest : callable
-        The loop's largest eigenvalue per sample about the steady state of a device.
-    step : float
-        Height (K) of an outer step from room temperature.
-    reference : DeviceResult, optional
-        Result of another scheme or mesh, by which the times are judged.
+    largest : gives the loop's largest eigenvalue per sample about the steady state of a device
+    step : height (K) of an outer step from room temperature
+    reference : result of another scheme or mesh, by which the times are judged
     """
 
     device: Device

@@ -24,16 +24,10 @@ CHOICES = tuple(product((True, False), repeat=2))
 class Plant:
     """The linearised device from sample to sample: b' = a b + inlet dV, measured rises = out b + across dV.
 
-    Attributes
-    ----------
-    a, inlet, out : (n, n), (n, 2), (2, n) array
-        Matrices of the amplitudes b and the voltages V of (sink, sensor).
-    across : (2, 2) array
-        Effect (K/V) of the present voltages on the measured rises, zero without a common lead to ground.
-    active : (2,) array
-        Whether (sink, sensor) can respond to its voltage.
-    set_rise, sample_time : float
-        K and s.
+    a, inlet, out : (n, n), (n, 2), (2, n), of the amplitudes b and the voltages V of (sink, sensor)
+    across : (2, 2), effect (K/V) of the present voltages on the measured rises, zero without a common lead
+    active : (2,), whether (sink, sensor) can respond to its voltage
+    set_rise, sample_time : in K and s
     """
 
     a: np.ndarray

@@ -31,20 +31,12 @@ class Circuit:
     """m branches with h halves on n unknowns, of which ``free`` (n, f) and ``fixed`` (n, inputs) make all: u = free v +
     fixed x.
 
-    Attributes
-    ----------
-    across, given, halves : (m, n), (m, inputs), (h, n) sparse matrix
-        B, N and M.
-    branch, line, size : (h,) array
-        The branch and the line of each half, and its length/area in 1/m.
-    span : (2, h) array
-        Extent of each half along its line (m).
-    extra : (m,) array
-        K/W or ohm.
-    load : (n, inputs) sparse matrix
-        Direct effect of the inputs.
-    rows : dict
-        The branches of ("line", number), ("link", number) or ("terminal", boundary).
+    across, given, halves : (m, n), (m, inputs), (h, n), B, N and M
+    branch, line, size : (h,), the branch and the line of each half, and its length/area in 1/m
+    span : (2, h), extent of each half along its line (m)
+    extra : (m,), K/W or ohm
+    load : (n, inputs), direct effect of the inputs
+    rows : the branches of ("line", number), ("link", number) or ("terminal", boundary)
     """
 
     across: sp.csr_matrix
@@ -246,19 +238,8 @@ class _Builder:
 def assemble(
     layout: Layout, elements: Elements, inputs: int, electric: bool, sources: dict[str, int] | None = None
 ) -> Circuit:
-    """Assemble the circuit of the heat, in W and K, or of the current, in A and V, of the lines that conduct.
-
-    Parameters
-    ----------
-    layout, elements : Layout, Elements
-        The lines and their discretization.
-    inputs : int
-        Number of inputs.
-    electric : bool
-        Whether it is the circuit of the current.
-    sources : dict, optional
-        Input of each box with a heat source by the name of the box.
-    """
+    """Assemble the circuit of the heat, in W and K, or of the current (``electric``), in A and V, of the lines that
+    conduct; ``inputs`` are how many there are, ``sources`` the input of each box with a heat source, by its name."""
     builder = _Builder(layout, elements, inputs, electric)
     used = [line.conducts or not electric for line in layout.lines]
     for i in np.flatnonzero(used).tolist():
