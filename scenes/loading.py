@@ -11,7 +11,7 @@ from functools import cache
 from itertools import islice
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Literal, TypeVar, overload
+from typing import Any, TypeVar
 
 from scenes.device import Device
 from scenes.errors import SceneError, contents, did_you_mean, parsed, quoted, reason
@@ -20,7 +20,6 @@ from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.parameters import SECTION, Parameters, transferred
 from scenes.schema import CONDUCTIVITY, nest, override, twin
-from scenes.sink import Sink
 from scenes.validity import check as check
 
 T = TypeVar("T")
@@ -29,14 +28,6 @@ _LONGEST = 80  # characters of a scene's part of a folder's name; a longer one e
 _HERE = Path(__file__).parent
 
 
-@overload
-def load(source: Literal["sink"], overrides: Sequence[str] = ()) -> Sink: ...
-@overload
-def load(source: Literal["device"], overrides: Sequence[str] = ()) -> Device: ...
-@overload
-def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType[T]) -> T: ...
-@overload
-def load(source: str | Path, overrides: Sequence[str] = ()) -> Any: ...
 def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType[Any] | None = None) -> Any:
     """Load a built-in scene ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides, checked.
 
@@ -155,10 +146,6 @@ def refuse_unused(paths: Iterable[str], scene: Any) -> None:
         )
 
 
-@overload
-def from_dict(document: Mapping[str, Any]) -> Sink: ...
-@overload
-def from_dict(document: Mapping[str, Any], scene_type: SceneType[T]) -> T: ...
 def from_dict(document: Mapping[str, Any], scene_type: SceneType[Any] = SINK) -> Any:
     """Return the scene of nested sections as ``as_dict`` makes them, checked; raises SceneError."""
     schema = scene_type.schema
@@ -209,22 +196,19 @@ def document(source: str | Path, known: Sequence[str]) -> tuple[dict[str, Any], 
     Raises SceneError.
     """
     if isinstance(source, str) and source in known:
-        return toml(builtin_text(source), source), source, ""
-    return toml(file_text(source, known), source), file_name(Path(source)), str(Path(source).parent)
-
-
-def toml(text: str, source: str | Path) -> dict[str, Any]:
-    """Parse a TOML text from a named source; raises SceneError."""
+        text, name, folder = builtin_text(source), source, ""
+    else:
+        text, name, folder = _file_text(source, known), file_name(Path(source)), str(Path(source).parent)
     try:
-        return parsed(text)
+        return parsed(text), name, folder
     except SceneError as error:
         raise SceneError(f"{quoted(Path(source))}: {error}") from None
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{quoted(Path(source))} is not valid TOML: {reason(error)}") from None
 
 
-def file_text(source: str | Path, known: Sequence[str]) -> str:
-    """Return the text of a scene file; messages offer the ``known`` built-in scenes. Raises SceneError."""
+def _file_text(source: str | Path, known: Sequence[str]) -> str:
+    """The text of a scene file; messages offer the ``known`` built-in scenes."""
     shown, offer = quoted(Path(source)), f"give a TOML file, or the built-in {' or '.join(known)}"
     try:
         # A byte order mark, which some editors write, is no part of the text.

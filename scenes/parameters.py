@@ -20,7 +20,7 @@ from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.expressions import FUNCTIONS, PI, Measure, measured
-from scenes.units import PLAIN, Powers, UnitError, called, is_unit, parse_quantity, unit_of
+from scenes.units import PLAIN, Powers, UnitError, called, dimension_of, is_unit, parse_quantity
 
 SECTION = "parameters"
 _NAME = re.compile(r"(?<![\w.])[A-Za-z]\w{0,59}(?!\w)", re.ASCII)
@@ -176,7 +176,7 @@ class Parameters:
         """Return the flat scene with other values (SI units) of some parameters."""
         table = self.flat[SECTION]
         assert isinstance(table, Mapping)
-        given = {name: f"{float(value)!r} {unit_of(self.powers[name])}" for name, value in values.items()}
+        given = {name: f"{float(value)!r} {dimension_of(self.powers[name]).unit}" for name, value in values.items()}
         return {**self.flat, SECTION: {**table, **given}}
 
 

@@ -68,13 +68,13 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
         pair, _, value = text.partition("=")
         keys = [path_of(scene, key.strip(), values, "--correlated") for key in pair.split(",") if key.strip()]
         r = _number(value)
-        if len(keys) != 2 or keys[0] == keys[1] or r is None:
-            raise SceneError(f"--correlated {quoted(text)} says nothing: give KEY,KEY=0.9, two keys and a correlation")
-        if not -1 <= r <= 1:
-            raise SceneError(f"--correlated {quoted(text)}: {value.strip()} is no correlation: give one from -1 to 1")
-        missing = next((key for key in keys if key not in relative), None)
-        if missing is not None:
-            raise SceneError(f"--correlated {quoted(text)}: {missing} is not uncertain: give it with --uncertain, too")
+        if len(keys) != 2 or keys[0] == keys[1] or r is None or not -1 <= r <= 1:
+            raise SceneError(
+                f"--correlated {quoted(text)} is no correlation of two keys: give KEY,KEY=0.9, from -1 to 1"
+            )
+        for key in keys:
+            if key not in relative:
+                raise SceneError(f"--correlated {quoted(text)}: {key} is not uncertain: give it with --uncertain, too")
         first, second = sorted(keys, key=list(relative).index)
         correlations[first, second] = r
     uncertain = Uncertain(relative, correlations, (*given, *correlated))

@@ -244,11 +244,6 @@ def called(powers: Powers) -> str:
     return dimension_of(powers).name
 
 
-def unit_of(powers: Powers) -> str:
-    """Return the SI unit of these powers: "W/(m K)", "m2 kg s-3"."""
-    return dimension_of(powers).unit
-
-
 def point(at: tuple[float, float, float]) -> str:
     """Format a point (m)."""
     return f"[{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"

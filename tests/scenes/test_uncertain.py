@@ -72,8 +72,8 @@ ONE, TWO = ["sink.width=1%"], ["sink.width=1%", "sink.length=1%"]
     (["sink.width=wide"], [], "wide"),
     (ONE, ["sink.width,sink.length=0.5"], "sink.length is not uncertain"),
     (TWO, ["sink.width,sink.length=1.5"], "no correlation"),
-    (TWO, ["sink.width=1"], "says nothing"),
-    (TWO, ["sink.width,sink.length=much"], "says nothing"),
+    (TWO, ["sink.width=1"], "is no correlation"),
+    (TWO, ["sink.width,sink.length=much"], "is no correlation"),
     ([*TWO, "sink.thickness=1%"],
      ["sink.width,sink.length=0.9", "sink.length,sink.thickness=0.9", "sink.width,sink.thickness=-0.9"], "contradict"),
 ])  # fmt: skip

@@ -22,7 +22,7 @@ from scenes.model import AnyScene
 from scenes.parameters import SECTION, Names
 from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
-from scenes.units import UnitError, parse_quantity, unit_of
+from scenes.units import UnitError, dimension_of, parse_quantity
 
 Value = float | str
 MOST = 1_000_000  # the most points of a sweep
@@ -87,7 +87,7 @@ class Base:
         """Return the SI unit of a key, "" without one."""
         section, _, name = key.partition("+")[0].partition(".")
         if section == SECTION:
-            return unit_of(Names(self._flat(())[SECTION])[name].powers)
+            return dimension_of(Names(self._flat(())[SECTION])[name].powers).unit
         kind = self._kind(key)
         # A point has coordinates, and a value over time has a quantity.
         kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
