@@ -1,18 +1,10 @@
-"""The paper's equations 7 and 9 to 19, corrected (see the project's list of misprints), as functions of plain numbers.
+"""The paper's equations 7 and 9 to 19, corrected (see the project's list of misprints), and resistances around them.
 
 SI units; every temperature is a *rise* above room temperature in K. The quantities that vary (rises, currents) may be
-floats or numpy arrays of one common shape, and the result has that shape; sizes and materials are floats. The symbols
-are the paper's: beam length L and cross section A_c, conductivity k, rise of the ends dT_end, rise of the peak above
-the ends dT0, equivalent constant rise dT_c.
-
-The paper's resistance and conductances around the beam of a sink.
-
-The spreading resistance of a substrate: the resistance of a plate from a rectangle on its top to its underside.
-
-Y. S. Muzychka, J. R. Culham and M. M. Yovanovich, Thermal spreading resistance of eccentric heat sources on rectangular
-flux channels, Journal of Electronic Packaging 125, 178 (2003).
-
-The 1D model of the sink painted on the 3D geometry, so that the two can be seen side by side.
+floats or numpy arrays of one common shape; sizes and materials are floats. The symbols are the paper's: beam length L
+and cross section A_c, conductivity k, rise of the ends dT_end, rise of the peak above the ends dT0, equivalent constant
+rise dT_c. The spreading resistance of a substrate is that of Y. S. Muzychka, J. R. Culham and M. M. Yovanovich, Journal
+of Electronic Packaging 125, 178 (2003). `Reduction` paints the 1D model on the 3D geometry.
 """
 
 from __future__ import annotations

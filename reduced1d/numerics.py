@@ -1,12 +1,8 @@
-"""Discretization of 1D models: polynomials along lines, collocation in time.
+"""Discretization of 1D models: polynomials along lines by scikit-fem, collocation at Radau's points in time.
 
-Polynomials along lines, by scikit-fem: values and slopes at the points of a quadrature.
-
-Integrate C dv/dt = -K v + q(t, v) by collocation at Radau's points.
-
-Radau IIA of s points has order 2 s - 1 and damps components that are too fast for a step, however fast (Hairer and
-Wanner, Solving Ordinary Differential Equations II, section IV.5). With A the Radau matrix, the stages V = v + h A dV
-solve
+C dv/dt = -K v + q(t, v) is integrated by Radau IIA of s points, which has order 2 s - 1 and damps components that are
+too fast for a step, however fast (Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.5). With A
+the Radau matrix, the stages V = v + h A dV solve
 
     C V + h A (K V - q) = C v,
 

@@ -70,10 +70,7 @@ DEVICE_3D_TOLERANCES: dict[str, float] = {
 """Tolerances of the device in 3D: steady values as the sink's equations, traces as its figures. The claims are stated
 as exact: a ten-thousandth is what 3D is asked to resolve."""
 
-DEVICE_ARRAY_TOLERANCES = {"dev3d_array": DEVICE_3D_TOLERANCES["dev3d_shielding"]}
-"""Tolerances of several devices on one substrate."""
-
-DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES, *DEVICE_ARRAY_TOLERANCES)
+DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES)
 """Ids of every check that a device may have."""
 
 

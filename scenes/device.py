@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_ARRAY_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
+from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.parameters import Parameters
 from scenes.sink import Sink, face
@@ -130,5 +130,4 @@ class Device:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        usual = DEVICE_TOLERANCES | DEVICE_3D_TOLERANCES | DEVICE_ARRAY_TOLERANCES | SLOPE_TOLERANCES
-        return (usual | self.tolerances)[check]
+        return (DEVICE_TOLERANCES | DEVICE_3D_TOLERANCES | SLOPE_TOLERANCES | self.tolerances)[check]

@@ -1,7 +1,4 @@
-"""Errors of scenes that cannot be solved, as written or by their physics, and words for messages.
-
-Reading files that users name so that none exhausts the machine: real files, of bounded size and TOML depth.
-"""
+"""Errors of scenes that cannot be solved, words for messages, and files of users that are read within bounds."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The answer of a model to a scene: one type for every model.
-
-The plan of a run: each step with its state, done or skipped, and the reason.
-"""
+"""The answer of a model to a scene, one type for every model; and the plan of a run, each step with its reason."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""The inputs of a scene, each as a channel of its own: voltages, given and ambient temperatures, fluxes, sources.
+"""The inputs of a scene: voltages, given and ambient temperatures, fluxes, sources; and their values over time.
 
-Inputs of a scene as channels: channel 0 is the constant 1, and each schedule of the scene adds a channel.
-
-Every source, given temperature and voltage is a sum over channels of a constant times the channel's value, so that
-matrices and loads are assembled once and time enters through a few numbers g(t).
+Every input is a sum over channels of a constant times the channel's value, so that matrices and loads are assembled
+once and time enters through a few numbers: channel 0 is the constant 1, and each schedule of the scene adds one.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
-"""The circuit of sink and sensor: each film behind a voltage of its own, both in series with one lead to ground.
+"""The films' circuit, the settings of their controllers and the meter in the loop, and the times of samples and steps.
+
+Each film is behind a voltage of its own, both in series with one lead to ground:
 
     V_e = R_e I_e + R_ground (I_sink + I_sensor),      measured R_e = V_e/I_e = R_e + R_ground (1 + I_other/I_e)
-
-The power of a film is I_e^2 R_e. Without the lead each film is alone, V_e = R_e I_e.
-
-The settings of a device's controllers, the meter in their loop, and when they sample and the outer temperature
-steps.
 """
 
 from __future__ import annotations

@@ -1,26 +1,19 @@
-"""The device as a part of somebody's system: a `Modal` and the circuit of its films as the matrices of
-`statespace.runtime`, and the numbers of its controllers.
+"""The device as a linear state-space model with two heated films, and as the document of a part of somebody's system.
 
-Inputs g are both voltages, the outer and the substrate's temperature T (K); the current fields belong to sink and
-sensor, so that A c = S g is the circuit with its common lead, and c_e^2 R_e a film's power. The states are b plus the
-jumps of both temperatures, so that no input is differentiated:
-
-    db/dt = -rates (b - jump T) + shape^T u,      rises = shape (b - jump T) + external T.
-
-The heat that enters where a temperature is given follows from the heat equation tested with the steady rise w per
-kelvin there: the rate of the stored heat weighed with w, and the heat that w conducts, less the films' heat weighed
-with w.
-
-A structure with two heated films, as modes that decay on their own: the state-space model of a device.
+In modes that decay on their own
 
     db/dt = -rates b + shape^T u,      rises = shape b + external T,      b jumps by -jump dT with the outer rise T
 
-The substrate's temperature is another such input; constant contributions are an offset of the rises.
+and the substrate's temperature is another such input; constant contributions are an offset of the rises. The first two
+responses are the mean rises of sink and sensor, on which their resistances depend (eq 7), and the heat u (W) of the two
+is the electrical power V^2/R (eqs 6, 7). Further responses are departures of a film's local temperature from its mean:
+heat is rho J^2 with the resistivity of the place, so that u_j = P a dT_j / (1 + a dT), which moves heat and makes none.
 
-The first two responses are the mean rises of sink and sensor, on which their resistances depend (eq 7), and the heat
-u (W) of the two is the electrical power V^2/R (eqs 6, 7). Further responses are departures of a film's local
-temperature from its mean: heat is rho J^2 with the resistivity of the place, so that u_j = P a dT_j / (1 + a dT) there,
-which moves heat about and makes none.
+In the document (`statespace.runtime`) inputs are both voltages and both temperatures, and the current fields belong to
+the films, so that A c = S g is the circuit with its common lead. The states are b plus the jumps of both temperatures,
+so that no input is differentiated. The heat that enters where a temperature is given follows from the heat equation
+tested with the steady rise w per kelvin there: the rate of the stored heat weighed with w, and the heat that w
+conducts, less the films' heat weighed with w.
 """
 
 from __future__ import annotations

@@ -1,13 +1,9 @@
-"""A device's compact model with as few states as hold an accuracy, and its error: held against the closed loop as the
-whole model runs it, and against the whole model for a step of every input alone.
+"""Reduce a model to the fewest states that hold an accuracy, judged by runs of the full model; and a device's model so.
 
-Errors are relative to the set temperature's rise, to its change of a resistance, and to the largest voltage, current
-and power of the closed loop. Between samples the voltages hold, as the sampled controllers hold them.
-
-Reduce a model to the fewest states that hold an accuracy, judged by runs of the full model.
-
-The states of a rich model are ordered by their effect on the outputs. The compact model is the smallest
-leading part that stays within the accuracy of every reference run, the error bound of the run included.
+The states of a rich model are ordered by their effect on the outputs; the compact model is the smallest leading part
+that stays within the accuracy of every reference run, the error bound of the run included. A device is judged by its
+closed loop and by a step of every input alone, relative to the set temperature's rise, to its change of a resistance,
+and to the largest voltage, current and power of the closed loop.
 """
 
 from __future__ import annotations

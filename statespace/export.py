@@ -1,13 +1,10 @@
-"""The files of a compact model and of a device's controllers: JSON, a SPICE subcircuit, Python files that need numpy
-alone, and FMUs (FMI 2.0, co-simulation) that pythonfmu makes of these.
+"""The files of a compact model and of a device's controllers: JSON, Python files that need numpy alone, FMUs, SPICE.
 
-A Python file is the code that runs the model here, with its numbers. Inputs of an FMU hold from one communication point
-to the next; FMUs run in any importer, with a Python that has numpy.
-
-A compact model as a SPICE subcircuit: an RC pair for every state, behavioural sources for all else.
-
-Temperatures are rises above the initial one in volts, heat in watts is a current in amperes. The terms of z are node
-voltages: constants of given temperatures are folded into constants of rises, so that nothing large cancels out.
+A Python file is the code that runs the model here, with its numbers, and pythonfmu makes an FMU (FMI 2.0,
+co-simulation) of it, whose inputs hold from one communication point to the next. In the SPICE subcircuit every state is
+an RC pair: temperatures are rises above the initial one in volts, heat in watts is a current in amperes, and the terms
+of z are node voltages. Constants of given temperatures are folded into constants of rises, so that nothing large
+cancels out.
 """
 
 from __future__ import annotations

@@ -1,15 +1,11 @@
-"""Effects of a lead to ground that sink and sensor share: on the steady state, the range and the loop.
+"""The sensor's two disturbances: a lead to ground that it shares with the sink, and the temperatures around the device.
 
 Each controller sees its film with the lead in series, R + R_ground (1 + I_other/I), and so holds it at less than the
-set temperature; the two by different amounts, so that heat passes from one to the other, which the sensor's power then
-lacks. Where the outer temperature leaves the sensor little current, the sink's through the lead hides its resistance:
-the sensor's range ends there.
+set temperature; the two by different amounts, so that heat passes between them, which the sensor's power then lacks.
+Where the sensor has little current, the sink's through the lead hides its resistance: there its range ends.
 
-Shielding of the sensor by the active sink: effect of the temperatures around a device on the powers of both films,
-in the steady state and over time, with both loops closed and with the sink off.
-
-The paper's claim is that with sink and sensor at one temperature no heat is lost from the sensor to the substrate, so
-that its power depends on the outside alone. One kelvin of substrate then changes the sink's power only.
+The paper claims that with sink and sensor at one temperature no heat is lost from the sensor to the substrate (the sink
+shields it), so that one kelvin of substrate changes the sink's power only.
 """
 
 from __future__ import annotations
@@ -147,9 +143,6 @@ def _reaches_one(off: Callable[[float], float], low: float, largest: float) -> f
     return low if low == high else float(brentq(lambda lead: log(max(off(lead), 1e-300)), low, high, rtol=1e-9))
 
 
-# ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
-
-
 @dataclass(frozen=True)
 class Shielding:
     """Changes of power per kelvin (W/K) about the steady state after the outer step: per kelvin of the substrate, of
@@ -170,13 +163,8 @@ def around(modal: Modal, device: Device) -> Shielding:
     below, everything = modal.above_substrate(outer), _above_room(modal, outer)
     sensor, sink = _slopes(below, device, room)
     of_room, outside = _slopes(everything, device, room), _slopes(modal, device, room + outer)
-    off = _slopes(below, without_sink(device), room)
+    off = _slopes(below, replace(device, control=replace(device.control, sink_gain=0.0)), room)
     return Shielding(sensor, sink, off[0], *of_room, *outside)
-
-
-def without_sink(device: Device) -> Device:
-    """The device whose sink never gets any power."""
-    return replace(device, control=replace(device.control, sink_gain=0.0))
 
 
 def _above_room(modal: Modal, outer: float) -> Modal:

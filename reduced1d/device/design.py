@@ -1,7 +1,4 @@
-"""Limits for a designer: the largest gains, the measurable range, and the resolution of meters.
-
-The 1D model of a device by either scheme, and its runs: the scene itself, sampled slowly, and other outer steps.
-"""
+"""The 1D model of a device and its runs, and limits for a designer: gains, measurable range, resolution of meters."""
 
 from __future__ import annotations
 

@@ -1,17 +1,13 @@
-"""The device as two lumped elements between two conducting layers: capacities, conductances and resistances, and the
-steady state that the controllers bring it to.
+"""The device as two lumped elements between two conducting layers, its modes, and the steady state of its controllers.
 
-Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area.
-Heat that leaves the sink through the insulator enters the sensor:
+Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area:
 
     C_sink   dT_sink/dt   = -q_insulator - G_sink (T_sink - T_room) + V_sink^2/R_sink(T_sink)
     C_sensor dT_sensor/dt = +q_insulator - q_polymer                + V_sensor^2/R_sensor(T_sensor)
 
-Every array over the elements has the order (sink, sensor); temperatures are rises above room temperature, in K.
-
-And the coupled device as modes that decay on their own: the monolithic semi-discretisation of eqs 3, 8 and 20. The rise
-is u = w T_ext + v, with w the steady distribution of a unit outer temperature (exact: straight lines), and v zero on
-the outer face. With v = sum_i b_i phi_i, where K phi = lambda M phi,
+Every array over the elements has the order (sink, sensor); temperatures are rises above room temperature, in K. All is
+discretized together: the rise is u = w T_ext + v, with w the steady distribution of a unit outer temperature (exact:
+straight lines), and v zero on the outer face. With v = sum_i b_i phi_i, where K phi = lambda M phi,
 
     db/dt = -lambda b + phi_sink P_sink + phi_sensor P_sensor,      b jumps by -jump dT_ext with the outer temperature.
 """

@@ -1,16 +1,12 @@
-"""Both schemes of the 1D device: the paper's own, and an accurate one.
+"""The 1D device over time: the paper's own scheme, and an accurate one with sentences about its run.
 
-The accurate scheme: all layers at once, exact between samples but for the powers, with its error estimated; and
-sentences about its run: limiter, saturation, stability, and how far the run can be trusted.
+The accurate scheme has all layers at once, exact between samples but for the powers, with its error estimated.
 
-The paper's own scheme, kept as it is: partitioned, dt 1 us, N_x 25, N_t 10 (its sections 4.1 and 5, Appendix B).
-
-In each step both layers advance by N_t steps of Crank-Nicolson with the faces at the films' present temperatures; the
-heat flows follow from the first difference at each face, are held, and each film advances by the classical
-Runge-Kutta method of fourth order. The films see a flow that is late by a step, which limits dt; and the difference at
-the face blurs the first boundary layers, which is the scheme's error during the start.
-
-Eq 3 in one layer by Crank-Nicolson is Appendix B with its misprints corrected:
+The paper's scheme is partitioned: dt 1 us, N_x 25, N_t 10 (sections 4.1 and 5, Appendix B). In each step both layers
+advance by N_t steps of Crank-Nicolson with the faces at the films' present temperatures; the heat flows follow from the
+first difference at each face, are held, and each film advances by the classical Runge-Kutta method of fourth order. The
+films see a flow that is late by a step, which limits dt; and the difference at the face blurs the first boundary
+layers, which is the scheme's error during the start. Eq 3 in one layer is Appendix B with its misprints corrected:
 
     A(gamma) T_(j+1) = A(-gamma) T_j + b,   gamma = alpha dt/dx^2,   b = gamma/2 (f(t_j) + f(t_(j+1))) at both ends
 

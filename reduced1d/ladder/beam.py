@@ -1,38 +1,30 @@
-"""The beam of a sink as a fin between anchors, with the anchors and fewer states.
+"""The beam as a fin between two anchors, each of one node; and the plate, or a row's fin, projected on few states.
 
-The beam as a fin from pad to pad, over the islands of a row of spans too.
-
-It is the heat equation along the beam, with the heat that the current makes at each place,
+The fin is the heat equation along the beam, over the islands of a row of spans too,
 
     (rho c A + c_i) dT/dt = k A T'' - (h_air w + h_gas w + g_i) T + I^2 rho_e(T) / A,
 
 where over an island g_i is the conductance of its block in series with contacts and the silicon's thickness, times its
 width, and c_i a third of the block's capacity, as for the plate (`reduced1d.ladder.plate`); elsewhere both are zero.
-At its ends are anchors of a resistance R and a capacity C, k A T' = T / R + C dT/dt, where electrodes at the pads'
-outer faces also make heat. Half of the row is cut into polynomials; theirs is Galerkin's method, as is the anchor's
-one shape, so that the fin of one span is the plate projected on rises that are uniform across the beam. A row's fin
-also leaves out that heat converges to an island narrower than the beam.
+At its ends are anchors of a resistance R and a capacity C, k A T' = T / R + C dT/dt. Polynomials by Galerkin's method
+make the fin of one span the plate projected on rises that are uniform across the beam. A row's fin also leaves out that
+heat converges to an island narrower than the beam.
 
-The plate, or a row's fin, with few states: its matrices projected on fields that match its response to the current.
-
-The rise that a source s, switched on, causes in the linear plate has the Laplace transform (G + p C)^-1 s / p. Fields
-(G + p C)^-1 s, ((G + p C)^-1 C)^j (G + p C)^-1 s span a space in which it is matched at the rate p with its first
-derivatives in p; with G^-1 s its steady state is matched as well (Antoulas, Approximation of Large-Scale Dynamical
-Systems, chapter 11). Galerkin's projection keeps the matrices symmetric, so that the reduced model is stable and loses
-no heat. Two choices remain, the same for every sink: the steady field is the hot sink's, so that the steady
-state is the plate's; and p is the geometric mean of the slowest rate and one over the first time of interest.
-
-An anchor, pad and oxide, as a boundary condition of the beam: a resistance, a capacity, and the heat of the circuit
-in it; and warnings where this or the plate is not accurate.
-
-Let theta be the steady rise when heat flows into the anchor through the beam's end, per watt through each end. Its mean
-over the end is the anchor resistance R. For slow changes the anchor's rise is the end's times theta / R, and with that
+An anchor, pad and oxide: let theta be the steady rise when heat flows into it through the beam's end, per watt through
+each end. Its mean over the end is R. For slow changes the anchor's rise is the end's times theta / R, and with that
 shape (Galerkin) it is one node with the capacity
 
     C = integral of rho c (theta / R)^2,
 
 which is also the capacity in Z(p) = R - p R^2 C + ... , the anchor's impedance at small rates p. A heat density q in
 the pad counts by its effect on the end, as the integral of q theta / R (reciprocity).
+
+Few states: the rise that a source s, switched on, causes has the Laplace transform (G + p C)^-1 s / p. Fields
+(G + p C)^-1 s, ((G + p C)^-1 C)^j (G + p C)^-1 s span a space in which it is matched at the rate p with its first
+derivatives in p; with G^-1 s its steady state is matched as well (Antoulas, Approximation of Large-Scale Dynamical
+Systems, chapter 11). Galerkin's projection keeps the matrices symmetric, so that the reduced model is stable and loses
+no heat. The steady field is the hot sink's, and p is the geometric mean of the slowest rate and one over the first time
+of interest.
 """
 
 from __future__ import annotations

@@ -1,30 +1,22 @@
-"""The form that every reduction of the ladder takes, a few states, heated by a current, and its answer.
+"""The form of every reduction of the ladder, a few states heated by a current; its answer; and the paper's lumps.
 
     C da/dt = -G a + I^2 (s + alpha S a),   R = r + alpha s . a,   I = V / R,   a(0) = 0.
 
 ``s`` is the heat of a current of 1 A in the cold sink, which the resistivity's linear rise with temperature weighs by
-1 + alpha T: so the same s gives the resistance, and the heat is the power I^2 R to the last digit. Written in the
-modes of (C, G) the capacity is one and the conductance diagonal.
-
-With modes in which conductance and feedback are both diagonal, G = 1 and S = diag(nu), the steady state at the squared
-current x is a_k = x s_k / (1 - alpha x nu_k), and the voltage
+1 + alpha T: so the same s gives the resistance, and the heat is the power I^2 R to the last digit. In modes in which
+conductance and feedback are both diagonal, G = 1 and S = diag(nu), the steady state at the squared current x is
+a_k = x s_k / (1 - alpha x nu_k), and the voltage
 
     V(x) = sqrt(x) (r + alpha sum_k x s_k^2 / (1 - alpha x nu_k)).
 
 For alpha > 0 it grows from 0 to infinity, at the pole or beyond all bounds. For alpha < 0 it has a maximum: thermal
-runaway above it, and of two currents below it the smaller one grows out of rest.
+runaway above it, and of two currents below it the smaller one grows out of rest. Over time steps grow with the time
+since the switch was closed (`reduced1d.numerics`); scipy's Radau method, of order 5, takes ten times as long.
 
-Over time: collocation at Radau's points (`reduced1d.numerics`), on steps that grow with the time since the switch was
-closed; in modes its linear systems are diagonal. scipy's Radau method, of order 5 and for anything, takes ten times as
-long.
-
-The paper's model on any anchors: each span of a row a sink of its own, all in one circuit; one span is eq 20.
-
-A span has an anchor at a pad, and at an island half of the island's block alone, t_o/(k_o A_o) with half the area (and
-contacts at its faces); eqs 13 to 19 hold for unequal ends (`reduced1d.equations.unequal_ends`). So there are two
-kinds of span in a row, the two outer spans and the inner spans, each one lump after eq 20 at the current that the
-voltage drives through the spans in series; the beam above an island is left out, as the pads are: no capacity, no air
-on them, no part of the circuit.
+The lumps: each span of a row is a sink of its own after eq 20, all in one circuit; one span is the paper's model. A
+span has an anchor at a pad, and at an island half of the island's block alone, t_o/(k_o A_o) with half the area (and
+contacts at its faces); eqs 13 to 19 hold for unequal ends (`reduced1d.equations.unequal_ends`). The beam above an
+island is left out, as the pads are: no capacity, no air on them, no part of the circuit.
 """
 
 from __future__ import annotations

@@ -1,16 +1,12 @@
-"""The lines of a union of boxes, and the links where a line touches another or a boundary.
+"""The lines of a union of boxes, the links where a line touches another or a boundary, and the nodes along the lines.
 
 Every box is a line along its longest side; of equal sides along the one at whose ends most is joined, then along the
 axis of the neighbour with most contact, then along the first axis. The rest of a box under later boxes is cut into
 boxes, across its longest side first, and each of these is a line like any other. A temperature or an electrode that
 lies inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that contact
-is exact.
-
-Nodes along the lines of a layout.
-
-Elements are short where something begins or ends along a line and grow from there twofold. Lines that run alike and
-touch have the same elements where they do, so that heat exchanged point by point is a product of values at the same
-points.
+is exact. Elements are short where something begins or ends along a line and grow from there twofold. Lines that run
+alike and touch have the same elements where they do, so that heat exchanged point by point is a product of values at
+the same points.
 """
 
 from __future__ import annotations

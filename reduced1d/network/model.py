@@ -1,14 +1,10 @@
-"""The equations of a network: heat and current on its lines, each heating and slowing the other.
+"""The equations of a network, heat and current on its lines, each heating and slowing the other; and its table by hand.
 
     C dT/dt + B^T flow(T) = load x + Joule heat,      B^T current = given currents,
 
 with the branches of `reduced1d.network.circuit`. Temperatures are rises above the initial one. The Joule heat of a
-branch, its resistance times the square of its current, is brought to the lines half by half, each half where it is.
-
-A network as a table that a person can check by hand: of every line and link the formula with its numbers.
-
-Lengths are in micrometres, as a person reads them; values in SI units. Resistances are those at the initial
-temperature.
+branch, its resistance times the square of its current, is brought to the lines half by half, each half where it is. The
+table has of every line and link the formula with its numbers at the initial temperature, lengths in micrometres.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from reduced1d.ladder.few_states import top
-from reduced1d.network.lines import Line, Link, Touch, common
+from reduced1d.network.lines import Line, Link, Touch, common, joined
 from reduced1d.network.model import Model
 from scenes import physics
 from scenes.free import graph
@@ -201,12 +201,8 @@ class Reader:
     @cached_property
     def _live(self) -> set[int]:
         """The lines that are joined to electrodes of two voltages."""
-        label = list(range(len(self.layout.lines)))
+        label = joined(len(self.layout.lines), [(x.one.line, x.other.line) for x in self.links if x.other]).tolist()
         voltages: dict[int, set[object]] = {}
-        for link in self.links:
-            if link.other:
-                one, other = label[link.one.line], label[link.other.line]
-                label = [one if x == other else x for x in label]
         for link in self.links:
             if link.other is None:
                 potential = physics.potential_of(self.layout.scene.boundaries[link.boundary])

@@ -1,14 +1,11 @@
-"""A scene's network solved: every probe in the steady state and over time, with the error that its elements and steps
-make; and the network of a sink's boxes, by the sink's own quantities.
+"""A scene's network solved with its error, the network of a sink's boxes, and probes of its links in a full model.
 
-Everything is solved twice, on elements of two degrees (and over time on steps of two sizes); the
-distance is the error bound of the finer one. Elements are refined until it is far below the scene's accuracy.
-
-Probes that measure the links of a network in a full model: the mean temperatures (or potentials) on both sides and
-the flow between.
+Everything is solved twice, on elements of two degrees (and over time on steps of two sizes); the distance is the error
+bound of the finer one. Elements are refined until it is far below the scene's accuracy.
 
 Along a line the flow is k A dT/ds, exactly, for the mean temperature over the cross-section. The error of a network of
-lines is therefore in its links, in their resistances and in how the flow spreads over them.
+lines is therefore in its links, in their resistances and in how the flow spreads over them: probes measure the mean
+temperatures (or potentials) on both sides of each and the flow between.
 """
 
 from __future__ import annotations

@@ -1,11 +1,7 @@
-"""The steady state of a network, and its course over time.
+"""A network over time, by collocation at Radau's points on steps that grow, and its steady state by Newton's method.
 
-A network over time: collocation at Radau's points, on steps that grow with the time since anything changed.
-
-The steady state of a network: Newton's method on rises and potentials at once.
-
-Where heating may run away, the state is followed from no voltage up to the scene's in steps that are halved down to
-1e-8; the last voltage with a state is the largest one.
+Where heating may run away, the steady state is followed from no voltage up to the scene's in steps that are halved down
+to 1e-8; the last voltage with a state is the largest one.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""A scene on cells that faces join: the parts of its solid, and the cells and faces of its conditions and probes.
+"""A scene on cells that faces join: the parts of its solid, its conductors, and the cells and faces of its conditions.
 
 The boxes of a scene (`scenes.free.grid`) and the groups of a mesh file (`meshes.grouped.check`) are both such graphs.
 Cells and faces have numbers; a mask (cells,) chooses cells, a label (cells,) numbers connected parts from 1 on.
-
-Resistances of probes: the electrode of each, and the other electrode of its conductor.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""The rules that decide whether a scene can be solved, for boxes and for mesh files alike.
+"""The rules that decide whether a scene can be solved, for boxes and for mesh files alike; and the extents of boxes.
 
 Each refusal is one sentence that names the part; none needs numerics.
-
-Check a scene of boxes: the extents of its items, and the rules of `scenes.free.rules` on its grid.
 """
 
 from __future__ import annotations

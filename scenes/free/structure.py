@@ -29,6 +29,9 @@ def described(scene: Scene) -> list[tuple[str, str]]:
         lines.append(("overlaps", f"the later box wins: {_joined(texts)}"))
     if physics.electric(scene):
         lines.append(("conductors", _joined(_conductors(grid))))
+        potentials = {physics.potential_of(b) for b in scene.boundaries if b.kind == "voltage"}
+        if len(potentials) > 1 and not grid.live.any():
+            lines.append(("current", "no current passes, for no conductor joins electrodes of different voltages"))
     if scene.contacts:
         lines.append(("contacts", _joined(_contacts(grid))))
     lines += [("end time", text) for text in _hurried(scene)]
@@ -36,17 +39,10 @@ def described(scene: Scene) -> list[tuple[str, str]]:
 
 
 def remarks(scene: Scene) -> list[str]:
-    """Return remarks on likely slips: gaps, overlaps, and a current that is cut."""
-    grid = grid_of(scene)
-    bodies = _bodies(grid)
-    sentences = [] if bodies.startswith("one") else [f"the scene falls into bodies, {bodies}"]
-    sentences += gaps(grid)
-    if texts := losses(grid):
-        sentences.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
-    potentials = {physics.potential_of(b) for b in scene.boundaries if b.kind == "voltage"}
-    if len(potentials) > 1 and not grid.live.any():
-        sentences.append("no current passes, for no conductor joins electrodes of different voltages")
-    return sentences + _hurried(scene)
+    """Return remarks on likely slips: bodies, gaps, overlaps, a current that is cut, a run that is too short."""
+    slips = ("gap", "overlaps", "current", "end time")
+    lines = [(of, text) for of, text in described(scene) if of in slips or (of == "bodies" and text[:3] != "one")]
+    return [f"{of}: {text}" for of, text in lines]
 
 
 def _hurried(scene: Scene) -> list[str]:

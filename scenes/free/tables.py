@@ -1,9 +1,6 @@
-"""The tables that the file of a free scene may have, and the keys of each.
+"""The tables and keys that the file of a free scene may have; and a scene written as a document or as a TOML file.
 
-The bounds are wide, for textbook cases have unreal round numbers; a value outside is a slip of the
-unit.
-
-Write a free scene as a document of SI numbers and plain JSON types that reads back equal, or as a TOML file.
+The bounds are wide, for textbook cases have unreal round numbers; a value outside is a slip of the unit.
 """
 
 from __future__ import annotations

@@ -55,8 +55,8 @@ def test_two_bodies_that_nearly_touch_are_said(gap):
     assert 'boxes "beam" and "roof" are ' in lines(document)["gap"]
     assert "apart along z, where the thinner one has 500 mm" in lines(document)["gap"]
     bodies, gap_said = remarks(scene(document))
-    assert bodies.startswith("the scene falls into bodies, 2 that")
-    assert gap_said == lines(document)["gap"]
+    assert bodies.startswith("bodies: 2 that")
+    assert gap_said == f"gap: {lines(document)['gap']}"
     assert '"roof" touches "near" alone' in lines(document)["conductors"]
 
 
@@ -101,7 +101,7 @@ def test_what_a_box_loses_to_a_later_one_is_said():
     intruder = {"name": "intruder", "material": "oxide", "lower": [1, 0, 0.5], "upper": [3, 1, 1]}
     document["box"].append(intruder)
     assert lines(document)["overlaps"] == 'the later box wins: "beam" loses 25 % to "intruder"'
-    assert remarks(scene(document)) == ['boxes lose volume to later ones, which win: "beam" loses 25 % to "intruder"']
+    assert remarks(scene(document)) == ['overlaps: the later box wins: "beam" loses 25 % to "intruder"']
     # One of the same material takes nothing.
     document["box"][-1] = {**intruder, "material": "metal"}
     assert remarks(scene(document)) == []
@@ -118,7 +118,7 @@ def test_an_insulating_box_across_a_beam_cuts_the_current():
     document = wall(beam())
     document["boundary"][0]["temperature"] = 300
     found = scene(document)
-    assert remarks(found)[-1] == "no current passes, for no conductor joins electrodes of different voltages"
+    assert remarks(found)[-1] == "current: no current passes, for no conductor joins electrodes of different voltages"
     # One that leaves a way round does not cut it.
     document["box"][-1]["upper"] = [1.5, 0.5, 1]
     assert "no current" not in " ".join(remarks(scene(document)))
