@@ -2,8 +2,10 @@
 
 The results between the model and 3D have one assumption less each. A part is the difference of two neighbours, so that
 the parts add up to the whole difference. In another order the parts would differ by their interaction. For a sink the
-results are the ladder of models; for a network of lines (`compare.network_blame`) 3D's resistances replace the
-network's one after the other.
+results are the ladder of models; for a network of lines the resistances that 3D has at its joints replace the network's
+one after the other. Such a resistance is the difference of the mean temperatures over the joined cross-sections, or to
+the given temperature, divided by the flow. The remainder is the spread of flows over joints, and resistivities at the
+local temperature.
 
 The answer of a run in a sentence: how far a 1D model is from 3D, where, and why.
 """
@@ -12,20 +14,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compare.sink_checks import from_first
-from compare.verdict import Check, Verdict
+from compare.verdict import Check
 from scenes.checks import FIRST_TIME
 from scenes.formats import difference_text, percent, quantity, signed
+from scenes.model import UNITS, AnyScene, Probe, Scene
 from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
-    from scenes.result import Result
+    from reduced1d.network.solution import Place
+    from scenes.result import Estimate, Result
     from scenes.sink import Sink
 
 
@@ -35,82 +39,64 @@ SHOWN = 3
 """Quantities that a sentence has room for."""
 
 
-@dataclass(frozen=True)
-class Claim:
-    """The relative difference of a quantity, 1D less 3D, with its error bound.
+def _size(claim: Check) -> str:
+    """Return "6.6 % low at the peak", with the error where that matters, or a bound where the sign is open."""
+    when = "" if claim.time is None else f" (at {quantity(claim.time, 's', 3)})"
+    size, u_num = abs(claim.difference), claim.u_num
+    if size <= u_num:
+        limit = ", all that 3D is known to," if claim.verdict == "unresolved" else ""
+        return f"within {bound(_most(claim))}{limit} of 3D at {claim.title}{when}"
+    text = difference_text(size, u_num, "give or take").removeprefix("+") if 10 * u_num > size else percent(size)
+    return f"{text} {'low' if claim.difference < 0 else 'high'} at {claim.title}{when}"
 
-    ``where`` is the quantity in a sentence; ``time`` (s) of the largest difference, None in the steady state;
-    ``remark`` adds detail.
+
+def _most(claim: Check) -> float:
+    """A bound of its size."""
+    return abs(claim.difference) + claim.u_num
+
+
+def _repeats(claim: Check, steady: Sequence[Check]) -> bool:
+    """Whether a difference over time is the steady one again."""
+    rest = next((other for other in steady if other.title == claim.title), None)
+    if rest is None or claim.difference * rest.difference < 0:
+        return False
+    return abs(claim.difference) <= MORE * abs(rest.difference) + claim.u_num + rest.u_num
+
+
+def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], str] = lambda _: "") -> str:
+    """Return the sentences about a model ``who``; ``why`` names the causes of some claims.
+
+    A claim is a check with its place in a sentence as the title, and a detail, or nothing, as ``because``.
     """
-
-    where: str
-    difference: float
-    u_num: float
-    verdict: Verdict
-    time: float | None = None
-    remark: str = ""
-
-    @property
-    def most(self) -> float:
-        """A bound of its size."""
-        return abs(self.difference) + self.u_num
-
-    @property
-    def size(self) -> str:
-        """Its size with the error where that matters, or a bound where it has no sign: "6.6 % low at the peak"."""
-        when = "" if self.time is None else f" (at {quantity(self.time, 's', 3)})"
-        if abs(self.difference) <= self.u_num:
-            limit = ", all that 3D is known to," if self.verdict == "unresolved" else ""
-            return f"within {bound(self.most)}{limit} of 3D at {self.where}{when}"
-        size = percent(abs(self.difference))
-        if 10 * self.u_num > abs(self.difference):
-            size = difference_text(abs(self.difference), self.u_num, "give or take").removeprefix("+")
-        return f"{size} {'low' if self.difference < 0 else 'high'} at {self.where}{when}"
-
-    def repeats(self, steady: Sequence[Claim]) -> bool:
-        """Whether a difference over time is the steady one again."""
-        rest = next((other for other in steady if other.where == self.where), None)
-        if rest is None or self.difference * rest.difference < 0:
-            return False
-        return abs(self.difference) <= MORE * abs(rest.difference) + self.u_num + rest.u_num
-
-
-def claim(check: Check, where: str, remark: str = "") -> Claim:
-    """Return the claim of a check."""
-    return Claim(where, check.difference, check.u_num, check.verdict, check.time, remark)
-
-
-def answer(who: str, claims: Sequence[Claim], why: Callable[[Sequence[Claim]], str] = lambda _: "") -> str:
-    """Return the sentences about a model ``who``; ``why`` names the causes of some claims."""
     steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
-    far = [each for each in course if each.verdict != "agrees" and not each.repeats(steady)]
+    far = [each for each in course if each.verdict != "agrees" and not _repeats(each, steady)]
     said = [f"{who} is {_list(steady, '')} in the steady state{why(steady)}"] if steady else []
     if far:
         start = "On the way it is" if steady else f"{who} is"
         said.append(f"{start} up to {_list(far, ', relative to the final rise' * bool(steady))}{why(far)}")
     elif course and all(each.verdict == "agrees" for each in claims):
-        most, before = (max((each.most for each in some), default=0.0) for some in (course, steady))
+        most, before = (max(map(_most, some), default=0.0) for some in (course, steady))
         near = "no farther" if most <= before else f"within {bound(most)} of {'the final rise' if steady else '3D'}"
         said = [f"{said[0]}, and {near} on the way" if steady else f"{who} is {near} at {_places(course)} over time"]
     return f"{'. '.join(said)}."
 
 
-def _places(claims: Sequence[Claim]) -> str:
-    return " and ".join(each.where for each in claims) if len(claims) <= SHOWN else f"{len(claims)} quantities"
+def _places(claims: Sequence[Check]) -> str:
+    return " and ".join(each.title for each in claims) if len(claims) <= SHOWN else f"{len(claims)} quantities"
 
 
-def _list(claims: Sequence[Claim], ending: str) -> str:
+def _list(claims: Sequence[Check], ending: str) -> str:
     """Up to three claims, the largest first where there are more, and the bound of the rest."""
     agree = [each for each in claims if each.verdict == "agrees"]
     if len(agree) == len(claims) and (len(claims) > 2 or all(abs(each.difference) <= each.u_num for each in claims)):
-        return f"within {bound(max(each.most for each in claims))} of 3D at {_places(claims)}"
+        return f"within {bound(max(map(_most, claims)))} of 3D at {_places(claims)}"
     shown = list(claims)
     if len(claims) > 2:
         shown = sorted((each for each in claims if each not in agree), key=lambda each: -abs(each.difference))[:SHOWN]
     rest = [each for each in claims if each not in shown]
-    near = [each.most for each in rest if each in agree]
-    said = " and ".join(each.size for each in shown) + ending
-    said += next((f": {each.remark}" for each in shown if each.remark), "")
+    near = [_most(each) for each in rest if each in agree]
+    said = " and ".join(map(_size, shown)) + ending
+    said += next((f": {each.because}" for each in shown if each.because), "")
     said += f", {len(rest) - len(near)} more differ" * (len(near) < len(rest))
     return said + (f", the rest within {bound(max(near))}" if near else "")
 
@@ -276,24 +262,24 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> tuple[str,
     return "change of the current", abs(value - float(sink.drive.through(levels.fine.plate.model.resistance)))
 
 
-def causes(claims: Sequence[Claim], budget: Budget | None) -> str:
+def causes(claims: Sequence[Check], budget: Budget | None) -> str:
     """Return who is to blame for the claims that differ, in one phrase where all have the same cause."""
     by_cause: dict[str, list[str]] = {}
     for claim in claims:
         if claim.verdict == "differs" and budget is not None:
-            by_cause.setdefault(_cause(claim, budget), []).append(claim.where)
+            by_cause.setdefault(_cause(claim, budget), []).append(claim.title)
     if len(by_cause) == 1 and len(claims) == len(*by_cause.values()):
         return f"; {next(iter(by_cause))} to blame"
     phrases = [f"{cause} to blame for {' and '.join(places)}" for cause, places in by_cause.items()]
     return f"; {', '.join(phrases)}" if phrases else ""
 
 
-def _cause(claim: Claim, budget: Budget) -> str:
+def _cause(claim: Check, budget: Budget) -> str:
     """The assumptions that explain a difference, and the offsetting assumptions."""
     from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient
-    whole = next(each for each in splits if each.quantity == WHERE[claim.where])
+    whole = next(each for each in splits if each.quantity == WHERE[claim.title])
     remainder, chosen = whole.total, []
     for part in sorted(whole.parts, key=lambda part: -abs(part.value)):
         if abs(remainder) <= (1 - EXPLAINED) * abs(whole.total):
@@ -303,3 +289,96 @@ def _cause(claim: Claim, budget: Budget) -> str:
     guilty, against = ([AT_FAULT[p.blame] for p in chosen if p.value * whole.total * s > 0] for s in (1, -1))
     offset = f", offset in part by {' and '.join(against)}," if against else ""
     return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
+
+
+REST = "what lines cannot say"
+FELT = 1e-3
+"""Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
+LEAST = 0.02
+"""Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
+
+
+def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
+    """Compute the budget of a network's steady differences from 3D.
+
+    3D is solved once more, with probes of the mean temperatures and flows at all joints.
+    """
+    from fem3d.runs.scene import observe
+    from reduced1d.network.lines import layout
+    from reduced1d.network.solution import places, solve_layout
+
+    of_boxes: Any = given
+    scene: Scene = replace(of_boxes, steady=True, output_times=())
+    shape = layout(scene)
+    joints = places(shape)
+    probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
+    by_hand = {name: estimate.value for name, estimate in solve_layout(replace(shape, scene=probed)).steady.items()}
+    flows = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
+             for kind in ("heat_flow", "current")}  # fmt: skip
+    joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * flows[p.flow.quantity]]
+
+    def needed(values: dict[str, float]) -> list[Probe]:
+        # The dual problems improve these values: joints near the threshold may come to be felt.
+        return _probes([place for place, _, _ in _changes(scene, joints, values, by_hand, FELT / 2)])
+
+    in_3d = observe(scene, _probes(joints), needed)
+    bounded = [place for place in joints if place.flow.name in in_3d]
+    values_3d = {name: estimate.value for name, estimate in in_3d.items()}
+    results, measured, names, unsure = [network.steady], list[tuple[tuple[str, int], float]](), list[str](), []
+    for place, resistance, change in _changes(scene, bounded, values_3d, by_hand):
+        measured.append((place.key, resistance))
+        results.append(solve_layout(replace(shape, measured=tuple(measured))).steady)
+        names.append(place.called)
+        unsure.append(_uncertainty(place, resistance, change, in_3d))
+    phrases = {name: f"the joint {name}, by 3D's resistance in its place" for name in names}
+    phrases[REST] = f"{REST}, after all joints"
+    results.append(fem3d.steady)
+    quantities, splits = {probe.name: probe.quantity for probe in scene.probes}, []
+    for name in network.steady:
+        base = scene.initial_temperature if quantities[name] == "temperature" else 0.0
+        values, errors = np.array([[steady[name].value] for steady in results]), [s[name].error for s in results]
+        scale, unit = fem3d.steady[name].value - base, UNITS[quantities[name]]
+        whole = "3D rise" if unit == "K" else "3D value"
+        splits.append(split(name, unit, scale, whole, [*names, REST], values, errors, None, [*unsure, 0.0]))
+    return Budget(network.model, tuple(splits), (), None, {}, sentence(phrases, splits))
+
+
+def _probes(joints: list[Place]) -> list[Probe]:
+    """Return the probes of both sides and of the flow of each joint."""
+    probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
+    return list(probes.values())
+
+
+def _changes(
+    scene: Scene, joints: list[Place], in_3d: dict[str, float], by_hand: dict[str, float],
+    least: float = FELT,
+) -> list[tuple[Place, float, float]]:  # fmt: skip
+    """The joints whose change of drop is felt, the largest first, with 3D's resistance and its change (K/W or ohm)."""
+
+    def drop(place: Place, values: dict[str, float]) -> float:
+        if place.other is not None:
+            return values[place.one.name] - values[place.other.name]
+        assert place.given is not None
+        b = scene.boundaries[place.given]
+        return values[place.one.name] - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
+
+    rows, largest = [], {"temperature": 0.0, "potential": 0.0}
+    for place in joints:
+        flow, flow_by_hand = place.sign * in_3d[place.flow.name], place.sign * by_hand[place.flow.name]
+        if not flow:
+            continue
+        resistance = drop(place, in_3d) / flow
+        change = resistance - drop(place, by_hand) / flow_by_hand
+        base = scene.initial_temperature if place.one.quantity == "temperature" else 0.0
+        largest[place.one.quantity] = max(largest[place.one.quantity], abs(in_3d[place.one.name] - base))
+        rows.append((abs(change * flow), place, resistance, change))
+    felt = [row for row in rows if row[0] > least * largest[row[1].one.quantity] > 0]
+    felt.sort(key=lambda row: -row[0] / largest[row[1].one.quantity])
+    return [row[1:] for row in felt]
+
+
+def _uncertainty(place: Place, resistance: float, change: float, in_3d: dict[str, Estimate]) -> float:
+    """The error bound of 3D's resistance of a joint as a part of its change, at most 1."""
+    flow = in_3d[place.flow.name]
+    error = sum(in_3d[side.name].error for side in (place.one, place.other) if side is not None)
+    return min((error + abs(resistance) * flow.error) / abs(flow.value * change), 1.0) if change else 1.0

@@ -79,7 +79,7 @@ def _of_sink(outcome: Outcome[Any], progress: Progress) -> Budget:
 
 
 def _of_network(outcome: Outcome[Any], progress: Progress) -> Budget | None:
-    from compare.network_blame import blame
+    from compare.blame import network_budget
 
     if not outcome.solved.steady:
         outcome.warn("--why is of the steady state, and there is none, as a drive varies in time: give --steady")
@@ -87,7 +87,7 @@ def _of_network(outcome: Outcome[Any], progress: Progress) -> Budget | None:
     progress("solving in 3D with the joints of the network")
     assert outcome.reduced1d is not None
     try:
-        return blame(outcome.scene, outcome.solved, outcome.reduced1d)
+        return network_budget(outcome.scene, outcome.solved, outcome.reduced1d)
     except NumericsError as error:
         outcome.warn(f"no joint is to blame: {error}")
         return None

@@ -85,7 +85,7 @@ class FreeKind(Kind[AnyScene]):
         return model
 
     def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Comparison]:
-        from compare.probes import Probes
+        from compare.quantities import Probes
 
         return {} if outcome.reduced1d is None else Probes(outcome).comparisons()
 
@@ -110,9 +110,8 @@ class FreeKind(Kind[AnyScene]):
     def answer(self, outcome: Outcome[AnyScene], progress: Progress) -> str:
         if outcome.reduced1d is None:
             return ""
-        from compare.blame import answer, claim
-        from compare.probes import Probes
-        from compare.quantities import called
+        from compare.blame import answer
+        from compare.quantities import Probes, called
 
         models, name = Probes(outcome), outcome.reduced1d.model
         checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in models.quantities.units]
@@ -123,7 +122,8 @@ class FreeKind(Kind[AnyScene]):
         claims = []
         for check in checks:
             probe = check.id.removesuffix(OVER_TIME)
-            claims.append(claim(check, called(probe), models.change(probe) if check is worst else ""))
+            detail = models.change(probe) if check is worst else ""
+            claims.append(replace(check, title=called(probe), because=detail))
         return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:

@@ -17,10 +17,10 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
-    from compare.blame import Budget, Claim
+    from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Comparison
+    from compare.verdict import Check, Comparison
     from reduced1d.ladder.levels import Levels
     from scenes.model import AnyScene
     from scenes.result import Result
@@ -156,7 +156,7 @@ class SinkKind(Kind[Sink]):
             return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {said}."
         if not fem3d.steady["peak_rise_K"].value:
             return "Nothing is heated, so that there is nothing to compare."
-        claims, reason = _claims(outcome, fem3d, reduced1d), ""
+        claims, reason = _claims(outcome), ""
         if budget is None:
             budget, reason = _ladder(outcome, [claim for claim in claims if claim.verdict == "differs"])
         if reason:
@@ -240,26 +240,24 @@ class SinkKind(Kind[Sink]):
         return sink
 
 
-def _claims(outcome: Outcome[Sink], fem3d: Result, reduced1d: Result) -> list[Claim]:
+def _claims(outcome: Outcome[Sink]) -> list[Check]:
     """The differences of peak and ends; that of the current where it is the only one."""
-    from compare.blame import Claim, claim
-    from compare.verdict import judge, ratio
+    from compare.sink_checks import at_rest
+    from compare.verdict import judged
 
     checks, claims = {check.id: check for check in outcome.checks}, []
-    for where, key, tolerance in (("the peak", "peak_rise_K", "fig4"), ("the ends", "end_rise_K", "fig6_end")):
-        if key in reduced1d.steady:
-            off = ratio(reduced1d.steady[key], fem3d.steady[key])
-            verdict = judge(off.value, outcome.scene.tolerance(tolerance), off.error)
-            claims.append(Claim(where, off.value, off.error, verdict))
+    for title, key, tolerance in (("the peak", "peak_rise_K", "fig4"), ("the ends", "end_rise_K", "fig6_end")):
+        if (difference := at_rest(key, title, outcome)) is not None:
+            claims.append(judged(tolerance, difference, outcome.scene))
     over_time = {"fig6_peak": "the peak", "fig6_end": "the ends"}
-    claims += [claim(checks[name], where) for name, where in over_time.items() if name in checks]
+    claims += [replace(checks[name], title=title) for name, title in over_time.items() if name in checks]
     current = checks.get("fig7_current")
     if current and current.verdict != "agrees" and all(each.verdict == "agrees" for each in claims):
-        claims.append(claim(current, "the current"))
-    return claims
+        claims.append(replace(current, title="the current"))
+    return [replace(claim, because="") for claim in claims]
 
 
-def _ladder(outcome: Outcome[Sink], wrong: Sequence[Claim]) -> tuple[Budget | None, str]:
+def _ladder(outcome: Outcome[Sink], wrong: Sequence[Check]) -> tuple[Budget | None, str]:
     """The parts of the differences, by coarse models of the ladder, or why there are none."""
     from compare.blame import budget
     from compare.verdict import PAPERS

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from compare.network_blame import REST, blame
+from compare.blame import REST, network_budget
 from fem3d.runs.scene import solve as solve_3d
 from reduced1d.network import solve
 from reduced1d.network.lines import layout
@@ -31,7 +31,7 @@ def stepped() -> Scene:
 def test_a_constriction_is_all_there_is():
     given = stepped()
     three, one = solve_3d(given), solve(given)
-    found = blame(given, three, one)
+    found = network_budget(given, three, one)
     tip = next(split for split in found.steady if split.quantity == "tip")
     names = [part.blame for part in tip.parts]
     assert names == ["wide | narrow", REST]
