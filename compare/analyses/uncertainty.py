@@ -57,9 +57,13 @@ class UncertainInputs(Analysis[Propagated]):
         from compare.slopes import combined
 
         uncertain, slopes = outcome.options.uncertain, slopes_of(outcome, progress)
+
+        def differences(nearby: Outcome[Any]) -> dict[str, float]:
+            return {name: each.difference for name, each in kind_of(nearby.scene).comparisons(nearby).items()}
+
         with progress.stage("sensitivities"):
             found = propagated(uncertain, slopes)
-            checks = by_differences(outcome.checks, outcome, kind_of(outcome.scene).differences)
+            checks = by_differences(outcome.checks, outcome, differences)
             known: dict[str, float | None] = {
                 check: found.difference[name] for check, name in OF_3D.items() if name in found.difference
             }

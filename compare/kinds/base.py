@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
     from scenes.result import Result
 
-FIELD_FILES = "fem3d.pvd with its .vtu files"
-NO_FIGURES = "no figures were asked for"
 STEADY = "only the steady state was asked for"
 S_contra = TypeVar("S_contra", contravariant=True)
 
@@ -56,6 +54,8 @@ class Kind(ABC, Generic[S]):
     shown : quantities that a terminal and a figure have room for; empty: the first ones
     explains : whether checks that agree have a reason too
     free_times : whether a user's own model may be solved at other times than 3D
+    traces : the columns or rows of traces.csv
+    field : the need of field files, as in `absent`; empty where there are none
     """
 
     name: ClassVar[str]
@@ -64,10 +64,16 @@ class Kind(ABC, Generic[S]):
     shown: ClassVar[tuple[str, ...]] = ()
     explains: ClassVar[bool] = False
     free_times: ClassVar[bool] = False
+    traces: ClassVar[str]
+    field: ClassVar[str] = ""
 
-    @abstractmethod
-    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> S:
+    def load(self, source: str, settings: Sequence[str]) -> S:
         """Load a scene with overrides. Raises SceneError."""
+        from scenes import loading
+        from scenes.keys import TYPES
+
+        typed: Any = loading.load(source, settings, scene_type=TYPES[self.name]) if self.name in TYPES else None
+        return typed or loading.load_free(source, settings)
 
     def title(self, scene: S) -> str:
         """Name the scene in a figure's title."""
@@ -120,16 +126,13 @@ class Kind(ABC, Generic[S]):
         return {}
 
     def absent(self, scene: S, options: Options) -> dict[str, str]:
-        """Return by the needs of checks why this run lacks them."""
-        return {}
+        """Return by the needs of checks, figures and files why this run lacks them."""
+        fields = {} if options.fields else {"fields": "not asked for (--fields)"}
+        return fields | ({} if options.figures else {"figures": "no figures were asked for"})
 
     def skipped(self, scene: S, options: Options) -> dict[str, str]:
         """Return the checks that a run cannot make, each with the reason."""
-        absent = self.absent(scene, options)
-        missing = {
-            name: [absent[n] for n in needs if n in absent] for name, needs in self.needs(scene, options).items()
-        }
-        return {name: reasons[0] for name, reasons in missing.items() if reasons}
+        return _lacking(self.needs(scene, options), self.absent(scene, options))
 
     def made(self, scene: S, options: Options) -> tuple[str, ...]:
         """Return the checks that a run makes."""
@@ -185,10 +188,6 @@ class Kind(ABC, Generic[S]):
         }
         return replace(outcome, scene=neighbour(outcome.scene, key, step), results=moved)
 
-    def differences(self, outcome: Outcome[S]) -> dict[str, float]:
-        """The difference of every check."""
-        return {name: each.difference for name, each in self.comparisons(outcome).items()}
-
     def step(self, uncertainty: float) -> float:
         """Return the relative step of a key for `nearby`, given its relative standard uncertainty."""
         return 1e-4
@@ -198,25 +197,29 @@ class Kind(ABC, Generic[S]):
         """The plan of models and checks, as carried out where there is an outcome."""
 
     @abstractmethod
-    def figures(self, scene: S, options: Options) -> list[Step]:
-        """Return the plan of the figures of a run with figures."""
+    def figures(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
+        """By name of a figure what it shows, then what it needs of a run."""
 
     def drawn(self, scene: S, options: Options) -> list[str]:
         """Return the names of the figures that a run draws."""
-        return [each.step for each in self.figures(scene, options) if options.figures and each.state == "done"]
+        skipped = self._not_drawn(scene, options)
+        return [name for name in self.figures(scene, options) if name not in skipped]
+
+    def _not_drawn(self, scene: S, options: Options) -> dict[str, str]:
+        needs = {name: ("figures", *needs) for name, (_, *needs) in self.figures(scene, options).items()}
+        return _lacking(needs, self.absent(scene, options))
 
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
-        drawn, figures = self.drawn(scene, options), self.figures(scene, options)
-        skipped = {
-            each.step: each.reason if options.figures else NO_FIGURES for each in figures if each.step not in drawn
-        }
-        return [each for each in figures if each.step in drawn] + skipped_together("figures", skipped)
-
-    def files(self, options: Options, traces: str, no_traces: str, no_fields: str) -> list[Step]:
-        """The plan of traces.csv and field files; each is skipped for a reason that is not empty."""
-        fields = step("field files", FIELD_FILES, no_fields if options.fields else "not asked for (--fields)")
-        return [step("traces.csv", traces, no_traces), fields]
+        skipped, figures, absent = (
+            self._not_drawn(scene, options),
+            self.figures(scene, options),
+            self.absent(scene, options),
+        )
+        lines = [step(name, shows) for name, (shows, *_) in figures.items() if name not in skipped]
+        lines += [*skipped_together("figures", skipped), step("traces.csv", self.traces, absent.get("traces", ""))]
+        no_fields = absent.get("fields") or absent.get(self.field, "")
+        return lines + [step("field files", "fem3d.pvd with its .vtu files", no_fields)] * bool(self.field)
 
     def exported(self, scene: S, options: Options) -> AnyScene:
         """Return the scene of boxes that a compact model is made of. Raises SceneError where there is none."""
@@ -244,3 +247,9 @@ class Kind(ABC, Generic[S]):
     @abstractmethod
     def report(self) -> Report[S]:
         """The module of `compare.report` for this kind."""
+
+
+def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:
+    """Return the names that need something absent, each with the reason."""
+    missing = {name: [absent[need] for need in each if need in absent] for name, each in needs.items()}
+    return {name: reasons[0] for name, reasons in missing.items() if reasons}

@@ -35,12 +35,7 @@ WIDEST = 0.1
 class DeviceKind(Kind[Device]):
     name, call, builtin = "device", "compare.device", "device"
     shown, explains = ("sink_power_W", "sensor_power_W", "sensor_V"), True
-
-    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> Device:
-        from scenes.keys import DEVICE
-        from scenes.loading import load
-
-        return load(source, settings, scene_type=DEVICE)
+    traces = "a row per controller sample"
 
     def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
         from compare.verdict import unit_of
@@ -102,7 +97,7 @@ class DeviceKind(Kind[Device]):
         return drawn or any(not set(figures).isdisjoint(needs[name]) for name in self.made(scene, options))
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
-        said = not_about(options)
+        said = super().absent(scene, options) | not_about(options)
         if options.about:
             said["all figures"] = only(options)
         if not scene.steps_outside:
@@ -163,14 +158,11 @@ class DeviceKind(Kind[Device]):
         steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(options)))
         return steps
 
-    def figures(self, scene: Device, options: Options) -> list[Step]:
-        omitted = not_about(options)
-        figures = [step(name, shows, omitted.get(name, "")) for name, shows in DEVICE_FIGURES.items()]
-        shielding = step("shielding", "the change of both powers with the substrate, steady and after a step")
-        return figures + [shielding] * ("dev3d_shielding" in self.made(scene, options))
-
-    def outputs(self, scene: Device, options: Options) -> list[Step]:
-        return [*super().outputs(scene, options), step("traces.csv", "a row per controller sample")]
+    def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
+        figures: dict[str, tuple[str, ...]] = {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
+        if "dev3d_shielding" in self.made(scene, options):
+            figures["shielding"] = ("the change of both powers with the substrate, steady and after a step",)
+        return figures
 
     def exportable(self, scene: Device, options: Options) -> None:
         """Accept every device."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +23,7 @@ if TYPE_CHECKING:
 
 class FreeKind(Kind[AnyScene]):
     name, call, free_times = "free", "compare.solve", True
-
-    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> AnyScene:
-        from scenes.loading import load_free
-
-        return load_free(source, settings)
+    traces, field = "a column for each probe", "heat"
 
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
@@ -155,19 +151,22 @@ class FreeKind(Kind[AnyScene]):
             return [*solver]
         return [*solver, Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]
 
-    def figures(self, scene: AnyScene, options: Options) -> list[Step]:
-        when, own = "steady" if scene.steady else "hottest moment's", own_model(scene, options)
-        figures = [
-            step("figure_field", f"the {when} temperature field, rendered off screen", _no_heat(scene)),
-            step("figure_traces", "every probe against time", _no_traces(scene)),
-        ]
-        figures += [step("figure_differences", "how far the model is from 3D, probe by probe")] * (own is not None)
-        network = own is not None and own[0] == "network"
-        return figures + [step("figure_network", "the lines of the network over the boxes")] * network
+    def absent(self, scene: AnyScene, options: Options) -> dict[str, str]:
+        no_traces = {"traces": f"{STEADY} (run.steady)"} if scene.steady else {}
+        no_heat = {} if physics.heat(scene) else {"heat": "no temperature is solved for"}
+        return super().absent(scene, options) | no_traces | no_heat
 
-    def outputs(self, scene: AnyScene, options: Options) -> list[Step]:
-        files = self.files(options, "a column for each probe", _no_traces(scene), _no_heat(scene))
-        return [*super().outputs(scene, options), *files]
+    def figures(self, scene: AnyScene, options: Options) -> dict[str, tuple[str, ...]]:
+        when, own = "steady" if scene.steady else "hottest moment's", own_model(scene, options)
+        figures: dict[str, tuple[str, ...]] = {
+            "figure_field": (f"the {when} temperature field, rendered off screen", "heat"),
+            "figure_traces": ("every probe against time", "traces"),
+        }
+        if own is not None:
+            figures["figure_differences"] = ("how far the model is from 3D, probe by probe",)
+        if own is not None and own[0] == "network":
+            figures["figure_network"] = ("the lines of the network over the boxes",)
+        return figures
 
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:
         return scene
@@ -212,11 +211,3 @@ def probed(scene: AnyScene) -> AnyScene:
     """The scene, or where it has no probes with the mean temperature of every part as one."""
     means: Any = scene.means()
     return scene if scene.probes else replace(scene, probes=means)
-
-
-def _no_heat(scene: AnyScene) -> str:
-    return "" if physics.heat(scene) else "no temperature is solved for"
-
-
-def _no_traces(scene: AnyScene) -> str:
-    return f"{STEADY} (run.steady)" if scene.steady else ""

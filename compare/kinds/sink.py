@@ -25,29 +25,23 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
     from scenes.result import Result
 
-FIGURES = {
-    "figure4": "the steady 3D temperature field, rendered off screen",
-    "figure5": "the rise along the beam and eq 9's parabola",
-    "figure6": "rises against time",
-    "figure7": "current against time",
+FIGURES: dict[str, tuple[str, ...]] = {
+    "figure4": ("the steady 3D temperature field, rendered off screen", "3D"),
+    "figure5": ("the rise along the beam and eq 9's parabola", "3D"),
+    "figure6": ("rises against time", "traces"),
+    "figure7": ("current against time", "traces"),
 }
-ROW_FIGURES = {
-    "islands": "the rise along the whole row",
-    "islands_runs": "how the differences run with the number of spans and with an island's length",
+ROW_FIGURES: dict[str, tuple[str, ...]] = {
+    "islands": ("the rise along the whole row", "3D"),
+    "islands_runs": ("how the differences run with the number of spans and with an island's length", "3D", "why"),
 }
 """Figures of a sink of several spans, which has no figure 5."""
-NO_FIELD = "there is no 3D field"
 
 
 class SinkKind(Kind[Sink]):
     name, call, builtin = "sink", "compare.run", "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
-
-    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> Sink:
-        from scenes.keys import SINK
-        from scenes.loading import load
-
-        return load(source, settings, scene_type=SINK)
+    traces, field = "every quantity against time", "3D"
 
     def title(self, scene: Sink) -> str:
         return sink_text(scene)
@@ -110,12 +104,14 @@ class SinkKind(Kind[Sink]):
             "3D": ("they need the 3D model", "fem3d" not in options.models),
             "one conductivity": ("the paper's equations take one conductivity", several),
             "transient": ("they need the transient", bool(options.steady)),
+            "traces": (STEADY, bool(options.steady)),
             "10 us": ("they compare from 10 us on, and the run ends before", early),
             "1D": ("they need the 1D model", "reduced1d" not in options.models),
             "current follows": ("the current is given", scene.current is not None),
             "inner span": ("both of two spans are outer ones", scene.spans == 2),
+            "why": ("other rows are solved for it only with --why", not options.why),
         }
-        return {need: why for need, (why, lacks) in lacking.items() if lacks}
+        return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
     def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Comparison]:
         if outcome.fem3d is None:
@@ -209,19 +205,10 @@ class SinkKind(Kind[Sink]):
         blame *= len(options.models) > 1 and not options.why
         return [*solver, *with_, _reduction_step(options), *self.check_steps(scene, options), *blame]
 
-    def figures(self, scene: Sink, options: Options) -> list[Step]:
-        shown = FIGURES if scene.spans == 1 else {n: w for n, w in FIGURES.items() if n != "figure5"} | ROW_FIGURES
-        skipped = {} if options.why else {"islands_runs": "other rows are solved for it only with --why"}
-        if "fem3d" not in options.models:
-            skipped |= dict.fromkeys(("figure4", "figure5", *ROW_FIGURES), NO_FIELD)
-        if options.steady:
-            skipped |= dict.fromkeys(("figure6", "figure7"), STEADY)
-        return [step(name, shows, skipped.get(name, "")) for name, shows in shown.items()]
-
-    def outputs(self, scene: Sink, options: Options) -> list[Step]:
-        no_fields, no_traces = "" if "fem3d" in options.models else NO_FIELD, STEADY if options.steady else ""
-        files = self.files(options, "every quantity against time", no_traces, no_fields)
-        return [*super().outputs(scene, options), *files]
+    def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
+        if scene.spans == 1:
+            return FIGURES
+        return {name: shown for name, shown in FIGURES.items() if name != "figure5"} | ROW_FIGURES
 
     def exported(self, scene: Sink, options: Options) -> AnyScene:
         from scenes.model import Probe

@@ -101,7 +101,7 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     named = out(arguments)
     check(kind, chosen)
     overrides = settings(kind, chosen, arguments.set)
-    scene = KINDS[kind].load(arguments.scene or KINDS[kind].builtin, overrides, chosen)
+    scene = KINDS[kind].load(arguments.scene or KINDS[kind].builtin, overrides)
     options = read(kind, chosen, scene, arguments.command_line)
     scene = KINDS[kind].completed(scene, options)
     if options.monte_carlo:

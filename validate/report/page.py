@@ -38,7 +38,7 @@ _CAPTIONS = {
     "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
     "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
-    **ROW_FIGURES,
+    **{name: shows for name, (shows, *_) in ROW_FIGURES.items()},
     "left_out": "What each effect that both models leave out would change in 3D.",
     **DEVICE_FIGURES,
 }
