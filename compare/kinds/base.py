@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -66,14 +66,6 @@ class Kind(ABC, Generic[S]):
     free_times: ClassVar[bool] = False
     traces: ClassVar[str]
     field: ClassVar[str] = ""
-
-    def load(self, source: str, settings: Sequence[str]) -> S:
-        """Load a scene with overrides. Raises SceneError."""
-        from scenes import loading
-        from scenes.keys import TYPES
-
-        typed: Any = loading.load(source, settings, scene_type=TYPES[self.name]) if self.name in TYPES else None
-        return typed or loading.load_free(source, settings)
 
     def title(self, scene: S) -> str:
         """Name the scene in a figure's title."""

@@ -94,14 +94,14 @@ def given(arguments: argparse.Namespace, kind: str) -> dict[str, Any]:
 
 def run(kind: str, arguments: argparse.Namespace) -> int:
     """Explain, solve, report and write a scene, the answer first; return the exit status."""
-    from compare.kinds import KINDS
+    from compare.kinds import KINDS, load
     from compare.pipeline import headline, plan, report_text
 
     chosen = given(arguments, kind)
     named = out(arguments)
     check(kind, chosen)
     overrides = settings(kind, chosen, arguments.set)
-    scene = KINDS[kind].load(arguments.scene or KINDS[kind].builtin, overrides)
+    scene = load(kind, arguments.scene or KINDS[kind].builtin, overrides)
     options = read(kind, chosen, scene, arguments.command_line)
     scene = KINDS[kind].completed(scene, options)
     if options.monte_carlo:
