@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from compare.course import NO_CHANGE, Course, at
-from compare.outcome import Outcome
 from compare.verdict import Comparison, ratio
 from scenes import physics
 from scenes.checks import FIRST_TIME
@@ -116,9 +115,8 @@ NEAR = 0.2
 class Probes:
     """The same quantities of a run by 3D and by a model."""
 
-    def __init__(self, outcome: Outcome[AnyScene]) -> None:
-        self.fem3d, self.model = outcome.solved, outcome.reduced
-        self.quantities = of(outcome.scene, outcome.solved)
+    def __init__(self, scene: AnyScene, fem3d: Result, model: Result) -> None:
+        self.fem3d, self.model, self.quantities = fem3d, model, of(scene, fem3d)
 
     def comparisons(self) -> dict[str, Comparison]:
         """Compare every quantity that both have, by the ids of checks, in the order of the quantities."""

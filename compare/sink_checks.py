@@ -30,8 +30,6 @@ from scenes.sink import Sink, different
 
 NOTABLE = 0.005
 """The heating is called uneven where it changes along the beam by more than this part."""
-PROFILE_STEP = 1e-5
-"""Step of a rise along a profile, over the profile's span; the error of a central difference is its square."""
 INPUTS = {
     "current": "current_A", "peak": "peak_rise_K", "end": "end_rise_K", "mean": "mean_rise_K", "flow": "end_flow_W",
     "resistance": "anchor_resistance_K_per_W",
@@ -216,21 +214,9 @@ def profile(outcome: Outcome[Sink]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     """Return places along the axis (m), the steady 3D rise there and eq 9's parabola by its end and middle (K)."""
     samples, L = outcome.solved.details["profile"], outcome.scene.plain.length
     y, rise = np.asarray(samples["y_m"], float), np.asarray(samples["rise_K"], float)
+    y = y * (L / y[-1])  # The places move along with the length.
     dT_end, middle = float(rise[0]), float(np.interp(L / 2, y, rise))
     return y, rise, equations.parabola(y, middle - dT_end, dT_end, L)
-
-
-def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
-    """Return (places,): d fig5 / d rise at each place of the 3D profile (1/K), by central differences."""
-    samples = fem3d.details["profile"]
-    rise = np.asarray(samples["rise_K"], float)
-
-    def at(changed: np.ndarray) -> float:
-        result = replace(fem3d, details={"profile": samples | {"rise_K": changed}})
-        return fig5(Outcome(sink, results={"fem3d": result})).difference
-
-    step = PROFILE_STEP * float(np.ptp(rise))
-    return np.array([at(rise + shift) - at(rise - shift) for shift in step * np.eye(len(rise))]) / (2 * step)
 
 
 for _place in ("peak", "end"):

@@ -52,7 +52,7 @@ class Slopes:
     table : the columns of sensitivities.csv
     top : time (s) at which a quantity of a free scene over time is largest, which ``sizes`` and ``relative`` are of
     left_out : reason why a key or a quantity has none
-    profile : d / d ln key of the misfit of a profile (check fig5)
+    profile : (places,) d rise / d ln key along a sink's profile, by key, where it is followed
     """
 
     sizes: dict[str, float]
@@ -64,7 +64,7 @@ class Slopes:
     table: dict[str, np.ndarray] = field(default_factory=dict)
     top: dict[str, float] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
-    profile: dict[str, float] = field(default_factory=dict)
+    profile: dict[str, np.ndarray] = field(default_factory=dict)
 
     def vectors(self, keys: Collection[str]) -> dict[str, np.ndarray]:
         """Return (keys,): the logarithmic slopes by quantity, where all keys have slopes."""
@@ -104,7 +104,11 @@ class Slopes:
         if traces is not None:
             values = {n: v + step * self.at(key, n, traces.time) for n, v in traces.values.items()}
             traces = replace(traces, values=values)
-        return replace(result, steady=steady, traces=traces)
+        details = result.details
+        if self.profile:
+            rise = details["profile"]["rise_K"] + step * self.profile.get(key, np.nan)
+            details = details | {"profile": details["profile"] | {"rise_K": rise}}
+        return replace(result, steady=steady, traces=traces, details=details)
 
     def largest(self, name: str) -> float:
         """Return the largest slope of a quantity by any key.
@@ -127,17 +131,17 @@ def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
     return tuple(f"no sensitivity to or of {', '.join(names)}: {why}" for why, names in together.items())
 
 
-def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
-    """Return the slopes of a sink's 3D result; ``weights`` (places,) add the slope of a sum over its profile."""
+def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Slopes:
+    """Return the slopes of a sink's 3D result, with ``profile`` also along the beam."""
     from fem3d.runs import sensitivities
 
-    found = sensitivities.of_sink(sink, result, keys, weights)
+    found = sensitivities.of_sink(sink, result, keys, profile)
     times, course = None, {}
     if found.course is not None:
         times, traces = found.course.times, found.course.traces
         course = {key: {n: v / traces[n] for n, v in by.items()} for key, by in found.course.values.items()}
     slopes = _of_sink(sink, result, found.steady, times, course, "fem3d")
-    return replace(slopes, left_out=found.left_out, profile=found.sums)
+    return replace(slopes, left_out=found.left_out, profile=found.profile)
 
 
 def sink_1d(sink: Sink, result: Result, times: np.ndarray | None) -> Slopes:

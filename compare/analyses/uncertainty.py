@@ -54,8 +54,6 @@ class UncertainInputs(Analysis[Propagated]):
         return step("uncertain inputs", f"{given}: u_input by the sensitivities, to first order")
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Propagated:
-        from compare.slopes import combined
-
         uncertain, slopes = outcome.options.uncertain, slopes_of(outcome, progress)
 
         def differences(nearby: Outcome[Any]) -> dict[str, float]:
@@ -64,14 +62,7 @@ class UncertainInputs(Analysis[Propagated]):
         with progress.stage("sensitivities"):
             found = propagated(uncertain, slopes)
             checks = by_differences(outcome.checks, outcome, differences)
-            known: dict[str, float | None] = {
-                check: found.difference[name] for check, name in OF_3D.items() if name in found.difference
-            }
-            # Inputs do not move the balance of energy; the misfit of the profile has derivatives of its own.
-            profile = slopes["fem3d"].profile if "fem3d" in slopes else {}
-            by_key = [profile[key] for key in uncertain.relative if key in profile]
-            complete = len(by_key) == len(uncertain.relative)
-            known |= {"energy": 0.0, "fig5": combined(by_key, uncertain) if complete else None}
+            known = {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
             outcome.checks = tuple(replace(c, u_input=known[c.id]) if c.id in known else c for c in checks)
         return found
 

@@ -83,7 +83,9 @@ class FreeKind(Kind[AnyScene]):
     def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Comparison]:
         from compare.quantities import Probes
 
-        return {} if outcome.reduced1d is None else Probes(outcome).comparisons()
+        if outcome.reduced1d is None:
+            return {}
+        return Probes(outcome.scene, outcome.solved, outcome.reduced1d).comparisons()
 
     def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         from compare import hottest
@@ -109,7 +111,7 @@ class FreeKind(Kind[AnyScene]):
         from compare.blame import answer
         from compare.quantities import Probes, called
 
-        models, name = Probes(outcome), outcome.reduced1d.model
+        models, name = Probes(outcome.scene, outcome.solved, outcome.reduced1d), outcome.reduced1d.model
         checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in models.quantities.units]
         if not checks:
             return f"{name} and 3D have no quantity in common."

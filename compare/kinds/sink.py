@@ -163,7 +163,6 @@ class SinkKind(Kind[Sink]):
 
     def slopes(self, outcome: Outcome[Sink], keys: Sequence[str] | None) -> dict[str, Slopes]:
         from compare import slopes
-        from compare.sink_checks import misfit_weights
         from scenes.varied import numbers
 
         sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, slopes.Slopes]()
@@ -171,8 +170,7 @@ class SinkKind(Kind[Sink]):
         if reduced1d is not None and reduced1d.traces is not None:
             times = reduced1d.traces.time[1:]
         if fem3d is not None:
-            weights = misfit_weights(sink, fem3d) if uncertain and sink.spans == 1 else None
-            made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, weights)
+            made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, profile=uncertain and sink.spans == 1)
             times = made["fem3d"].times
             if "single" in outcome.results and uncertain:
                 made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"], keys)

@@ -161,23 +161,23 @@ class Sensitivities:
     steady : d ln quantity / d ln key with errors, by key and quantity
     values : the quantities of ``steady``, temperatures as rises
     course : derivatives of the traces, if the answer has traces
-    sums : derivatives of a weighted sum of rises (K), by key
+    profile : d rise / d ln key (places,) at places that move along, by key
     left_out : reason why a key or a quantity has none
     """
 
     steady: Table
     values: dict[str, Estimate]
     course: Course | None = None
-    sums: dict[str, float] = field(default_factory=dict)
+    profile: dict[str, np.ndarray] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """The steady quantities, the sum of rises and the traces of a scene in one space."""
+    """The steady quantities, the rises of a profile (places,) and the traces of a scene in one space."""
 
     steady: dict[str, float]
-    total: float = 0.0
+    profile: np.ndarray = field(default_factory=lambda: np.empty(0))
     traces: Traces = field(default_factory=dict)
 
 
@@ -193,7 +193,7 @@ def sensitivities(
     answer: Answer,
     known: Mapping[str, Estimate],
     keys: Mapping[str, Vary],
-    weights: np.ndarray | None = None,
+    rows: Any = None,
 ) -> Sensitivities:
     """Return the derivatives of an answer by keys.
 
@@ -202,17 +202,17 @@ def sensitivities(
     study : the study of the answer, with rises in place of temperatures
     known : the steady quantities to differentiate, with their errors
     keys : by key the function that makes the study of a scene next to the answer's
-    weights : (functions,) of the rise, for ``Sensitivities.sums``
+    rows : (places, functions) that sample the rise, for ``Sensitivities.profile``
 
     Raises
     ------
     NumericsError
         if the scene itself cannot be solved again
     """
-    solver = _Solver(study, answer, weights)
+    solver = _Solver(study, answer, rows)
     base = solver.point(study, True)
     steady, course = Table(), Course(solver.times, base.fine.traces, {}, {})
-    sums, left_out = dict[str, float](), dict[str, str]()
+    profile, left_out = dict[str, np.ndarray](), dict[str, str]()
     for key, vary in keys.items():
         try:
             found = difference(base, partial(solver.beside, vary, base), solver.edges)
@@ -220,12 +220,12 @@ def sensitivities(
             left_out[key] = str(error)
             continue
         steady[key] = {name: found.logarithmic(name, e) for name, e in known.items()}
-        if weights is not None:
-            sums[key] = found.slope(lambda values: values.total)[0]
+        if rows is not None:
+            profile[key] = found.slope(lambda values: values.profile)[0]
         traces = {name: found.of_trace(name) for name in base.fine.traces}
         course.values[key] = {name: value for name, (value, _) in traces.items()}
         course.errors[key] = {name: error for name, (_, error) in traces.items()}
-    return Sensitivities(steady, dict(known), None if answer.response is None else course, sums, left_out)
+    return Sensitivities(steady, dict(known), None if answer.response is None else course, profile, left_out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,8 +290,8 @@ def difference(base: Point, solve: Callable[[float, bool], Point], edges: float)
 class _Solver:
     """Solutions of scenes next to the scene of an answer, on its mesh, moved."""
 
-    def __init__(self, study: Study, answer: Answer, weights: np.ndarray | None) -> None:
-        self._answer, self._part, self._weights, self._accuracy = answer, study.part, weights, TIGHT * study.accuracy
+    def __init__(self, study: Study, answer: Answer, rows: Any) -> None:
+        self._answer, self._part, self._rows, self._accuracy = answer, study.part, rows, TIGHT * study.accuracy
         state = None if answer.steady is None else answer.steady.state
         self._start = None if state is None else state.heat.field(state.rise)
         self.times = np.empty(0)
@@ -326,20 +326,20 @@ class _Solver:
 
     def _values(self, study: Study, given: Problems, level: int, fewer: int) -> Values:
         """Solve in one of the nested spaces; over time in ``fewer`` generations of Krylov fields."""
-        steady, total, base, response = dict[str, float](), 0.0, None, self._answer.response
+        steady, profile, base, response = dict[str, float](), np.empty(0), None, self._answer.response
         if self._answer.steady is not None:
             solution = nested.solution(study, given, level, start=self._start)
             steady = {name: float(value) for name, value in solution.quantities.items()}
-            if self._weights is not None:
-                total = float(self._weights @ solution.state.heat.field(solution.state.rise))
+            if self._rows is not None:
+                profile = self._rows @ solution.state.heat.field(solution.state.rise)
             base = Base.of_steady(solution.state)
         if response is None:
-            return Values(steady, total, {})
+            return Values(steady, profile, {})
         heat, conductor = given.heats[level], given.conductors[level]
         base = base or hold(heat, conductor, self._hot, self._base.heat)
         reduced = base.project(Krylov(base, self._shift).fields(response.generations + GENERATIONS - fewer))
         marched = transient.march(base, reduced, study.end, MARCHED)
-        return Values(steady, total, study.traces(outputs.of_transient(marched, study.part, self.times)))
+        return Values(steady, profile, study.traces(outputs.of_transient(marched, study.part, self.times)))
 
 
 def _at_rest(scene: Any) -> Any:

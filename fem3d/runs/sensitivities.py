@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from fem3d.results.outputs import Outputs, Quantities, Study
 from fem3d.runs import probe_quantities
@@ -31,12 +32,10 @@ ZERO = "it is zero within its error, of which there is no percent"
 AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
 
 
-def of_sink(
-    sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None
-) -> Sensitivities:
+def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Sensitivities:
     """Differentiate a result of `fem3d.runs.sink.solve` by its physical keys other than zero, or by some ``keys``.
 
-    With ``weights`` (places,) of the rises of its profile also differentiate their sum, at places that move along.
+    With ``profile`` also differentiate the rises of its profile, at places that move along.
     Raises NumericsError.
     """
     answer, left_out = result.details["answer"], dict[str, str]()
@@ -50,14 +49,12 @@ def of_sink(
         room = other.room_temperature
         return replace(made, traces=lambda out: {n: v - room * n.endswith("_K") for n, v in made.traces(out).items()})
 
-    row = None
-    if weights is not None:
-        domain: Any = answer.heat.domain
-        places = zip(weights, result.details["profile"]["points_m"], strict=True)
-        row = sum((w * domain.mean(Probe("", tuple(x), tuple(x))) for w, x in places), np.zeros(domain.space.size))
+    domain, places = answer.heat.domain, result.details["profile"]["points_m"] if profile else ()
+    sampled = [sparse.csr_array(domain.mean(Probe("", tuple(x), tuple(x)))[None]) for x in places]
+    rows = sparse.vstack(sampled) if profile else None
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities and e.value}
     chosen = {key: partial(study, key) for key in numbers(sink) if keys is None or key in keys}
-    found = sensitivities(study(), answer, known, chosen, row)
+    found = sensitivities(study(), answer, known, chosen, rows)
     return replace(found, left_out=left_out | found.left_out)
 
 
