@@ -28,6 +28,7 @@ WIDTH, LENGTH, DEPTH = SIZE = (20e-6, 1e-3, 2e-6)  # m
 ENDS: list[tuple[Point, Point]] = [((0.0, y, 0.0), (WIDTH, y, DEPTH)) for y in (0.0, LENGTH)]
 MIDDLE = Probe("middle", (WIDTH / 2, LENGTH / 2, DEPTH / 2), (WIDTH / 2, LENGTH / 2, DEPTH / 2))
 SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: diffusion time of the length
+LATE = 20 * SLOW  # s: long beside the slowest mode, also near a limit
 HOTTEST = 2000.0  # K: peak of a bar that has no limit
 FRACTIONS = (0.5, 0.9, 0.99)  # of the limit
 ACCURACY, LIMIT, COUNT, FEW = 1e-3, 120, 12, 3  # LIMIT: s of computing for one bar; COUNT of bars, FEW where quick
@@ -87,8 +88,7 @@ def peak(law: Law, conductivity: float, volts: float) -> float:
 def rows(quick: bool, seed: int) -> Iterator[Row]:
     """Compare the peaks of bars of random laws with the closed form, steady and at the end of a transient; ``quick``
     takes a few laws, steady at 0.9 of their limits."""
-    solvers = {"steady": _steady, "over time": _at_the_end}
-    cases = [("steady", FRACTIONS[1])] if quick else [*product(solvers, FRACTIONS)]
+    cases = [("steady", FRACTIONS[1])] if quick else [*product(("steady", "over time"), FRACTIONS)]
     seeds = range(seed, seed + (FEW if quick else COUNT))
     for way, fraction in cases:
         ratios, denied = list[tuple[float, str]](), list[str]()
@@ -99,7 +99,7 @@ def rows(quick: bool, seed: int) -> Iterator[Row]:
             scene = bar(replace(SILICON, resistivity=law, temperature_coefficient=0.0), fraction * most)
             try:
                 with limited(LIMIT):
-                    temperature, error = solvers[way](scene)
+                    temperature, error = middle(scene, 0.0 if way == "steady" else LATE)
             except (NumericsError, TimeIsUpError) as wrong:
                 denied.append(f"seed {number}, {type(law).__name__}: {wrong or 'out of time'}")
             else:
@@ -111,13 +111,10 @@ def rows(quick: bool, seed: int) -> Iterator[Row]:
         yield at_most(GROUP, case, "steady states that are denied", len(denied), 0, "; ".join(denied[:2]))
 
 
-def _steady(scene: Scene) -> tuple[float, float]:
-    found = solve(scene).steady["middle"]
-    return found.value, found.error
-
-
-def _at_the_end(scene: Scene) -> tuple[float, float]:
-    """The temperature at a time that is long beside the slowest mode, also near a limit."""
-    end = 20 * SLOW
-    result = solve(replace(scene, steady=False, end_time=end, output_times=(end,)))
-    return float(result.over_time.values["middle"][-1]), result.over_time.errors["middle"]
+def middle(scene: Scene, end: float) -> tuple[float, float]:
+    """Return the temperature (K) of the middle and its error bound at an end time (s), or for 0 at rest."""
+    if not end:
+        found = solve(scene).steady["middle"]
+        return found.value, found.error
+    traces = solve(replace(scene, steady=False, end_time=end, output_times=(end,))).over_time
+    return float(traces.values["middle"][-1]), traces.errors["middle"]

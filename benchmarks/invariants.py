@@ -155,34 +155,15 @@ def _between_rows(result: Result) -> tuple[float, ...]:
     return tuple(middles[middles >= before + since].tolist())
 
 
+NEVER_COLDER: dict[str, Test] = {"nothing reported is colder than its surroundings": never_colder}
 ALWAYS: dict[str, Test] = {
-    "energy closes": energy, "nothing reported is colder than its surroundings": never_colder,
-    "means within extremes": ordered, "field away from the probes": undershoot,
+    "energy closes": energy, **NEVER_COLDER, "means within extremes": ordered, "field away from the probes": undershoot,
 }  # fmt: skip
 OVER_TIME_ALWAYS: dict[str, Test] = {"energy closes over time": energy}
 IN_TURN: dict[str, Test] = {
     "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
     "scales with V^2": squared, "reciprocity of power": reciprocal,
 }  # fmt: skip
-
-
-def of_boxes(drawn: Drawn) -> dict[str, Test]:
-    """Return all invariants of boxes that need no further solution, and by turns one that does."""
-    if not drawn.scene.steady:
-        return OVER_TIME_ALWAYS | {"traces mirrored and turned": mirrored}
-    turn = list(IN_TURN)[drawn.seed % len(IN_TURN)]
-    return ALWAYS | {turn: IN_TURN[turn]}
-
-
-def of_laws(drawn: Drawn) -> dict[str, Test]:
-    """Return the invariants of scenes with laws."""
-    return ALWAYS if drawn.scene.steady else OVER_TIME_ALWAYS
-
-
-def of_plates(drawn: Drawn) -> dict[str, Test]:
-    """Return the invariants of plates."""
-    colder = "nothing reported is colder than its surroundings"
-    return {colder: never_colder} if drawn.scene.steady else OVER_TIME_ALWAYS
 
 
 class _Distance(NamedTuple):

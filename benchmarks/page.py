@@ -33,8 +33,10 @@ def _work(part: Mapping[str, Any]) -> list[Part]:
     checked = "not checked by another program" if doubt is None else f"{doubt:.1e} off {part['checked_by']}"
     rows = part["rows"]
     tools = [tool for tool in bench.TOOLS if any(row["tool"] == tool for row in rows)]
-    times = [[f"{target * 100:g} %", *(_time(bench.fastest(rows, tool, target)) for tool in tools)]
-             for target in bench.TARGETS]  # fmt: skip
+    times = []
+    for target in bench.TARGETS:
+        best = (bench.fastest(rows, tool, target) for tool in tools)
+        times.append([f"{target * 100:g} %", *("-" if seconds is None else f"{seconds:.3g}" for seconds in best)])
     return [
         "Seconds of the fastest entry whose error is at most:", (("error", *tools), times),
         "Error: the largest of the rises of peak, end and mean and of the current, over time at octaves from 10 us on, "
@@ -45,10 +47,6 @@ def _work(part: Mapping[str, Any]) -> list[Part]:
             f"{row['peak_MB']:.0f}")),
         ABOUT,
     ]  # fmt: skip
-
-
-def _time(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{seconds:.3g}"
 
 
 def _entries(heads: Sequence[str], rows: Sequence[Mapping[str, Any]], cells: Callable[[Any], Sequence[str]]) -> Table:

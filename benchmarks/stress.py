@@ -43,7 +43,9 @@ class Kind:
     finer : how many times finer each is solved again. Tetrahedra don't reach a tenth of 1e-2 within their unknowns, and
         scenes with laws take too long for that. The finer solution's own error bound is added to the allowed distance.
     padding : largest median of error bound over true error; with laws the quadrature adds its own error bound
-    draw, tests : the scene of a seed, and its invariants
+    draw : the scene of a seed
+    always : the invariants of a steady scene
+    in_turn : whether one of `invariants.IN_TURN`, which needs a further solution, is tested too
     """
 
     name: str
@@ -51,14 +53,23 @@ class Kind:
     finer: float
     padding: float
     draw: Callable[[int], Drawn]
-    tests: Callable[[Drawn], dict[str, invariants.Test]]
+    always: dict[str, invariants.Test]
+    in_turn: bool = False
+
+    def tests(self, drawn: Drawn) -> dict[str, invariants.Test]:
+        """Return the invariants of a scene."""
+        if not drawn.scene.steady:
+            further = {"traces mirrored and turned": invariants.mirrored} if self.in_turn else {}
+            return invariants.OVER_TIME_ALWAYS | further
+        turn = list(invariants.IN_TURN)[drawn.seed % len(invariants.IN_TURN)]
+        return self.always | ({turn: invariants.IN_TURN[turn]} if self.in_turn else {})
 
 
 KINDS = {
-    "boxes": Kind("random scenes", 1, 10.0, 5.0, random_boxes.draw, invariants.of_boxes),
+    "boxes": Kind("random scenes", 1, 10.0, 5.0, random_boxes.draw, invariants.ALWAYS, in_turn=True),
     "laws": Kind("random scenes with laws, contacts, radiation and given currents", 6, 3.0, 10.0, random_laws.draw,
-                 invariants.of_laws),
-    "plates": Kind("random plates with 10 to 60 boxes", 24, 4.0, 5.0, random_plates.draw, invariants.of_plates),
+                 invariants.ALWAYS),
+    "plates": Kind("random plates with 10 to 60 boxes", 24, 4.0, 5.0, random_plates.draw, invariants.NEVER_COLDER),
 }  # fmt: skip
 
 

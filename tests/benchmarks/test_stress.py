@@ -100,7 +100,7 @@ def test_invariants_over_time_see_what_they_are_there_for():
     )  # fmt: skip
     drawn = Drawn(0, scene, ())
     found = invariants.solve(scene)
-    assert list(invariants.of_boxes(drawn)) == ["energy closes over time", "traces mirrored and turned"]
+    assert list(stress.KINDS["boxes"].tests(drawn)) == ["energy closes over time", "traces mirrored and turned"]
     assert invariants.energy(drawn, found) <= 1
     assert invariants.compared(drawn, found, 10.0)[0] <= 1
     later = replace(boundaries[0], value=replace(cold, times=(0.0, 5.5e-6, 5.5e-6)))
