@@ -12,7 +12,7 @@ from compare.worker import map_tasks
 from fem3d.runs.sink import solve
 from scenes.sink import OF_A_SINK, Sink
 from validate.verify import exact, orders, orders_in_time, published, second_path, surroundings
-from validate.verify.manufactured import conduction, heating, joule
+from validate.verify.manufactured import CAPACITIES, LAYERS, ONE_CAPACITY, ONE_K, conduction, heating, joule
 
 
 class Case(NamedTuple):
@@ -21,6 +21,11 @@ class Case(NamedTuple):
     family: str
     name: str
     run: Callable[[], Iterator[Row]]
+
+
+def _cases(family: str, *functions: Callable[[], Iterator[Row]]) -> Iterator[Case]:
+    """Yield the cases of functions, named after them."""
+    yield from (Case(family, function.__name__.replace("_", " "), function) for function in functions)
 
 
 NGSOLVE_ORDERS, NGSOLVE_MESH = (3, 4), (1e-6, 3.0)
@@ -43,8 +48,6 @@ def second_code() -> Iterator[Row]:
     ])  # fmt: skip
 
 
-ONE_K, LAYERS = (2.0, 2.0), (1.5, 3.0)  # W/(m K)
-ONE_CAPACITY, CAPACITIES = (1.5, 1.5), (1.2, 2.0)  # J/(m3 K)
 CASES = (
     Case("orders", "bricks, coupled", lambda: orders.bricks(joule(), 1, 2, 3, 4)),
     Case("orders", "hexahedra", lambda: chain(
@@ -58,35 +61,16 @@ CASES = (
     Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
     Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
     Case("orders", "L-shaped conductor, tetrahedra", orders.rows),
-    Case("orders", "exponential collocation", orders_in_time.exponential_collocation),
-    Case("orders", "SDIRK", lambda: orders_in_time.diagonally_implicit(heating(LAYERS, CAPACITIES))),
-    Case("orders", "Runge-Kutta", orders_in_time.runge_kutta),
-    Case("orders", "Crank-Nicolson", orders_in_time.layer),
-    Case("orders", "partitioned scheme", orders_in_time.partitioned),
-    Case("orders", "device", orders_in_time.device_estimate),
-    Case("exact", "slab, step", exact.slab_step),
-    Case("exact", "slab, film", exact.slab_film),
-    Case("exact", "heated slab", exact.heated_slab),
-    Case("exact", "ramped slab", exact.ramped_slab),
-    Case("exact", "two layers, steady", exact.layers_steady),
-    Case("exact", "two layers, transient", exact.layers_transient),
-    Case("exact", "thin layer", exact.thin_layer),
-    Case("exact", "brick", exact.brick),
-    Case("exact", "Joule-heated bar", exact.joule_bar),
-    Case("exact", "L-shaped conductor", exact.bend),
-    Case("exact", "partial electrodes", exact.partial_electrodes),
-    Case("exact", "contacts at faces", surroundings.contact_at_a_face),
-    Case("exact", "given current", surroundings.given_current),
-    Case("exact", "three conductivities", surroundings.anisotropic_block),
-    Case("exact", "conductivity by a law", surroundings.following_conductivity),
-    Case("exact", "radiating slab", surroundings.radiation),
-    Case("exact", "source on a plate", surroundings.spreading),
-    Case("published", "NAFEMS T3", published.nafems_t3),
-    Case("published", "NAFEMS T4", published.nafems_t4),
-    Case("published", "ISO 10211 case 1", published.iso_case_1),
-    Case("published", "ISO 10211 case 2", published.iso_case_2),
-    Case("published", "ISO 10211 case 3", published.iso_case_3),
-    Case("published", "ISO 10211 case 4", published.iso_case_4),
+    *_cases("orders", orders_in_time.exponential_collocation, orders_in_time.diagonally_implicit,
+            orders_in_time.runge_kutta, orders_in_time.layer, orders_in_time.partitioned,
+            orders_in_time.device_estimate),
+    *_cases("exact", exact.slab_step, exact.slab_film, exact.heated_slab, exact.ramped_slab, exact.layers_steady,
+            exact.layers_transient, exact.thin_layer, exact.brick, exact.joule_bar, exact.bend,
+            exact.partial_electrodes, surroundings.contact_at_a_face, surroundings.given_current,
+            surroundings.anisotropic_block, surroundings.following_conductivity, surroundings.radiation,
+            surroundings.spreading),
+    *_cases("published", published.nafems_t3, published.nafems_t4, published.iso_case_1, published.iso_case_2,
+            published.iso_case_3, published.iso_case_4),
     Case("second", "Newton on hexahedra", second_path.rows),
     Case("second", "NGSolve", second_code),
 )  # fmt: skip

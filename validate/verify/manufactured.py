@@ -24,6 +24,9 @@ LAYER = 0.25  # m: the height at which the second layer begins
 COEFFICIENT, FLUX = 3.0, 0.7  # W/(m2 K) on faces with convection, W/m2 into those with a flux
 TINY = 1e-30  # m: a step whose square is nothing beside 1
 
+ONE_K, LAYERS = (2.0, 2.0), (1.5, 3.0)  # W/(m K) of the two layers
+ONE_CAPACITY, CAPACITIES = (1.5, 1.5), (1.2, 2.0)  # J/(m3 K)
+
 Field = Callable[..., Any]  # of x, y, z, arrays of one shape
 Pair = tuple[float, float]  # of the lower and the upper layer
 

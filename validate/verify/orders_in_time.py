@@ -24,7 +24,7 @@ from reduced1d.device.schemes import (
 )
 from scenes.device import Device, External
 from validate.verify.expected import observed_order, order_row
-from validate.verify.manufactured import Heating, joule
+from validate.verify.manufactured import CAPACITIES, LAYERS, heating, joule
 from validate.verify.newton import Problem
 from validate.verify.orders import marched, second_path_of
 
@@ -62,11 +62,11 @@ def _fixed_steps(
     return state
 
 
-def diagonally_implicit(heating: Heating) -> Iterator[Row]:
+def diagonally_implicit() -> Iterator[Row]:
     """The method of the second path, on the semi-discrete problem of a heater, whose modes are exact, and with Joule
     heat by a resistivity that follows the temperature."""
     case = f"SDIRK of order {sdirk.ORDER} (second path)"
-    problem, _ = second_path_of(heating.at(np.inf), 1, 1)
+    problem, _ = second_path_of(heating(LAYERS, CAPACITIES).at(np.inf), 1, 1)
     end = 0.02
     exact = _exact_linear(problem, end)
     errors = [float(np.abs(marched(problem, end, steps) - exact).max()) for steps in (8, 16)]
