@@ -2,9 +2,7 @@
 
 Contacts in the second path: nodes that are doubled where a temperature or a potential jumps.
 
-A scene with all features of both paths, solved by Newton's method on scikit-fem's own hexahedra too: a silicon
-beam whose conductivity and resistivity follow the temperature, on an oxide foot behind a contact, below a cap that
-radiates; driven by a given current.
+A scene with all features of both paths, beam.toml, is solved by Newton's method on scikit-fem's own hexahedra too.
 
 The second path's own error is bounded by its change when its intervals are halved: next to an edge it falls by 2^(4/3)
 from one mesh to the next, so that 0.7 of the change is left.
@@ -15,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,8 +25,9 @@ from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, Mesh
 from benchmarks.rows import Row
 from meshes.grid import Grid, scene_planes
 from scenes import laws
-from scenes.laws import PowerLaw, Property, Table
-from scenes.model import Boundary, Box, Contact, Material, Probe, Scene, Schedule, Value
+from scenes.laws import Property
+from scenes.loading import load
+from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Value
 from validate.verify import newton
 from validate.verify.expected import Expected
 from validate.verify.expected import rows as solved
@@ -233,49 +233,21 @@ def readings(scene: Scene, basis: Basis, state: State) -> dict[str, float]:
 
 
 FAMILY, CASE = "second paths", "silicon on a foot: laws, contact, radiation, given current"
-ROOM, CURRENT = 293.0, 35e-3  # K, A: rises of some 350 K
-BEAM_ACCURACY = 1e-3  # of the solver: the second path is known less well
-LENGTH, WIDTH, THICKNESS, FOOT = 40e-6, 10e-6, 4e-6, 10e-6  # m
+BEAM = Path(__file__).with_name("beam.toml")
 # Of the length between two planes: along x and z intervals next to edges are short.
 GRADED, EVEN = np.array([0.0, 0.12, 0.88, 1.0]), np.array([0.0, 1.0])
 
 
-def beam() -> Scene:
-    """The scene. The foot's underside and the beam's far end are cold."""
-    silicon = Material(
-        "silicon", PowerLaw(130.0, 293.0, -1.3), 2330.0, 712.0, Table((293.0, 500.0, 900.0), (6e-5, 7e-5, 9e-5))
-    )
-    oxide, gold = Material("oxide", 1.38, 2200.0, 703.0), Material("cap", (200.0, 100.0, 20.0), 3000.0, 700.0)
-    low, high = (0.0, 0.0, 0.0), (LENGTH, WIDTH, THICKNESS)
-    near, far = (low, (0.0, WIDTH, THICKNESS)), ((LENGTH, 0.0, 0.0), high)
-    cap = (0.5 * LENGTH, 0.0, THICKNESS), (0.75 * LENGTH, WIDTH / 2, 1.5 * THICKNESS)
-    foot = (0.0, 0.0, -THICKNESS), (FOOT, WIDTH, 0.0)
-    boxes = (Box("beam", silicon, low, high), Box("foot", oxide, *foot), Box("cap", gold, *cap))
-    boundaries = (
-        Boundary("cold foot", "temperature", foot[0], (FOOT, WIDTH, -THICKNESS), ROOM),
-        Boundary("cold end", "temperature", *far, ROOM),
-        Boundary("top", "radiation", (cap[0][0], 0.0, cap[1][2]), cap[1], 0.9, ROOM),
-        Boundary("plus", "voltage", *near, CURRENT, series_resistance=np.inf),
-        Boundary("minus", "voltage", *far, 0.0),
-    )
-    probes = (
-        Probe("beam", low, high), Probe("cap", *cap), Probe("foot", *foot),
-        Probe("potential of plus", *near, "potential"),
-    )  # fmt: skip
-    contacts = (Contact("bond", ("beam", "foot"), 1e-6),)
-    return Scene("beam", boxes, boundaries, probes, ROOM, accuracy=BEAM_ACCURACY, steady=True, contacts=contacts)
-
-
 def rows() -> Iterator[Row]:
     """Compare the readings of both solvers."""
-    scene = beam()
+    scene: Scene = load(BEAM)
     coarse, fine = (halved_readings(scene, halvings) for halvings in (0, 1))
-    rise = max(abs(fine[p.name] - ROOM) for p in scene.probes if p.quantity == "temperature")
+    rise = max(abs(fine[p.name] - scene.initial_temperature) for p in scene.probes if p.quantity == "temperature")
     expected = []
     for probe in scene.probes:
         value, unsure = fine[probe.name], abs(fine[probe.name] - coarse[probe.name])
         unit, scale = ("K", rise) if probe.quantity == "temperature" else ("V", value)
-        expected.append(Expected(probe.name, unit, value, scale, unsure, settled=BEAM_ACCURACY))
+        expected.append(Expected(probe.name, unit, value, scale, unsure, settled=scene.accuracy))
     yield from solved(FAMILY, CASE, scene, expected, "Newton's method on scikit-fem's hexahedra")
 
 
