@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
-from matplotlib.tri import LinearTriInterpolator, Triangulation
+from matplotlib.tri import Triangulation
 
 from compare.report.checks import with_mu
 from scenes.formats import scale
@@ -123,9 +121,12 @@ def _map(table: Table, reduction: str) -> Figure:
     filled = axes[0].tricontourf(net, percents, levels=levels, cmap="viridis")
     figure.colorbar(filled, ax=axes[0], format="%g", pad=0.02).set_label("|1D/3D - 1| (%)")
     if several:
-        _blamed(axes[1], net, percents, [names.index(w) if w in names else 0 for w in words], 100 * tolerance)
-        handles = [Patch(color=PARTS[i], label=n) for i, n in enumerate(names)]
-        figure.legend(handles=handles, loc="lower right", ncols=4)
+        for name, colour in zip(names, PARTS, strict=False):
+            there = (words == name) & (size > tolerance)
+            axes[1].plot(
+                across[there], up[there], "s", color=colour, label=name, ms=2.5 if table.map else 6, clip_on=False
+            )
+        figure.legend(loc="lower right", ncols=4, markerscale=1.5)
         axes[1].set_title("to blame beyond the tolerance", fontsize=10)
     excess = (
         table.cells.excess.ravel() if table.cells else table.columns.get("past_valid_to_K", np.full(len(table), np.nan))
@@ -155,19 +156,6 @@ def _map(table: Table, reduction: str) -> Figure:
     figure.text(0.012, 0.02, "; ".join(notes), fontsize=9, color=INK)
     figure.subplots_adjust(wspace=0.24)
     return figure
-
-
-def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int], tolerance: float) -> None:
-    """The word of the nearest point as a colour where the tolerance is exceeded."""
-    from scipy.interpolate import NearestNDInterpolator
-
-    sides = [np.linspace(side.min(), side.max(), 300) for side in (net.x, net.y)]
-    places = np.stack(np.meshgrid(*sides), axis=-1)
-    spans = np.array([np.ptp(net.x) or 1.0, np.ptp(net.y) or 1.0])
-    nearest = NearestNDInterpolator(np.column_stack([net.x, net.y]) / spans, words)(places / spans)
-    size = LinearTriInterpolator(net, percents)(places[..., 0], places[..., 1]).filled(0.0)
-    shown = np.where(size > tolerance, nearest, np.nan)
-    ax.pcolormesh(*sides, shown, cmap=ListedColormap(PARTS), vmin=-0.5, vmax=len(PARTS) - 0.5, rasterized=True)
 
 
 def _pairs(table: Table) -> Figure:
