@@ -178,7 +178,7 @@ class Search:
         if level is not None:
             self.progress("transient")
             shift = transient.shift(transient.time_constant(level.fine.state), study.earliest)
-            bases = [Base.of_steady(solution.state) for solution in (level.fine, level.low)]
+            bases = [Base.of_steady(solution.state, study.accuracy) for solution in (level.fine, level.low)]
             return mesh.respond(study, problems, bases, shift, level, self.generations)
         shift = transient.shift(min(study.end, self.slowest), study.earliest)
         bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]

@@ -15,18 +15,19 @@ from typing import NamedTuple
 import numpy as np
 
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.assembly import at_films, linearized
+from fem3d.problems.assembly import at_films, linearized, refine_quadratures
 from fem3d.problems.conductors import combined, independent
 from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
-from fem3d.solution.march import FullResponse, march_full, refine_quadratures
+from fem3d.solution.march import FullResponse, march_full
+from fem3d.solution.steady import MOST_FINER, NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov, Transient
 from scenes.errors import BeyondLawError, RunawayInTimeError
 
-TIME_SHARE = 0.01  # part of the accuracy for time stepping
+TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations within a step
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
@@ -36,7 +37,6 @@ LOOSER = 10.0  # ratio of tolerances: steps for the error of space over steps of
 LEFT = 3.0 / (LOOSER - 1.0)
 FINEST = 1e-9  # tolerance, of the largest rise
 QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
-MOST_FINER = 4  # times that quadratures are refined
 ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 SOONEST = 1e-3  # part of the first requested time: sooner after a jump only values before the jump matter
@@ -224,9 +224,9 @@ def distance(a: Quantities, b: Quantities) -> dict[str, float]:
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only locates hot instants
 ROUNDS = 5
-# Fields are made up to this fraction of the time at which the heating runs away: there its rate is still finite.
+# A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
+# value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
 BEFORE = 0.95
-SAME = 5e-2  # a change of the currents by heating is left out where it is below this fraction of the accuracy
 
 
 class Hot(NamedTuple):
@@ -312,7 +312,7 @@ def searched(
             changes[i] = np.abs(load - reached).sum()
             if changes[i] == changes.max():
                 worst = state, hot, load
-        matter = changes >= SAME * accuracy * size
+        matter = changes >= NEGLIGIBLE * accuracy * size
         if worst is None or (turn > 0 and not matter.any()):
             break
         state, hot, load = worst

@@ -23,7 +23,7 @@ ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what
 # Cells, about 13,000 unknowns, beyond which the first grid is made for a larger accuracy: it takes a quarter of the
 # time, which is saved where no quantity sees most features. None of 700 random scenes has as many.
 MANY = 1_000
-COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers
+COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers, and of rough solutions
 HARDLY = 0.25  # exponent below which edges need more layers than fit above rounding
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
 # The shortest layers may leave this part of the allowed error: solved random scenes keep no more, and with only

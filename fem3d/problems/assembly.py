@@ -300,3 +300,10 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
         rows = heat.take(conductor.on.load(steepness * heating))[None]
     stiffness.sort_indices()
     return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)
+
+
+def refine_quadratures(
+    heat: HeatProblem, conductor: Conductor | None, points: int
+) -> tuple[HeatProblem, Conductor | None]:
+    """Return the problem by quadratures of its laws with so many more points along each axis."""
+    return heat.with_terms(tuple(term.finer(points) for term in heat.terms)), conductor and conductor.finer(points)

@@ -162,12 +162,13 @@ def _resistivity(
     return lambda rise: cold + warm * rise
 
 
-SAME = 1e-9  # relative size below which a current field is taken for a sum of others
+SAME = 1e-9  # relative: smaller parts of fields and distances of faces are rounding
 
 
-def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
+def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Pattern]:
     """The current fields of some potentials, without sources and orthogonal to earlier fields in the
-    cold resistance, scaled to the first; dependent fields are left out."""
+    cold resistance, scaled to the first; fields whose independent part is relatively smaller than ``least`` are left
+    out."""
     patterns: list[Pattern] = []
     product = conductor.product
     for potential in potentials:
@@ -178,7 +179,7 @@ def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[P
             new = new.plus(-share, pattern, 1.0)
         new = closed(conductor, new)
         remaining = product(new.density, new.density)
-        if remaining > SAME**2 * whole:
+        if remaining > max(SAME, least) ** 2 * whole:
             size = product(patterns[0].density, patterns[0].density) if patterns else remaining
             patterns.append(new.plus(0.0, new, np.sqrt(size / remaining)))
     return patterns

@@ -6,8 +6,7 @@ the integral of k'(T) w grad u . grad v, which is not. A term of another kind ha
 `HeatProblem.terms`.
 
 A nonlinear problem's tangent is K + R, R its unsymmetric rest. (K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by
-GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), many right-hand sides side by side. K^-1 R is compact
-where R has fewer derivatives than K, and a few steps do.
+GMRES. K^-1 R is compact where R has fewer derivatives than K, and a few steps do.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from fem3d.problems.cholesky import part
 from fem3d.spaces.domain import Domain
@@ -218,7 +218,7 @@ def terms(domain: Domain) -> tuple[Term, ...]:
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()
 
 
-MOST = 80  # steps of GMRES
+MOST_STEPS = 80  # of GMRES
 SOLVED = 1e-6  # relative residual of a dual solution
 
 
@@ -251,33 +251,34 @@ class Rest:
     ) -> np.ndarray:
         """(k, n): the solutions of (K + R) d = load for loads (k, n) and the ``inverse`` of K, to a relative residual
         of ``solved``. Raises NumericsError where that isn't reached."""
-        right = inverse(loads)
-        size = np.linalg.norm(right, axis=1)
-        # A load of nothing has nothing for its answer.
-        basis = [right / np.where(size > 0, size, 1.0)[:, None]]
-        count = len(right)
-        upper = np.zeros((count, MOST + 1, MOST))
-        solutions = np.zeros_like(right)
-        first = np.zeros((count, MOST + 1))
-        first[:, 0] = size
-        for step in range(MOST):
-            new = basis[-1] + inverse(self(basis[-1]))
-            for _ in range(2):
-                for i, v in enumerate(basis):
-                    share = (v * new).sum(axis=1)
-                    upper[:, i, step] += share
-                    new -= share[:, None] * v
-            length = np.linalg.norm(new, axis=1)
-            upper[:, step + 1, step] = length
-            shares, errors = _least(upper[:, : step + 2, : step + 1], first[:, : step + 2])
-            if (errors <= solved * size).all():
-                solutions = sum((shares[:, i, None] * v for i, v in enumerate(basis)), solutions)
-                return solutions
-            basis.append(new / np.where(length > 1e-300, length, 1.0)[:, None])
-        raise NumericsError("the problem linearized about a state is singular, or close to it")
+        solutions = [
+            solve_by_gmres(lambda v: v + inverse(self(v)), right, solved, MOST_STEPS)[0] if right.any() else right
+            for right in inverse(loads)
+        ]
+        if any(solution is None for solution in solutions):
+            raise NumericsError("the problem linearized about a state is singular, or close to it")
+        return np.array(solutions)
 
 
-def _least(matrices: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The least-squares solutions (k, m) of matrices (k, m + 1, m), and their residuals (k,)."""
-    shares = np.array([np.linalg.lstsq(m, r, rcond=None)[0] for m, r in zip(matrices, right, strict=True)])
-    return shares, np.linalg.norm(right - np.einsum("kij,kj->ki", matrices, shares), axis=1)
+def solve_by_gmres(
+    product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int
+) -> tuple[np.ndarray | None, int]:
+    """Solve a preconditioned linear system by GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), without
+    restarts.
+
+    Parameters
+    ----------
+    product : the preconditioned matrix times a vector (n,)
+    right : (n,), the preconditioned right-hand side
+    tolerance : relative residual
+    most : number of steps
+
+    Returns the solution (n,), or None where ``most`` steps do not reach the tolerance, and how many steps were taken.
+    """
+    residuals = list[float]()
+    solution, _ = gmres(
+        LinearOperator((len(right), len(right)), product, dtype=float), right, rtol=tolerance, atol=0.0, restart=most,
+        maxiter=1, callback=residuals.append, callback_type="pr_norm",
+    )  # fmt: skip
+    converged = np.isfinite(solution).all() and (not residuals or residuals[-1] <= tolerance)
+    return (solution if converged else None), len(residuals)

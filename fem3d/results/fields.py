@@ -19,6 +19,7 @@ import numpy as np
 from skfem import ElementHex2, ElementTetP2
 from skfem.refdom import RefTet
 
+from fem3d.problems.conductors import SAME
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths
@@ -118,7 +119,6 @@ def _piece(
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 FACES = ((0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2))
-SAME = 1e-9  # of the largest extent: points that are closer are one, unless a field jumps there
 # The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
 BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
@@ -209,7 +209,7 @@ class Fields:
             image = at.copy()
             image[axis] = 2 * middle - image[axis]
             at = np.concatenate([at, image], axis=1)
-        # Nodes at one place are one point unless a field jumps there: then a random function has two values.
+        # Nodes nearer than `SAME` are one point unless a field jumps there: then a random function has two values.
         spaces = self._space, self._domain.electric.space
         values = [np.broadcast_to(self._at_nodes(s, random.normal(size=s.size)), at.shape[1:]) for s in spaces]
         size = SAME * float(np.ptp(at, axis=(1, 2, 3)).max())

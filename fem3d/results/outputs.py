@@ -112,8 +112,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
         return value[0], doubt[0]
 
     def potential(probe: Any) -> np.ndarray:
-        phi = None if state.conductor is None else state.hot_potential
-        return np.array(Voltmeter(heat.domain, probe).read(phi, 0.0))
+        return np.array(Voltmeter(heat.domain, probe).read(state.potential, 0.0))
 
     # The flows are small differences of these terms.
     sizes = np.abs(state.rise)

@@ -16,6 +16,7 @@ import numpy as np
 
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import Spread, left, total
+from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import Problems, problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected
 from fem3d.runs.differences import TIGHT, Point, Table, Values, difference, move
@@ -36,7 +37,6 @@ from statespace.march import March, march
 from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
 from statespace.stability import Stability, assess, gains, plant, steady
 
-COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0
 """Shifts lie between the sample time and this part of the slowest response; of a device sampled so slowly that the two
 are close, they are that many sample times apart."""
@@ -53,7 +53,6 @@ AHEAD = 6.0
 """A refinement aims at an error so many times below the accuracy: one more level costs more than some more unknowns."""
 ROUNDING = 1e-13
 """Relative rounding error of a power in the difference of two steady states, each iterated to that."""
-STEPS = 1e-2  # the iteration for the powers between samples ends at this fraction of the accuracy
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +193,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
     marks, earliest = grading.features(part.scene), device.control.sample_time
-    grid = _first_grid(part.scene, min(accuracy, COARSEST), earliest, marks)
+    grid = _first_grid(part.scene, min(accuracy, reach.COARSEST), earliest, marks)
     short = _short(device)
     generations, nodes = GENERATIONS, FEWEST
     slowest = LONGEST * earliest
@@ -273,7 +272,7 @@ def _judged(
 
 def _steps(device: Device) -> float:
     """The tolerance (K) of the iteration for the powers between samples."""
-    return STEPS * device.accuracy_3d * device.set_rise
+    return TIME_SHARE * device.accuracy_3d * device.set_rise
 
 
 def _scales(device: Device, run: March) -> dict[str, float]:

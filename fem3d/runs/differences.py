@@ -29,6 +29,7 @@ from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
+from fem3d.problems.conductors import SAME
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
@@ -41,8 +42,6 @@ from scenes.errors import NumericsError, SceneError
 from scenes.model import AnyScene, MeshScene, Scene
 from scenes.result import Estimate
 
-SAME = 1e-9
-"""Faces that are nearer to each other than this fraction of a scene's extent lie in one plane."""
 TOGETHER = 1e-6
 """Faces in one plane move together where their displacements differ by less than this fraction of the largest one."""
 
@@ -332,7 +331,7 @@ class _Solver:
             steady = {name: float(value) for name, value in solution.quantities.items()}
             if self._rows is not None:
                 profile = self._rows @ solution.state.heat.field(solution.state.rise)
-            base = Base.of_steady(solution.state)
+            base = Base.of_steady(solution.state, study.accuracy)
         if response is None:
             return Values(steady, profile, {})
         heat, conductor = given.heats[level], given.conductors[level]

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.problems.conductors import SAME
 from fem3d.results.outputs import Outputs, Quantities, Study
 from meshes.symmetry import Symmetry
 from scenes import laws
@@ -84,7 +85,6 @@ def _at(boundary: Any, out: Outputs) -> np.ndarray:
 
 
 OF_RISE, OF_FLOW = 0.1, 0.01
-ISOTHERMAL = 1e-9  # a rise below this fraction of the given ones is rounding, and no measure of temperature errors
 FIELD = 0.1  # of the largest rise: aimed error of the field at any node, within a few more levels
 EARLY, LATE = 1e-3, 0.1  # parts of the end time: `_earliest` without requested instants, and its largest value
 
@@ -150,7 +150,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
     rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
     rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
     farthest = max([rise, *(abs(t - start) for t in given)])
-    if rise <= ISOTHERMAL * farthest:
+    if rise <= SAME * farthest:  # rounding, and no measure of temperature errors
         rise = farthest
     through = max((_largest(v) for n, v in out.items() if n.startswith("flow:")), default=0.0)
     made = _largest(out["power"]), _largest(out["generated"])

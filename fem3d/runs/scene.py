@@ -14,7 +14,9 @@ import numpy as np
 
 from fem3d.adaptivity import choice
 from fem3d.adaptivity.adapt import adapt
+from fem3d.adaptivity.marched import BEFORE, TIME_SHARE
 from fem3d.adaptivity.mesh import Answer
+from fem3d.adaptivity.reach import COARSEST
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
@@ -259,12 +261,7 @@ def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
     return Step("steady state", "skipped", only), Step("transient", "done", how)
 
 
-# The course is kept up to this fraction of the time t of the runaway. The rise approaches its last value like
-# (1 - time / t)^(1/2), so that its error there is about three times the error of t.
-KEPT = 0.95
 TRIES = 4  # runs that may each move the end: a finer mesh may run away earlier
-ROUGH = 1e-2  # accuracy of the steady state that gives the largest voltage
-STEPS = 1e-2  # fraction of the accuracy for the steps that locate the time
 
 
 def until(
@@ -277,7 +274,7 @@ def until(
     """
     time = runaway.time
     for _ in range(TRIES):
-        end = float(f"{KEPT * time:.2e}")
+        end = float(f"{BEFORE * time:.2e}")
         kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
         try:
             result = solve(kept, progress, whole)
@@ -291,7 +288,7 @@ def until(
     instant, response = runaway.time, result.details["transient"]
     try:
         if isinstance(response, transient.Transient):
-            transient.march(response.base, response.reduced, scene.end_time, STEPS * scene.accuracy)
+            transient.march(response.base, response.reduced, scene.end_time, TIME_SHARE * scene.accuracy)
     except RunawayInTimeError as known:
         instant = known.time
     limit = _limit(scene, runaway.time)
@@ -312,7 +309,7 @@ def _limit(scene: AnyScene, time: float) -> str:
     sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
     given: dict[str, Any] = {heated: sources, "boundaries": tuple(map(held, scene.boundaries))}
     try:
-        solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
+        solve(replace(scene, **given, steady=True, output_times=(), accuracy=COARSEST))
     except RunawayError as error:
         return f"; {error.largest}" if error.largest else ""
     except NumericsError:

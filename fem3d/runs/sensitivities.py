@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from fem3d.problems.conductors import SAME
 from fem3d.results.outputs import Outputs, Quantities, Study
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
@@ -27,7 +28,6 @@ from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
 
-SAME = 1e-9  # K: given temperatures nearer to each other are one
 ZERO = "it is zero within its error, of which there is no percent"
 AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
 
@@ -120,4 +120,4 @@ def floor_of(scene: AnyScene, other: AnyScene) -> float:
     if not pairs:
         return other.initial_temperature
     lowest = min(min(values(a)) for a, _ in pairs)
-    return float(np.mean([min(values(b)) for a, b in pairs if min(values(a)) <= lowest + SAME]))
+    return float(np.mean([min(values(b)) for a, b in pairs if min(values(a)) <= lowest * (1 + SAME)]))

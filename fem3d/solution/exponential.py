@@ -26,9 +26,10 @@ APART = 1e-6  # of the norm of the state: the finite differences for the slope o
 SETTLED = 1e-8  # relative change of a stiff source in a sweep at which its iteration ends
 STILL = 1e-3  # change of the states in a sweep, over the error allowed, which ends it too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
-# Halvings of the step where ``holds`` becomes false: they give the time to a millionth of the step.
+# Halvings of a step in which a response runs away: they give the time to a millionth of the step.
 HALVINGS = 20
-MOST_TRIALS = 20_000  # of steps, those that are taken and those that fail
+MOST_STEPS = 20_000  # in time, those that are taken and those that fail
+SHORTEST = 1e-13  # step over the end time
 
 
 @dataclass(frozen=True)
@@ -104,15 +105,15 @@ def integrate(
         piece = source(time)
         while time < stop:
             trials += 1
-            if trials > MOST_TRIALS:
+            if trials > MOST_STEPS:
                 raise NumericsError(
-                    f"the transient needs more than {MOST_TRIALS:,} steps in time: they get as far as t = "
+                    f"the transient needs more than {MOST_STEPS:,} steps in time: they get as far as t = "
                     f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
                 )
             remaining = stop - time
             last = length >= remaining * (1 - 1e-12)
             taken = remaining if last else length
-            if taken < 1e-13 * end and not last:
+            if taken < SHORTEST * end and not last:
                 if _growth(piece, rates, time, state, size) <= 0:
                     raise NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
                 raise runaway(time)

@@ -26,14 +26,16 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import LinearOperator, gmres
 
-from fem3d.problems.assembly import linearized
+from fem3d.problems.assembly import linearized, refine_quadratures
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.solution import exponential
-from fem3d.solution.transient import HOTTEST, MOST, resists
+from fem3d.solution.exponential import HALVINGS, MOST_STEPS, SHORTEST
+from fem3d.solution.steady import HOTTEST
+from fem3d.solution.transient import MOST, resists
 from scenes.errors import NumericsError
 from scenes.units import TIME
 
@@ -66,9 +68,6 @@ MOST_INNER = 40  # steps of GMRES in one linear system
 # Steps of GMRES in one step in time after which factors are made anew: they take about as long.
 REFACTORED = 40
 ROUNDING = 1e-11  # of the initial temperature: smaller changes of the rise are rounding
-SHORTEST = 1e-13  # step over the end time
-MOST_STEPS = 20_000  # trials of steps
-BISECTIONS = 20  # of the step in which a response runs away
 
 
 class Step(NamedTuple):
@@ -147,18 +146,11 @@ def march_full(
 
     Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
 
-    Raises RunawayInTimeError where the heating runs away, at the latest above `transient.HOTTEST`; BeyondLawError
+    Raises RunawayInTimeError where the heating runs away, at the latest above `steady.HOTTEST`; BeyondLawError
     where the heat vanishes with the resistivity; NumericsError where no step is short enough within `MOST_STEPS`.
     """
     ends = [] if like is None else [step.start + step.length for step in like.steps]
     return _March(heat, conductor, tolerance, points).run(end, earliest, ends)
-
-
-def refine_quadratures(
-    heat: HeatProblem, conductor: Conductor | None, points: int
-) -> tuple[HeatProblem, Conductor | None]:
-    """Return the problem by quadratures of its laws with so many more points along each axis."""
-    return heat.with_terms(tuple(term.finer(points) for term in heat.terms)), conductor and conductor.finer(points)
 
 
 class _State(NamedTuple):
@@ -187,23 +179,14 @@ class _Linearization:
 
     def solve(self, load: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
         """Return the solution (free nodes,) of (C + shift (K + R)) d = load, and the steps of GMRES."""
-        count = 0
 
         def product(v: np.ndarray) -> np.ndarray:
             return self._inverse(self._capacity @ v + shift * (self._stiffness @ v + self._rest(v)))
 
-        def counted(_: float) -> None:
-            nonlocal count
-            count += 1
-
-        operator = LinearOperator((len(load), len(load)), product, dtype=float)
-        found, failed = gmres(
-            operator, self._inverse(load), rtol=INNER, atol=0.0, restart=MOST_INNER, maxiter=1, callback=counted,
-            callback_type="pr_norm",
-        )  # fmt: skip
-        if failed or not np.isfinite(found).all():
+        solution, count = solve_by_gmres(product, self._inverse(load), INNER, MOST_INNER)
+        if solution is None:
             raise NumericsError("the linearized equations of a step are not solved")
-        return found, count
+        return solution, count
 
 
 class _March:
@@ -312,7 +295,7 @@ class _March:
         if holds(1.0):
             return
         low, high = 0.0, 1.0
-        for _ in range(BISECTIONS):
+        for _ in range(HALVINGS):
             middle = (low + high) / 2
             low, high = (middle, high) if holds(middle) else (low, middle)
         raise exponential.runaway(step.start + low * step.length)

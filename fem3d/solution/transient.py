@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.problems.conductors import SAME, independent
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
-from fem3d.solution.steady import SteadyState
+from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
 
 State = tuple[np.ndarray, np.ndarray]
@@ -43,16 +44,20 @@ class Base:
     steady: SteadyState | None = None
 
     @staticmethod
-    def of_steady(state: SteadyState) -> Base:
-        """The base of a response to a constant drive with a steady state."""
-        heat = state.heat
+    def of_steady(state: SteadyState, accuracy: float = 0.0) -> Base:
+        """The base of a response to a constant drive with a steady state, which is relatively accurate."""
+        heat, conductor, lift = state.heat, state.conductor, state.heat.lifts[0]
         if heat.exact is not None or heat.storage is not None:
-            return replace(Base.bare(heat.exact or heat, state.conductor), steady=state)
-        load = heat.loads[0].copy()
-        if state.conductor is not None:
-            load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
-        rise = (state.rise - heat.lifts[0])[: heat.free]
-        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(rise))
+            return replace(Base.bare(heat.exact or heat, conductor), steady=state)
+        rise, load = (state.rise - lift)[: heat.free], heat.loads[0]
+        fields, patterns = [rise], list[Pattern]()
+        if conductor is not None:
+            hot = conductor.solve(state.rise, conductor.voltages[0], state.potential)
+            cold = conductor.solve(lift, conductor.voltages[0]) if conductor.warms else hot
+            patterns = independent(conductor, [cold, hot], NEGLIGIBLE * accuracy)
+            load = load + conductor.joule_load(patterns[0].density, lift)
+            fields.insert(0, heat.solve_steady(load[: heat.free]))
+        return Base(heat, conductor, patterns, np.column_stack(fields), _with_inertia(heat, [load]), heat.norm(rise))
 
     @staticmethod
     def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
@@ -159,7 +164,7 @@ class Krylov:
                 v = new - self._made @ (new @ self._weighted)
                 weighted = self._mass @ v
                 size = np.sqrt(max(v @ weighted, 0.0))
-                if not size > GONE * np.sqrt(max(new @ (self._mass @ new), 0.0)):
+                if not size > SAME * np.sqrt(max(new @ (self._mass @ new), 0.0)):
                     continue
                 self._made = np.column_stack([self._made, v / size])
                 self._weighted = np.column_stack([self._weighted, weighted / size])
@@ -182,8 +187,6 @@ MOST = 1 / LEAST
 # Of the cold resistivity: a resistivity above this at all vertices is above `LEAST` between them too, for fields of
 # adequate accuracy.
 ENOUGH = 0.8
-HOTTEST = 1e5  # K, beyond any solid: with a law of a property a state that hot counts as run away
-GONE = 1e-9  # a new field whose independent part is smaller than this, relatively, is taken for one that is there
 
 
 def time_constant(state: SteadyState) -> float:

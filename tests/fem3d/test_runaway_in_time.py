@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.runs.scene import KEPT, solve, until
+from fem3d.adaptivity.marched import BEFORE
+from fem3d.runs.scene import solve, until
 from fem3d.solution.transient import LEAST
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.free.tables import as_toml
@@ -51,7 +52,7 @@ def test_traces_before_runaway_are_kept():
     time, traces = caught.value.time, result.over_time
     # A finer mesh runs away a little earlier, which takes one more try.
     assert traces.time[-1] == kept.end_time
-    assert 0.9 * KEPT**2 * time < kept.end_time < 1.01 * KEPT * time
+    assert 0.9 * BEFORE**2 * time < kept.end_time < 1.01 * BEFORE * time
     assert kept.output_times == (0.1 * RUNS_AWAY, kept.end_time)
     # At 1 % two digits are certain.
     assert said.startswith(f"the heating runs away at t = {1e6 * time:.2g} us; ")
@@ -71,7 +72,7 @@ def test_command_ends_with_status_3_and_keeps_traces(tmp_path, capsys):
     assert "the heating runs away at t = " in printed.err
     assert "mean" in printed.out
     rows = np.genfromtxt(tmp_path / "out" / "traces.csv", delimiter=",", names=True)
-    assert rows["time_s"][-1] == pytest.approx(KEPT * RUNS_AWAY, rel=1e-2)
+    assert rows["time_s"][-1] == pytest.approx(BEFORE * RUNS_AWAY, rel=1e-2)
     assert "runs away" in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")
 
 
