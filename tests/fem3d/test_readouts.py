@@ -1,4 +1,5 @@
-"""Probes of resistance and power: a thermometer strip beside a heater on a film, read by its resistance."""
+"""Probes: resistance and power, extremes and means over regions, flows of boundaries that meet, and further probes on
+the mesh of a scene's own."""
 
 from dataclasses import replace
 from math import inf
@@ -8,8 +9,10 @@ import pytest
 
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sensitivities
+from fem3d.runs.scene import observe, solve
 from scenes.errors import SceneError
-from scenes.free import rules
+from scenes.free import from_dict, rules
+from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 
 METAL = Material("platinum", 71.0, 21450.0, 130.0, 1.06e-7, 3e-3, 293.0)
@@ -151,3 +154,106 @@ def test_what_is_no_resistance_is_refused():
     assert 'probe "p" asks for a power in what is no volume' in refused(chip(probes=(sheet,)))
     film = Probe("p", (0.0, 0.0, -1e-6), (L, W, 0.0), "power")
     assert 'probe "p" asks for a power where nothing conducts' in refused(chip(probes=(film,)))
+
+
+def test_a_vanishing_flow_is_read_with_its_error_and_refines_nothing():
+    scene = replace(load_free("bridge", []), accuracy=1e-2)
+    middle = Probe("middle flow", (0.0, 100e-6, 2e-6), (10e-6, 100e-6, 4e-6), "heat_flow")
+    found, alone = observe(scene, [middle]), solve(scene).steady
+    assert abs(found["middle flow"].value) <= found["middle flow"].error
+    for name, estimate in alone.items():
+        assert found[name].value == pytest.approx(estimate.value, abs=estimate.error + found[name].error)
+
+
+MATERIALS = [{"name": "metal", "thermal_conductivity": 100}, {"name": "oxide", "thermal_conductivity": 1}]
+
+
+def stack(source: float = 1e9, **run: object) -> Scene:
+    """Two posts of oxide under a bar of metal, symmetric but for the source in the right one."""
+    box = {"left": ("oxide", [-3, 0, 0], [-2, 1, 2]), "right": ("oxide", [2, 0, 0], [3, 1, 2]),
+           "bar": ("metal", [-3, 0, 2], [3, 1, 3])}  # fmt: skip
+    um = [{"name": n, "material": m, "lower": [c * 1e-6 for c in a], "upper": [c * 1e-6 for c in b]}
+          for n, (m, a, b) in box.items()]  # fmt: skip
+    um[0]["heat_source"], um[1]["heat_source"] = 1e9, source
+    scene = from_dict({
+        "run": {"steady": True, "accuracy": 1e-3, **run}, "material": MATERIALS, "box": um,
+        "boundary": [{"name": n, "lower": um[i]["lower"], "upper": [*um[i]["upper"][:2], 0], "temperature": 293}
+                     for i, n in enumerate(("cold", "cool"))],
+        "probe": [
+            {"name": "all", "reduce": "max"}, {"name": "oxide", "reduce": "max", "material": "oxide"},
+            {"name": "some", "reduce": "max", "boxes": ["bar", "right"]}, {"name": "mean", "boxes": ["left", "right"]},
+            {"name": "one", "reduce": "max", "boxes": ["left"]},
+        ],
+    })  # fmt: skip
+    return scene
+
+
+@pytest.mark.parametrize("mesh", ["bricks", "tetrahedra"])
+@pytest.mark.parametrize("source", [1e9, 4e9])
+def test_a_region_reads_all_its_boxes(source, mesh):
+    scene = stack(source, mesh=mesh)
+    each = [Probe(f"{how} {b.name}", b.lower, b.upper, reduce=how) for b in scene.boxes for how in ("max", "mean")]
+    found = solve(replace(scene, probes=(*scene.probes, *each))).steady
+
+    def close(name: str, expected: float) -> None:
+        rise = found[name].value - 293
+        assert rise == pytest.approx(expected - 293, abs=2 * found[name].error + 1e-9 * rise)
+
+    largest = {b.name: found[f"max {b.name}"].value for b in scene.boxes}
+    close("all", max(largest.values()))
+    close("oxide", max(largest["left"], largest["right"]))
+    close("some", max(largest["bar"], largest["right"]))
+    close("one", largest["left"])
+    close("mean", (found["mean left"].value + found["mean right"].value) / 2)
+
+
+QUARTER = 10.234092569 / 4  # of a square duct's shape factor per unit length, walls as thick as half its opening
+
+
+def duct():
+    """A square duct, a body around a hole: inside at 400 K, outside at 300 K, k = 1 W/(m K), 0.1 m long."""
+    walls = {"l": (-1, -1, -0.5, 1), "r": (0.5, -1, 1, 1), "b": (-0.5, -1, 0.5, -0.5), "t": (-0.5, 0.5, 0.5, 1)}
+    sides = {}
+    for name, half, temperature in (("i", 0.5, 400.0), ("o", 1.0, 300.0)):
+        for side, at in (("l", -half), ("r", half)):
+            sides[name + side] = (at, -half, at, half, temperature)
+        for side, at in (("b", -half), ("t", half)):
+            sides[name + side] = (-half, at, half, at, temperature)
+    return from_dict({
+        "scene": {"name": "duct", "initial_temperature": 300.0},
+        "run": {"steady": True, "accuracy": 1e-3},
+        "material": [{"name": "k", "thermal_conductivity": 1.0}],
+        "box": [{"name": n, "material": "k", "lower": [*w[:2], 0], "upper": [*w[2:], 0.1]} for n, w in walls.items()],
+        "boundary": [
+            {"name": n, "lower": [*s[:2], 0], "upper": [*s[2:4], 0.1], "temperature": s[4]} for n, s in sides.items()
+        ],
+        "probe": [
+            {"name": n, "quantity": "heat_flow", "lower": [*sides[n][:2], 0], "upper": [*sides[n][2:4], 0.1]}
+            for n in ("il", "ol")
+        ],
+    })  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
+def test_side_of_duct_has_quarter_of_heat(accuracy):
+    """At its inner edges, re-entrant for the wall, the flux has no bound."""
+    found = scene_run.solve(replace(duct(), accuracy=accuracy)).steady
+    for name, sign in (("il", 1.0), ("ol", -1.0)):
+        each, true = found[name], sign * 10.0 * QUARTER
+        assert abs(each.value - true) <= each.error <= accuracy * abs(true)
+        assert abs(each.value - 1.03 * true) > each.error
+
+
+@pytest.mark.parametrize("mesh", ["bricks", "tetrahedra"])
+def test_parts_of_one_face_share_uniform_flow_by_area(mesh):
+    """The flux through a slab is uniform; its cold face is two boundaries of one temperature."""
+    faces = {"left": ((0.0, 0.0, 0.0), (0.3, 1.0, 0.0), 300.0), "right": ((0.3, 0.0, 0.0), (1.0, 1.0, 0.0), 300.0),
+             "hot": ((0.0, 0.0, 1.0), (1.0, 1.0, 1.0), 310.0)}  # fmt: skip
+    box = Box("box", Material("k", 2.0, 1.0, 1.0), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    scene = Scene(
+        "halves", (box,), tuple(Boundary(n, "temperature", *f) for n, f in faces.items()),
+        tuple(Probe(n, *f[:2], "heat_flow") for n, f in faces.items()), 300.0, steady=True, mesh=mesh,
+    )  # fmt: skip
+    found = {name: e.value for name, e in scene_run.solve(scene).steady.items()}
+    assert found == pytest.approx({"left": -6.0, "right": -14.0, "hot": 20.0}, rel=1e-9)

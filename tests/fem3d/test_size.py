@@ -1,19 +1,24 @@
-"""The cost of a grid of bricks is predicted before any work on it, and too large a cost is refused then."""
+"""The memory of a run: predicted for a grid of bricks before any work on it, refused where it is too large, and
+released with the result, without waiting for Python's search for cycles."""
 
+import gc
 import random
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from fem3d.adaptivity import reach
 from fem3d.problems.assembly import assemble
 from fem3d.problems.cholesky import Factors
+from fem3d.problems.heat import HeatProblem
 from fem3d.runs import scene as runs
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import Domain, boxes
 from fem3d.spaces.size import foreseen
 from meshes import grading
 from scenes.errors import NumericsError
 from scenes.free import check
+from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
 UM = 1e-6
@@ -74,3 +79,37 @@ def test_memory_limit_decides_at_one_percent():
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0
     with pytest.raises(NumericsError, match=r"at an accuracy of 0\.01"):
         runs.solve(replace(scene, memory=0.99 * size.memory), whole=True)
+
+
+def on_tetrahedra() -> Scene:
+    """A plate with a pad, and the heat that its warm end takes."""
+    scene = plate(1)
+    out = Probe("out", (200 * UM, 0.0, 0.0), (200 * UM, 200 * UM, 2 * UM), "heat_flow")
+    return check(replace(scene, mesh="tetrahedra", probes=(*scene.probes, out)))
+
+
+def kept(scene: Any, names: list[str]) -> int:
+    """The number of problems, domains and factors that a run leaves after its result is released."""
+
+    def count() -> int:
+        return sum(isinstance(each, (Domain, Factors, HeatProblem)) for each in gc.get_objects())
+
+    gc.collect()
+    gc.disable()
+    try:
+        before, result = count(), runs.solve(scene)
+        assert set(names) <= {*result.steady, *(result.traces.values if result.traces else ())}
+        assert count() > before
+        del result
+        return count() - before
+    finally:
+        gc.enable()
+
+
+@pytest.mark.parametrize(("scene", "names"), [("plate", []), ("hotplate", ["heat to the left"])])
+def test_a_run_on_bricks_leaves_nothing_behind(scene, names):
+    assert kept(load_free(scene), names) == 0
+
+
+def test_a_run_on_tetrahedra_leaves_nothing_behind():
+    assert kept(on_tetrahedra(), ["out"]) == 0

@@ -1,4 +1,6 @@
-"""Rows of spans in 1D: the paper's equations for unequal ends, and the fin along the whole row."""
+"""Beyond one sink in 1D: rows of spans, the spreading resistance of a plate below, and derivatives by their formulas.
+
+The comparison of the plate with 3D is in `tests/fem3d/test_sinks.py`."""
 
 from dataclasses import replace
 
@@ -6,12 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_bvp
 
-from reduced1d import equations, ladder
-from reduced1d.equations import anchor_series_resistance
+from reduced1d import equations, ladder, slopes
+from reduced1d.equations import anchor_series_resistance, plate_resistance
 from reduced1d.ladder.few_states import half_island, lumps, steady
+from reduced1d.ladder.levels import Levels, rungs
 from reduced1d.ladder.plate import film
-from scenes.errors import SceneError
+from scenes.errors import NumericsError, SceneError
 from scenes.sink import Sink
+from scenes.varied import numbers
 
 K, A, L = 130.0, 2e-10, 1e-3
 
@@ -116,3 +120,88 @@ def test_a_long_row_is_solved_whole():
         middle = found.steady[f"span{spans // 2}_mean_rise_K"].value
         assert found.steady[f"span{spans // 2 - 1}_mean_rise_K"].value == pytest.approx(middle, rel=1e-6)
     assert per_heat[0] == pytest.approx(per_heat[1], rel=3e-5)
+
+
+ON = Sink(substrate_thickness=0.5e-3)
+
+
+def test_a_small_square_on_a_thick_plate_is_one_on_a_half_space():
+    side = 1e-5
+    found = plate_resistance((1e-3, 1e-3, 1e-3), (side, side), (5e-4, 5e-4), K)
+    # On a half space 0.4732 / (k side) (Carslaw and Jaeger, 8.2); the plate's sides and bottom are a hundred sides off.
+    assert found == pytest.approx(0.4732 / (K * side), rel=0.01)
+
+
+def test_a_source_that_covers_a_plate_has_its_resistance_alone():
+    assert plate_resistance((2e-3, 1e-3, 3e-4), (2e-3, 1e-3), (1e-3, 5e-4), K) == pytest.approx(3e-4 / (K * 2e-6))
+
+
+def test_sides_that_are_far_do_not_matter_and_cost_nothing():
+    """A wafer against a plate whose sides are 6 thicknesses away: the reflection is a part exp(-6 pi)."""
+    block = (5e-5, 5e-5)
+    wafer, plate = (plate_resistance((side, side, 2e-4), block, (side / 2, side / 2), K) for side in (0.3, 2.45e-3))
+    near = plate_resistance((8e-4, 8e-4, 2e-4), block, (4e-4, 4e-4), K)
+    assert wafer == pytest.approx(plate, rel=1e-8)
+    assert abs(near / wafer - 1) > 1e-6
+    with pytest.raises(NumericsError, match=r"a substrate of 1 m by 1 m by 100 mm is too large"):
+        plate_resistance((1.0, 1.0, 0.1), block, (0.5, 0.5), K)
+
+
+def test_two_sources_heat_each_other_alike():
+    plate, block = (3e-3, 2e-3, 5e-4), (5e-5, 4e-5)
+    a, b = (1e-3, 1e-3), (1.9e-3, 7e-4)
+    there, back = (plate_resistance(plate, block, p, K, q) for p, q in ((a, b), (b, a)))
+    assert there == pytest.approx(back, rel=1e-12)
+    assert 0 < there < 0.1 * plate_resistance(plate, block, a, K)
+
+
+def test_the_paper_s_equations_know_nothing_of_it_and_the_ladder_charges_it_apart():
+    paper = [ladder.solve(sink, "paper", steady_only=True).steady["peak_rise_K"].value for sink in (Sink(), ON)]
+    assert paper[0] == paper[1]
+    assert [rung.blame for rung in rungs(Levels(ON))][-2:] == ["substrate", "rest (thin plate)"]
+    assert "substrate" not in [rung.blame for rung in rungs(Levels(Sink()))]
+    assert "substrate" not in [rung.blame for rung in rungs(Levels(ON), "fin")]
+
+
+def test_anchor_resistance_by_its_formula():
+    """Eq 14: R = u_o / (k w t) + t_o / (k_o l_o w_o), and u_o half of the pad's length beyond the oxide."""
+    sink = Sink()
+    steady, _ = slopes.of_sink(sink, "paper", numbers(sink))
+    found = {key: of["anchor_resistance_K_per_W"] for key, of in steady.items()}
+    whole = anchor_series_resistance(sink)
+    pad = sink.anchor_distance / (130 * sink.pad_width * sink.thickness) / whole
+    expected = {
+        "sink.thickness": -pad,
+        "anchor.pad_width": -pad,
+        "anchor.pad_length": pad * sink.pad_length / (sink.pad_length - sink.oxide_length),
+        "anchor.oxide_length": -pad * sink.oxide_length / (sink.pad_length - sink.oxide_length) - (1 - pad),
+        "anchor.oxide_width": -(1 - pad),
+        "anchor.oxide_thickness": 1 - pad,
+        "materials.silicon.thermal_conductivity": -pad,
+        "materials.oxide.thermal_conductivity": -(1 - pad),
+        "drive.voltage": 0.0,
+    }
+    assert {key: found[key] for key in expected} == pytest.approx(expected, abs=1e-6)
+
+
+def test_current_by_its_formula():
+    """I = V / (R (1 + a dT)) and the power V I; dT is proportional to the power: d ln dT / d ln V = 2 / (1 + f)
+    with f = a dT / (1 + a dT), a fixed point."""
+    sink = Sink(voltage=5.0)
+    steady, _ = slopes.of_sink(sink, "paper", ["drive.voltage"])
+    a = 5e-4
+    from reduced1d.ladder import solve
+
+    warm = a * solve(sink, steady_only=True).steady["mean_rise_K"].value
+    f = warm / (1 + warm)
+    assert steady["drive.voltage"]["mean_rise_K"] == pytest.approx(2 / (1 + f), abs=1e-6)
+    assert steady["drive.voltage"]["current_A"] == pytest.approx(1 - 2 * f / (1 + f), abs=1e-6)
+
+
+def test_over_time_it_goes_to_the_steady_state():
+    sink = Sink()
+    steady, course = slopes.of_sink(sink, "paper", ["sink.width"], np.array([1e-5, 0.2]))
+    found = course["sink.width"]
+    assert found["end_K"][-1] == pytest.approx(steady["sink.width"]["end_rise_K"], abs=1e-6)
+    # Early on the rise is the energy over the heat capacity, and neither depends on the width.
+    assert found["mean_K"][0] == pytest.approx(0, abs=1e-2)

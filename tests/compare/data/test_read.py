@@ -1,6 +1,8 @@
-"""Reading other tools' tables: the content of each kind of file, and refusals that name the fault."""
+"""Reading other tools' tables: the content of each kind of file, refusals that name the fault, and of several runs in
+one file the scene's own."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -102,3 +104,154 @@ def test_what_is_left_out_is_said(tmp_path):
     assert data.left_out == {"stress (MPa)": "has no unit that is known"}
     assert 'peak is "peak (K)"' in data.said()
     assert 'left out: "stress (MPa)", it has no unit' in data.said()
+
+
+TIMES = np.array([0.0, 1e-3, 5e-3, 20e-3])
+VOLTS = (0.5, 1.0, 2.0)
+HEAD = "% Model:              active_sink.mph\n% Version:            COMSOL 6.2.0.339\n"
+
+
+def peak(volts: float) -> np.ndarray:
+    return 293.0 + 20.0 * volts**2 * np.array([0.0, 0.5, 0.9, 1.0])
+
+
+def below(name: str = "V0 (V)", factor: float = 1.0, volts: tuple[float, ...] = VOLTS) -> str:
+    """Blocks below one another, as a table of a parametric sweep over time has them."""
+    rows = [f"{factor * v:<24g}  {t:<24g}  {k:.9g}" for v in volts for t, k in zip(TIMES, peak(v), strict=True)]
+    return f"{HEAD}% {name}  Time (s)  Temperature (K), Point: (0, 5E-4, 1E-6)\n" + "\n".join(rows) + "\n"
+
+
+def beside(parameter: str = "V0={}", expression: str = "maxop1(T) (K)") -> str:
+    """Columns beside one another."""
+    head = "  ".join(
+        f"{expression} @ {parameter.format(f'{v:g}')}  ec.I0_1 (mA) @ {parameter.format(f'{v:g}')}" for v in VOLTS
+    )
+    rows = ["  ".join([f"{t:g}", *(f"{peak(v)[i]:.9g}  {3.3 * v}" for v in VOLTS)]) for i, t in enumerate(TIMES)]
+    return f"{HEAD}% Time (s)  {head}\n" + "\n".join(rows) + "\n"
+
+
+def exported(unit: str, place: float) -> str:
+    """A data export of two points: a row for each, a column for every time and voltage."""
+    times = [(v, t, k) for v in VOLTS for t, k in zip(TIMES, peak(v), strict=True)]
+    head = "  ".join(f"T (K) @ {n + 1}: t={t:g}, V0={v:g}" for n, (v, t, _) in enumerate(times))
+    rows = [
+        f"0  {y:g}  0  " + "  ".join(f"{293 + part * (k - 293):.9g}" for _, _, k in times)
+        for y, part in ((place, 1.0), (0.0, 0.2))
+    ]
+    return f"{HEAD}% Length unit:        {unit}\n% x  y  z  {head}\n" + "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize("volts", VOLTS)
+@pytest.mark.parametrize(
+    "text",
+    [
+        below(), below("voltage (mV)", 1e3), below("drive.voltage"), beside(), beside("V0={} V"), beside("V0={}[V]"),
+        beside("1: w=1, V0={}"), exported("m", 5e-4), exported("um", 500.0),
+    ],
+    ids=["below", "in mV", "by its path", "beside", "with unit", "in brackets", "two", "export", "export um"],
+)  # fmt: skip
+def test_the_run_of_the_scene_is_taken(text, volts, tmp_path):
+    """At each of the three voltages; the first block would be 4 and 16 times off."""
+    data = found(tmp_path, text, sink=replace(SINK, voltage=volts))
+    assert data.time == pytest.approx(TIMES)
+    assert data.values["peak_K"] == pytest.approx(peak(volts))
+    assert "drive.voltage" in data.run
+    assert data.run in data.said()
+    if "current_A" in data.values:
+        assert data.values["current_A"] == pytest.approx(3.3e-3 * volts)
+
+
+@pytest.mark.parametrize("text", [below(), beside(), exported("mm", 0.5)])
+def test_no_run_of_the_scene(text, tmp_path):
+    with pytest.raises(SceneError, match=r"no run of this scene.*V0.*5.*1.*2.*3 V") as caught:
+        found(tmp_path, text, sink=replace(SINK, voltage=3.0))
+    assert "--set drive.voltage=" in str(caught.value)
+
+
+def test_a_parameter_of_another_name(tmp_path):
+    """Refused with the choices, which --column resolves; so is a column that stands for no voltage."""
+    for text in (below("Ua (V)"), beside("Ua={}")):
+        with pytest.raises(SceneError, match=r"Ua.*0\.5, 1, 2.*--column KEY="):
+            found(tmp_path, text)
+        for name in ("drive.voltage", "voltage"):
+            told = found(tmp_path, text, f"{name}={'Ua (V)' if 'Ua (V)' in text else 'Ua'}")
+            assert told.values["peak_K"] == pytest.approx(peak(1.0))
+    with pytest.raises(SceneError, match="not a length"):
+        found(tmp_path, below(), "sink.width=V0 (V)")
+
+
+def test_two_parameters(tmp_path):
+    """A run matches where all do; where one alone does, rows of several runs are left, and that is refused."""
+    rows = [
+        f"{v} {w} {1e3 * t:g} {293 + (k - 293) * w / 100:.9g}"
+        for w in (50, 100) for v in VOLTS for t, k in zip(TIMES, peak(v), strict=True)
+    ]  # fmt: skip
+    text = f"{HEAD}% V0 (V)  {{}}  Time (ms)  maxop1(T) (K)\n" + "\n".join(rows) + "\n"
+    data = found(tmp_path, text.format("width (um)"))
+    assert data.values["peak_K"] == pytest.approx(peak(1.0))
+    assert "sink.width" in data.run
+    with pytest.raises(SceneError, match=r"w0.*50, 100.*--column KEY"):
+        found(tmp_path, text.format("w0 (um)"))
+    data = found(tmp_path, text.format("w0 (um)"), "sink.width=w0 (um)")
+    assert data.values["peak_K"] == pytest.approx(peak(1.0))
+
+
+def test_runs_whose_rows_take_turns(tmp_path):
+    rows = [f"{t} {v} {peak(v)[i]:.9g}" for i, t in enumerate(TIMES) for v in VOLTS]
+    text = "time_s  V0_V  peak_K\n" + "\n".join(rows) + "\n"
+    data = found(tmp_path, text)
+    assert data.values["peak_K"] == pytest.approx(peak(1.0))
+    assert "500 mV, 1 V, 2 V" in data.run
+    with pytest.raises(SceneError, match=r'"Ua_V" \(0.5, 1, 2\) may tell them apart'):
+        found(tmp_path, text.replace("V0", "Ua"))
+
+
+def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path):
+    """A single run at another voltage is refused like one of many; a column without a key of its name is reported."""
+    assert found(tmp_path, below(volts=(1.0,))).run == "the run at V0 = 1 V (drive.voltage)"
+    with pytest.raises(SceneError, match="no run of this scene"):
+        found(tmp_path, below(volts=(2.0,)))
+    data = found(tmp_path, below("tbeam (um)", volts=(2.0,)))
+    assert "2 um throughout" in data.left_out["tbeam (um)"]
+
+
+@pytest.mark.parametrize("second", [[0.0, 1.0, 2.0], [1.5, 3.0, 4.0]])
+def test_times_that_repeat_or_step_back_are_not_merged(second, tmp_path):
+    rows = [f"{t},{293 + t}" for t in (0.0, 1.0, 2.0, *second)]
+    with pytest.raises(SceneError, match="repeat or step back"):
+        found(tmp_path, "time (ms),peak (K)\n" + "\n".join(rows))
+
+
+def test_current_that_varies_over_time_is_the_quantity(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time (ms),current (mA),peak (K)\n0,3.33,293\n1,3.32,300\n2,3.31,305\n", encoding="utf-8")
+    data = read(path, SINK)
+    assert data.left_out == {}
+    assert data.values["current_A"] == pytest.approx([3.33e-3, 3.32e-3, 3.31e-3])
+
+
+def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n", encoding="utf-8")
+    data = read(path, SINK)
+    assert len(data.time) == 3
+    assert data.left_out == {"voltage (V)": "varies over time"}
+    with pytest.raises(SceneError, match="varies over time"):
+        read(path, SINK, ("voltage=voltage (V)",))
+
+
+def test_a_field_is_no_table(tmp_path):
+    rows = "\n".join(f"0 {y} 0 293 294 295" for y in range(300))
+    with pytest.raises(SceneError, match="300 points"):
+        found(tmp_path, f"{HEAD}% x  y  z  T (K) @ t=0  T (K) @ t=0.001  T (K) @ t=0.002\n{rows}\n")
+
+
+def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path):
+    """The advice for a file without the scene's run, for a parameter with the name of a key."""
+    rows = "\n".join(f"{t:g}  {k:g}" for t, k in zip(TIMES, peak(1.0), strict=True))
+    text = f"{HEAD}% Time (s)  T (K), peak @ voltage=3\n{rows}\n"
+    with pytest.raises(SceneError, match=r"no run of this scene.*ignore=voltage"):
+        found(tmp_path, text)
+    assert found(tmp_path, text, "ignore=voltage").left_out == {"voltage": "is left out by --column"}
+    with pytest.raises(SceneError, match="has no unit of time"):
+        found(tmp_path, text, "time=voltage")

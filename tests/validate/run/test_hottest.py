@@ -19,14 +19,6 @@ from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from validate.cli import main
 
-pytestmark = pytest.mark.usefixtures("_somewhere_else")
-
-
-@pytest.fixture
-def _somewhere_else(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 RUNS = {
     "solve bridge": (["boundary.left electrode.voltage=100V"], "polysilicon reaches", "in the steady state"),
     "solve hotplate": (["boundary.drive.voltage=3V", "run.accuracy=0.05"], "platinum reaches", " at "),

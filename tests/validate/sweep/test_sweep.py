@@ -1,7 +1,8 @@
-"""Small sweeps by the real solver: tables, interruptions, time limits, a cluster that is there."""
+"""Small sweeps by the real solver: tables, interruptions, time limits, processes that die, a cluster that is there."""
 
 import csv
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from validate.cli.arguments import parse
 from validate.cli.sweep import scene
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Axis, Design, base
-from validate.sweep.point import Job, Scope, Work, solve
+from validate.sweep.point import Job, Row, Scope, Work, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -301,3 +302,24 @@ def test_steady_is_taken_as_solve_takes_it():
     command = ["sweep", "plate.toml", "--vary", "run.accuracy=0.01,0.02"]
     assert not scene(parse(command)).at(()).steady
     assert scene(parse([*command, "--steady"])).at(()).steady
+
+
+def stuck(work: Work, seconds: float | None) -> Row:
+    """Point 1 is in a call that does not return, point 2 ends the process."""
+    if work.number == 1:
+        time.sleep(60)
+    elif work.number == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return Row(work.number, "ok", "", 0.0, {})
+
+
+@pytest.mark.long
+def test_hung_or_dead_process_costs_its_point(monkeypatch):
+    monkeypatch.setattr(cluster_of, "solve", stuck)
+    monkeypatch.setattr(cluster_of, "PATIENCE", 0.2)
+    points = [Work(base("sink"), Scope(), (), number, ()) for number in range(5)]
+    with cluster_of.Cluster(2, None, 0.1) as cluster:
+        rows = sorted((row for solved in cluster.solve(points) for row in solved), key=lambda row: row.point)
+    assert [row.status for row in rows] == ["ok", "timeout", "crashed", "ok", "ok"]
+    assert rows[1].because == "it took more than 0.1 s (--point-timeout)"
+    assert rows[2].because == "the processes that had it died one after the other"

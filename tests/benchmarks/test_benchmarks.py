@@ -1,18 +1,36 @@
-"""Random scenes, their invariants and the table; each invariant sees the fault that it is there for."""
+"""Random scenes, their invariants and bars of random laws; entries in processes of their own, and the programs that are
+compared. Each invariant sees the fault that it is there for."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
-from benchmarks import invariants, random_boxes, random_laws, stress, time_steps
+from benchmarks import (
+    bars,
+    bench,
+    invariants,
+    measure,
+    random_boxes,
+    random_laws,
+    sdirk,
+    sink_programs,
+    stress,
+    time_steps,
+)
+from benchmarks.measure import Entry
 from benchmarks.random_boxes import ROOM, Drawn, draw
+from fem3d.runs.scene import solve
 from reduced1d.device.lumped import lump
 from reduced1d.device.schemes import stability_limit
 from scenes.device import Device
+from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
+from scenes.sink import SILICON
 
 METAL = Material("metal", 100.0, 1000.0, 1000.0, 1e-6, 1e-3)
 
@@ -187,3 +205,103 @@ def test_the_predicted_limit_of_the_explicit_coupling_is_where_a_simulation_star
     limit, scheme = stability_limit(device), time_steps.PaperScheme()
     assert not time_steps.grows(lump(device), 0.98 * limit, scheme)
     assert time_steps.grows(lump(device), 1.02 * limit, scheme)
+
+
+COARSE = {"first": 3e-5, "ratio": 4, "steps": 1, "order": 2}
+
+
+def here(module, **options):
+    """The numbers of an entry, without a process of its own."""
+    solve, read = import_module(f"benchmarks.{module}").prepare(options)
+    return read(solve())
+
+
+def test_a_worker_reports_its_time_and_numbers():
+    answer = measure.once(Entry("1D", "", "own_models", {"model": "paper", "transient": True}), 10.0)
+    assert len(answer["seconds"]) == measure.MOST
+    assert all(len(answer["values"][q]) == len(sink_programs.TIMES) for q in sink_programs.QUANTITIES)
+
+
+def test_an_entry_that_fails_tells_which_and_why():
+    with pytest.raises(measure.EntryError, match=r"a tool \(some settings\) failed: KeyError"):
+        measure.once(Entry("a tool", "some settings", "own_models", {"model": "device"}))
+
+
+def test_the_plain_program_converges_to_this_toolkit():
+    ours = here("own_models", model="3d", transient=False, accuracy=1e-4)
+    rough, fine = (here("skfem_sink", transient=False, **(COARSE | {"first": first})) for first in (3e-5, 8e-6))
+    errors = [bench.error_of(each["values"], ours["values"]) for each in (rough, fine)]
+    assert errors[1] < errors[0] < 1e-2
+    assert errors[1] < 1e-3
+    assert ours["bound"] < 1e-4
+
+
+@pytest.mark.long
+def test_ngsolve_finds_the_same_on_the_same_mesh():
+    pytest.importorskip("ngsolve")
+    for transient in (False, True):
+        one, other = (here(module, transient=transient, **COARSE) for module in ("skfem_sink", "ngsolve_sink"))
+        assert bench.error_of(one["values"], other["values"]) < 1e-6
+
+
+class Forced:
+    """y' = -y^2 + cos t from rest, and t' = 1."""
+
+    mass, stiffness, size = np.eye(2), np.zeros((2, 2)), 2
+
+    def load(self, state):
+        return np.array([np.cos(state[1]) - state[0] ** 2, 1.0])
+
+    def factors(self, mass, stiffness):
+        return lambda load: load / mass
+
+
+def test_the_method_in_time_has_its_order_and_a_wrong_weight_has_not(monkeypatch):
+    exact = solve_ivp(lambda t, y: np.cos(t) - y**2, (0, 1), [0.0], "DOP853", rtol=1e-13, atol=1e-14).y[0, -1]
+
+    def observed():
+        ends = [list(sdirk.march(Forced(), np.linspace(0, 1, n + 1), 1e-14))[-1][0] for n in (20, 40)]
+        coarse, fine = np.abs(np.array(ends) - exact)
+        return np.log2(coarse / fine)
+
+    assert abs(observed() - sdirk.ORDER) < 0.25
+    *stages, (first, *rest) = sdirk.TABLEAU
+    monkeypatch.setattr(sdirk, "TABLEAU", (*stages, (first + 1e-2, *rest)))
+    assert observed() < 1.2
+
+
+def test_the_fastest_entry_of_an_error_counts():
+    rows = [{"tool": "a", "failure": "", "median_s": s, "error": e} for s, e in ((1.0, 5e-3), (3.0, 5e-5))]
+    rows.append({"tool": "a", "failure": "took too long"})
+    assert [bench.fastest(rows, "a", target) for target in (1e-2, 1e-4, 1e-5)] == [1.0, 3.0, None]
+    assert bench.fastest(rows, "b", 1.0) is None
+
+
+def test_the_peak_of_a_constant_and_of_an_inverse_square_is_known():
+    """With rho_0 (T0/T)^2 the integral from T0 is rho_0 T0 (1 - T0/T): it ends at rho_0 T0."""
+    constant = PowerLaw(6e-5, bars.ROOM, 0.0)
+    assert bars.peak(constant, 130.0, 1.0) == pytest.approx(bars.ROOM + 1 / (8 * 130 * 6e-5), rel=1e-9)
+    assert bars.limit(constant, 130.0) == np.inf
+    falling = PowerLaw(6e-5, bars.ROOM, -2.0)
+    most = bars.limit(falling, 130.0)
+    assert most == pytest.approx((8 * 130 * 6e-5 * bars.ROOM) ** 0.5, rel=1e-12)
+    assert bars.peak(falling, 130.0, 0.9 * most) == pytest.approx(bars.ROOM / (1 - 0.81), rel=1e-9)
+
+
+def test_laws_of_both_slopes_are_drawn():
+    drawn = [bars.random_resistivity(np.random.default_rng([seed, 8])) for seed in range(40)]
+    powers = [law.exponent for law in drawn if isinstance(law, PowerLaw)]
+    slopes = [np.sign(np.diff(law.values)) for law in drawn if isinstance(law, Table)]
+    assert min(powers) < -2.5
+    assert max(powers) > 0
+    assert {float(s[0]) for s in slopes} == {-1.0, 1.0}
+    assert all(len(set(s)) == 1 for s in slopes)
+
+
+def test_a_steady_bar_has_the_peak_of_the_closed_form():
+    law = PowerLaw(6e-5, bars.ROOM, 1.0)
+    exact = bars.peak(law, bars.CONDUCTIVITY, 5.0)
+    scene = bars.bar(replace(SILICON, resistivity=law, temperature_coefficient=0.0), 5.0)
+    found = solve(scene).steady["middle"]
+    assert abs(found.value - exact) <= found.error < 1e-2 * (exact - bars.ROOM)
+    assert abs(found.value - bars.peak(law, bars.CONDUCTIVITY, 5.05)) > found.error

@@ -1,4 +1,5 @@
-"""A sink on its substrate, and the spreading resistance of a plate against its series."""
+"""Sinks in 3D: on a substrate, against the spreading resistance of a plate; in a row, against the second path; and the
+quarter against the whole."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,11 +9,15 @@ import pytest
 
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
+from fem3d.runs.scene import solve
+from meshes import symmetry
 from reduced1d import ladder
 from reduced1d.ladder.plate import below
 from scenes.loading import load
 from scenes.model import Boundary, Box, Probe, Scene
 from scenes.sink import SUBSTRATE, Sink
+from tests.fem3d import plain_grid, silicon, state_on
+from validate.verify import newton, second_path
 
 TERMS = 800
 ON = Sink(substrate_thickness=0.5e-3)
@@ -122,3 +127,71 @@ def test_the_keys_reach_the_boxes():
     assert np.subtract(box.upper, box.lower) == pytest.approx([1e-3, 3e-3, 2e-4])
     assert np.add(box.upper, box.lower)[:2] / 2 == pytest.approx([0.0, 5e-4])
     assert load("sink").scene() == Sink().scene()
+
+
+PAIR = Sink(spans=2, convection_coefficient=100.0)
+
+
+def difference(sink: Sink, other: Sink) -> float:
+    """Return the largest relative difference of the rises of a row and those of another one by the second path."""
+    part = symmetry.reduce(other.scene())
+    grid = plain_grid(part.scene, 1)
+    scene = replace(part.scene, probes=tuple(p for p in part.scene.probes if p.reduce == "mean"))
+    basis, *owner_order = second_path.base(scene, grid)
+    problem = second_path.problem(scene, basis, *owner_order)
+    means = second_path.readings(scene, basis, newton.steady(problem))
+    row = symmetry.reduce(sink.scene())
+    _, found = state_on(sink, plain_grid(row.scene, 1), row)
+    off = [found[f"{name}_rise_K"] / (value - problem.start) - 1 for name, value in means.items()]
+    return float(np.abs(off).max())
+
+
+@pytest.mark.parametrize("sink", [PAIR, Sink(spans=3, length=400e-6, convection_coefficient=10.0)])
+def test_row_agrees_with_second_path(sink):
+    assert difference(sink, sink) < 1e-9
+    assert difference(replace(sink, island_length=45e-6), sink) > 1e-3
+
+
+@pytest.mark.long
+def test_spans_and_islands_carry_all_heat():
+    """Every watt leaves through an anchor or an island."""
+    for spans in (2, 3, 20):
+        found = sink_run.solve(Sink(spans=spans, accuracy=1e-2), False)
+        value = {name: e.value for name, e in found.steady.items()}
+        islands = [value[f"island{min(k, spans - k)}_heat_W"] for k in range(1, spans)]
+        assert 2 * value["anchor_heat_W"] + sum(islands) == pytest.approx(value["heat_out_W"], rel=1e-12)
+        assert value["heat_out_W"] == pytest.approx(value["power_W"], rel=1e-3)
+        assert found.details["energy_imbalance"] < 1e-9
+
+
+def test_ends_of_row_are_like_those_of_one_span():
+    """An anchor resistance is the anchor's own, whatever heat passes."""
+    one, row_of_three = (sink_run.solve(Sink(spans=n, accuracy=1e-2), False).steady for n in (1, 3))
+    name = "anchor_resistance_K_per_W"
+    assert row_of_three[name].value == pytest.approx(one[name].value, rel=1e-3)
+
+
+SINKS = [
+    Sink(voltage=8.0, convection_coefficient=200.0),
+    Sink(voltage=-5.0, electrodes="pad-edge", room_temperature=280.0),
+    Sink(voltage=4.0, silicon=silicon(-5e-4), oxide_offset=20e-6),
+]
+
+
+@pytest.mark.parametrize("sink", SINKS)
+def test_quarter_has_values_of_whole(sink):
+    scene = replace(sink.scene(), steady=True, accuracy=1e-3)
+    quarter, whole = solve(scene), solve(scene, whole=True)
+    assert (quarter.details["symmetry"], whole.details["symmetry"]) == ("the quarter", "the whole")
+    for name, found in quarter.steady.items():
+        assert abs(found.value - whole.steady[name].value) <= found.error + whole.steady[name].error, name
+
+
+@pytest.mark.long
+def test_traces_of_quarter_are_those_of_whole():
+    scene = replace(SINKS[0].scene(), accuracy=1e-2)
+    quarter, whole = solve(scene).over_time, solve(scene, whole=True).over_time
+    times = np.geomspace(1e-5, 0.02, 20)
+    for name, error in quarter.errors.items():
+        one, other = (np.interp(times, t.time, t.values[name]) for t in (quarter, whole))
+        assert np.abs(one - other).max() <= error + whole.errors[name], name

@@ -1,0 +1,243 @@
+"""The network on real scenes: the paper's sink by hand, its table of formulas, given currents, and compact models."""
+
+import math
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from reduced1d.equations import room_resistivity
+from reduced1d.ladder.beam import Anchor
+from reduced1d.ladder.beam import fin as sparse_fin
+from reduced1d.ladder.few_states import FewStates, steady
+from reduced1d.network import solve
+from reduced1d.network.compact import compact
+from reduced1d.network.model import Model, table
+from reduced1d.network.solution import solve_sink as by_lines
+from scenes.errors import RunawayError, SceneError
+from scenes.loading import load
+from scenes.result import Result
+from scenes.sink import Sink
+from statespace.runtime import CompactModel
+from tests.reduced1d.network.scenes import COLD, LONG, RHO, THICK, WIDE, C, box, flat, material, over, scene
+from tests.reduced1d.network.test_closed_forms import AREA, BAR, FILM, LEFT, OHM, cooled_wire, over_time, rises
+
+
+def fin(sink: Sink, anchor: Anchor) -> FewStates:
+    """The fin in all its modes."""
+    model = sparse_fin(sink, anchor)
+    return model.on(np.eye(model.states)).in_modes()
+
+
+def test_the_anchor_and_the_rises_of_the_fin_on_it():
+    sink = load("sink")
+    steady_state = by_lines(sink).steady
+    rise = {name: steady_state[f"{name}_rise_K"].value for name in ("end", "peak", "mean")}
+    resistance = steady_state["anchor_resistance_K_per_W"].value
+
+    k, width, thick = sink.silicon.thermal_conductivity, sink.pad_width, sink.thickness
+    along = sink.anchor_distance / (k * width * thick)
+    down = sink.oxide_width / (thick / 2 / k + sink.oxide_thickness / sink.oxide.thermal_conductivity)
+    m = math.sqrt(down / (k * width * thick))
+    over = 1 / (math.sqrt(down * k * width * thick) * math.tanh(m * sink.oxide_length))
+    assert along == pytest.approx(1282, abs=0.5)
+    assert over == pytest.approx(958, abs=0.5)
+    # The oxide, a line along the pad's, conducts along itself too: its k A is 0.4 % of the pad's.
+    oxide = sink.oxide.thermal_conductivity * sink.oxide_width * sink.oxide_thickness / (k * width * thick)
+    assert resistance == pytest.approx(along + over, rel=oxide)
+    assert resistance == pytest.approx(2240, rel=1e-3)
+
+    a = room_resistivity(sink.silicon, sink.room_temperature)[1]
+    assert a > 0
+    by_fin = steady(fin(sink, Anchor(resistance, 0, 0, 0, 0, 0, 0)))
+    for name in ("end", "peak", "mean"):
+        assert rise[name] == pytest.approx(by_fin[f"{name}_rise_K"], rel=1e-3)
+        assert rise[name] != pytest.approx(by_fin[f"{name}_rise_K"] * (1 + 2e-3), rel=1e-3)
+    assert steady_state["current_A"].value == pytest.approx(by_fin["current_A"], rel=1e-5)
+    # All heat that the current makes (1 V) leaves by the oxide.
+    for name in ("power_W", "heat_out_W"):
+        assert steady_state[name].value == pytest.approx(steady_state["current_A"].value, rel=1e-9)
+
+
+@pytest.mark.long
+def test_traces_end_in_the_steady_state():
+    """After some twenty-five of the slowest time constants, 1.6 ms; after a part of one they have not."""
+    sink = replace(load("sink"), end_time=40e-3)
+    traces = by_lines(sink, np.array([0.0, 0.6e-3, 40e-3])).over_time
+    steady_state = by_lines(sink).steady
+    for name in ("peak", "end", "mean"):
+        rises = traces.values[f"{name}_K"] - sink.room_temperature
+        assert rises[0] == 0
+        assert rises[-1] == pytest.approx(steady_state[f"{name}_rise_K"].value, rel=1e-5)
+        assert rises[1] < 0.9 * rises[-1]
+    for name in ("current_A", "power_W"):
+        assert traces.values[name][-1] == pytest.approx(steady_state[name].value, rel=1e-6)
+
+
+def test_a_row_of_spans_is_refused():
+    with pytest.raises(SceneError, match=r"sink\.spans is 3"):
+        by_lines(replace(load("sink"), spans=3))
+
+
+@pytest.mark.long
+def test_the_bridge_in_a_few_states():
+    """Steady, with resistance feedback, a potential and a heat flow among the outputs."""
+    bridge = load("bridge")
+    document = compact(bridge, None, 1e-4)
+    assert document["states"] < 10
+    exact, model = solve(bridge).steady, CompactModel(document)
+    errors = document["error"]["the scene"]["steady"]
+    for name, value in model.steady().items():
+        assert abs(value - exact[name].value) <= errors[name]["error"] * (1 + 1e-6) + 1e-12 * abs(value)
+        assert errors[name]["relative"] < 1e-4
+    # A voltage that was not used in the reduction, against the network at that voltage.
+    other = replace(bridge, boundaries=tuple(replace(b, value=0.6 * b.value) if b.kind == "voltage" else b
+                                             for b in bridge.boundaries))  # fmt: skip
+    there = solve(other).steady
+    found = model.steady({"left electrode.voltage": 0.6})
+    assert found["middle"] - 293 == pytest.approx(there["middle"].value - 293, rel=1e-4)
+    assert found["quarter"] == pytest.approx(there["quarter"].value, rel=1e-4)
+    assert found["current"] == pytest.approx(there["current"].value, rel=1e-4)
+    assert found["middle"] - 293 != pytest.approx(1.001 * (there["middle"].value - 293), rel=1e-4)
+
+
+@pytest.mark.long
+def test_a_wire_over_time():
+    """A current that is switched on, in a wire whose resistance follows its temperature."""
+    wire = cooled_wire(3e-3, 1e-4, voltage=0.5)
+    document = compact(wire, None, 1e-4)
+    times = np.array([2e-6, 1e-5, 5e-5, 1e-4])
+    traces, found = solve(wire, times, steady_too=False).over_time, CompactModel(document).simulate(times)
+    errors = document["error"]["the scene"]["over time"]
+    for name, values in ((name, traces.values[name]) for name in errors):
+        # Between the instants that were compared it is as good, to a factor.
+        assert np.abs(found[name] - values).max() <= 3 * errors[name]["error"] + 1e-9 * np.abs(values).max()
+        assert errors[name]["relative"] <= 1e-4
+    assert found["middle"][-1] - found["middle"][0] > 1.0
+
+
+def test_extremes_are_refused():
+    bridge = load("bridge")
+    hottest = replace(bridge, probes=tuple(replace(p, reduce="max") for p in bridge.probes[1:2]))
+    with pytest.raises(SceneError, match="has no extremes"):
+        compact(hottest, None, 1e-3)
+
+
+UNITS = {
+    "um2": "*1e-12", "um": "*1e-6", "W/(m2 K)": "", "W/(m K)": "", "W/m3": "", "W/m2": "", "kg/m3": "", "J/(kg K)": "",
+    "ohm m": "",
+}  # fmt: skip
+
+
+def worked_out(formula: str) -> float:
+    """Return the value of a formula in SI units."""
+    for unit in sorted(UNITS, key=len, reverse=True):
+        formula = re.sub(rf"([\d.e+-]+) {re.escape(unit)}(?![\w(])", rf"(\1{UNITS[unit]})", formula)
+    return float(eval(formula.replace(" x ", " * "), {"__builtins__": {}}))
+
+
+@pytest.mark.parametrize("name", ["bridge", "plate", "hotplate"])
+def test_formulas_give_the_values_that_the_network_has(name):
+    scene = load(name)
+    model: Model = solve(scene).details["model"]
+    made, layout = table(model.layout), model.layout
+    rows: list[dict[str, Any]] = [row for part in made.values() for row in part]
+    cells = [cell for row in rows for key, cell in row.items() if key not in ("what", "how")]
+    assert len(cells) > len(layout.lines)
+    for cell in cells:
+        # Formulas show six digits of each number.
+        assert worked_out(cell["formula"]) == pytest.approx(cell["value"], rel=1e-5), cell
+    branches = {key: model.conduction[at] for key, at in model.heat.rows.items()}
+    for part, joint in (("joints", True), ("conditions", False)):
+        numbers = [n for n, link in enumerate(layout.heat) if (link.other is not None) == joint]
+        for row, number in zip(made[part], numbers, strict=False):
+            if ("link", number) in branches:
+                assert row["W/K"]["value"] == pytest.approx(branches["link", number].sum(), rel=1e-12)
+    for i, line in enumerate(layout.lines):
+        # Of a line's branches, each k A dx for a gradient, the sum is k A L.
+        assert made["lines"][i]["W/K"]["value"] == pytest.approx(branches["line", i].sum() / line.length**2, rel=1e-12)
+        if "J/K" in made["lines"][i]:
+            unit = np.zeros(model.elements.size)
+            unit[model.elements.dofs[:2, model.elements.first[i] : model.elements.first[i + 1]]] = 1.0
+            assert made["lines"][i]["J/K"]["value"] == pytest.approx(unit @ model.capacity @ unit, rel=1e-12)
+    if model.current is not None:
+        resistances = 1 / model.resistances(np.zeros(model.elements.size))[1]
+        for i, line in enumerate(layout.lines):
+            if "ohm" in made["lines"][i]:
+                along = resistances[model.current.rows["line", i]].sum() / line.length**2
+                assert made["lines"][i]["ohm"]["value"] == pytest.approx(1 / along, rel=1e-12)
+
+
+def test_the_sinks_anchor_by_hand():
+    """The numbers that make 1282 and 958 K/W, as one reads them."""
+    from dataclasses import replace
+
+    scene = load("sink").scene()
+    made = table(solve(replace(scene, steady=True)).details["model"].layout)
+    joints = {row["what"]: row for row in made["joints"]}
+    assert joints["pad-0 | beam"]["how"] == "ends meet, nothing between"
+    down = joints["oxide-0 | pad-0"]
+    assert down["how"] == "point by point, y = -100 um to -50 um of oxide-0 and y = -100 um to -50 um of pad-0"
+    assert down["W/K"]["formula"] == "2500 um2 / (1 um/1.38 W/(m K) + 1 um/130 W/(m K))"
+    beam = next(row for row in made["lines"] if row["what"] == "beam")
+    assert beam["W/K"]["formula"] == "130 W/(m K) x 200 um2 / 1000 um"
+    assert beam["W/K"]["value"] == pytest.approx(26e-6)
+    assert beam["ohm"]["formula"] == "6e-05 ohm m x 1000 um / 200 um2"
+    assert beam["ohm"]["value"] == pytest.approx(300)
+
+
+def test_a_wire_over_time_at_given_currents():
+    """C dT/dt = I^2 R (1 + a T) - G T, of a current that jumps."""
+    coefficient, capacity = 3e-3, RHO * C * AREA * LONG
+    limit = math.sqrt(FILM / OHM / coefficient)
+    end = 4 * capacity / FILM
+    currents, jump = (0.5 * limit, 0.3 * limit), end / 3
+    exact: list[float] = []
+    times = np.linspace(0, end, 31)
+    for current, (start, stop) in zip(currents, ((0.0, jump), (jump, end)), strict=True):
+        rate = (FILM - current**2 * OHM * coefficient) / capacity
+        rest = current**2 * OHM / capacity / rate
+        first = exact[-1] if exact else 0.0
+        inside = times[(times >= start) & (times < stop - 1e-9 * end)] if stop < end else times[times >= start]
+        exact += [*(rest + (first - rest) * np.exp(-rate * (inside - start)))]
+        if stop < end:
+            exact.append(rest + (first - rest) * math.exp(-rate * (stop - start)))
+    values = np.delete(exact, np.searchsorted(times, jump))
+    wire = cooled_wire(coefficient, end, current={"times": [jump, jump], "values": list(currents)})
+    traces = solve(wire, times)
+    over_time(traces, "middle", values)
+    current = np.where(times >= jump, currents[1], currents[0])
+    over_time(traces, "R", OHM * (1 + coefficient * values), start=0.0)
+    over_time(traces, "P", current**2 * OHM * (1 + coefficient * values), start=0.0)
+
+
+def test_the_wire_that_runs_away_at_a_given_current():
+    """I^2 R (1 + a T) = G T has a state below I = sqrt(G / (a R)) alone; just below it there is a state."""
+    limit = math.sqrt(FILM / OHM / 3e-3)
+    with pytest.raises(RunawayError, match="the resistance rises as it heats; the largest current") as caught:
+        solve(cooled_wire(3e-3, current=1.01 * limit))
+    assert caught.value.limit == pytest.approx(limit, rel=1e-3)
+    part = 0.99**2
+    rises(solve(cooled_wire(3e-3, current=0.99 * limit)), middle=part / (1 - part) / 3e-3)
+
+
+def test_a_current_through_sides():
+    """A given current through an electrode on a side has the potential that gives the same current."""
+    pads = ((0, 0, THICK), (LONG / 4, WIDE, THICK)), ((0.75 * LONG, 0, THICK), (LONG, WIDE, THICK))
+
+    def bar(**drive: float) -> Result:
+        return solve(scene(
+            [box(*BAR)],
+            [flat("cold", *LEFT, temperature=COLD), flat("plus", *pads[0], **drive),
+             flat("minus", *pads[1], voltage=0)],
+            [over("mean", *BAR), over("I", *pads[0], quantity="current"), over("face", *pads[0], quantity="potential"),
+             over("R", *pads[0], quantity="resistance")],
+            [material(resistivity=1e-5, temperature_coefficient=1e-3, reference_temperature=COLD)],
+        ))  # fmt: skip
+
+    given = bar(voltage=0.05)
+    value = {name: estimate.value for name, estimate in given.steady.items()}
+    rises(bar(current=value["I"]), I=value["I"], R=0.05 / value["I"], face=0.05, mean=value["mean"] - COLD)
+    rises(bar(voltage=0.05 + 20 * value["I"], series_resistance=20), I=value["I"], face=0.05)
