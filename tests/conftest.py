@@ -1,6 +1,8 @@
 """A 3D result that is made of the 1D models, so that the comparison can be tested without a 3D solver."""
 
+import json
 import os
+import shlex
 import shutil
 import signal
 import sys
@@ -12,6 +14,7 @@ one_thread()
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -177,6 +180,21 @@ def case():
     sink = Sink()
     fem3d = stand_in(sink)
     return Case(sink, fem3d, reduction.solve(sink, times=fem3d.traces.time))
+
+
+@pytest.fixture
+def ran(tmp_path, capsys):
+    """Run a command without figures, into "run"; return its summary and its text, of 80 columns at most."""
+    from validate.cli import main
+
+    def run(command: str, *more: str, status: int = 0) -> tuple[dict[str, Any], str]:
+        folder = tmp_path / "run"
+        assert main([*shlex.split(command), *more, "--no-figures", "--out", str(folder)]) == status
+        said = capsys.readouterr().out
+        assert all(len(line) <= 80 or line.startswith("Results in") for line in said.splitlines())
+        return json.loads((folder / "summary.json").read_text(encoding="utf-8")), said
+
+    return run
 
 
 @pytest.fixture

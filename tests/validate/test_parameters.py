@@ -1,9 +1,7 @@
 """Parameters on the command line: overrides, uncertainties, slopes, sweeps, maps, samples and fits take them."""
 
 import csv
-import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,16 +45,10 @@ def mine(tmp_path):
     return tmp_path / "mine.toml"
 
 
-def summary(folder: Path) -> Any:
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-
-
 @pytest.mark.long
-def test_slopes_and_uncertainties_of_a_sink(mine, tmp_path, capsys):
-    given = ["sink", str(mine), "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
-    assert main([*given, "--sensitivities", "--uncertain", "parameters.w=2%", "--set", "parameters.w=90um"]) == 0
-    capsys.readouterr()
-    found = summary(tmp_path / "run")
+def test_slopes_and_uncertainties_of_a_sink(mine, tmp_path, ran):
+    given = "--sensitivities --uncertain parameters.w=2% --set parameters.w=90um"
+    found, _ = ran(f"sink {mine} --steady --accuracy 1e-2 {given}")
     assert found["scene"]["parameters"] == {"w": 90e-6, "k": 1.38, "T0": 293.0}
     assert found["scene"]["anchor"]["oxide_width"] == 45e-6
     by = found["sensitivities"]
@@ -73,16 +65,14 @@ def test_slopes_and_uncertainties_of_a_sink(mine, tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_a_sweep_over_a_parameter(tmp_path, capsys):
+def test_a_sweep_over_a_parameter(tmp_path, capsys, ran):
     given = ["sweep", "bridge", "--vary", "parameters.gap=1um,3um", "--workers", "1", "--no-figures", "--quiet"]
     assert main([*given, "--out", str(tmp_path / "sweep")]) == 0
     assert "parameters.gap 1.00 um" in capsys.readouterr().out
     with (tmp_path / "sweep" / "points.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["parameters.gap"]) for row in rows] == [1e-6, 3e-6]
-    assert main(["solve", "bridge", "--set", "parameters.gap=3um", "--accuracy", "1e-2", "--no-figures", "--quiet",
-                 "--out", str(tmp_path / "one")]) == 0  # fmt: skip
-    one = summary(tmp_path / "one")["fem3d"]["steady"]["middle"]
+    one = ran("solve bridge --set parameters.gap=3um --accuracy 1e-2")[0]["fem3d"]["steady"]["middle"]
     assert float(rows[1]["fem3d_middle"]) == pytest.approx(one["value"], abs=1e-9)
 
 

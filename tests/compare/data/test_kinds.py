@@ -1,6 +1,6 @@
 """Files as other programs and instruments write them, of a bar whose middle warms by a given course."""
 
-import json
+import shlex
 import struct
 
 import numpy as np
@@ -244,11 +244,10 @@ def test_cause_and_cure_of_what_cannot_be_read(text, said, scene):
     assert "\n" not in str(caught.value)
 
 
-def test_steady_table_on_the_command_line(scene):
-    path, out = scene.with_name("data.txt"), scene.with_name("run")
+def test_steady_table_on_the_command_line(scene, ran):
+    path = scene.with_name("data.txt")
     path.write_text(STEADY["COMSOL sweep"], encoding="utf-8")
-    assert main(["solve", str(scene), "--steady", "--against", str(path), "--no-figures", "--out", str(out)]) == 0
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    summary, _ = ran(f"solve {scene} --steady --against {path}")
     checks = {check["id"]: check for check in summary["checks"]}
     for name in ("against_mid", "against_quarter", "against_I"):
         assert checks[name]["verdict"] == "agrees"
@@ -256,21 +255,18 @@ def test_steady_table_on_the_command_line(scene):
     assert "100 mV" in summary["against"]["run"]
 
 
-def test_curve_over_a_parameter_is_solved_row_by_row(scene):
+def test_curve_over_a_parameter_is_solved_row_by_row(scene, ran):
     """Both ends of the bar are held at T0 and its conductivity is constant: the integral of rho from T0 to the peak
     is V^2/(8 k)."""
     volts = np.array([0.0, 0.05, 0.1, 0.2])
     k, rho, tcr = 100.0, 1e-6, 1e-3
     rise = (np.sqrt(1 + 2 * tcr * volts**2 / (8 * k * rho)) - 1) / tcr
-    path, out = scene.with_name("curve.csv"), scene.with_name("run")
-    path.write_text("Vapp (V),mid (K)\n" + rows("{:.9g},{:.9g}", volts, 293.15 + rise), encoding="utf-8")
-    arguments = ["solve", str(scene), "--steady", "--against", str(path), "--no-figures", "--out", str(out)]
-    curve = ["--column", "Vapp curve=Vapp (V)"]
+    path = scene.with_name("curve.csv")
+    command = f"solve {scene} --steady --against {path} --column 'Vapp curve=Vapp (V)'"
     for off in (0.0, 5.0):
         text = "Vapp (V),mid (K)\n" + rows("{:.9g},{:.9g}", volts, 293.15 + rise + off * (volts == 0.05))
         path.write_text(text, encoding="utf-8")
-        assert main([*arguments, *curve]) == 0
-        summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+        summary, _ = ran(command)
         (check,) = [check for check in summary["checks"] if check["id"] == "against_mid"]
         assert check["difference"] == pytest.approx(off / rise.max(), abs=1e-3)
-    assert main([*arguments, *curve, "--data-uncertainty", "1K"]) == 2
+    assert main([*shlex.split(command), "--data-uncertainty", "1K"]) == 2

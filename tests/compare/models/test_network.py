@@ -57,13 +57,10 @@ def test_a_network_without_an_answer_leaves_what_3d_found(steady, monkeypatch, c
     assert "reduced1d" not in summary
 
 
-def test_why_of_a_drive_that_varies_is_said(transient):
+def test_why_of_a_drive_that_varies_is_said(transient, ran):
     source = 'heat_source = {times = [0, "0.2 ms"], values = [1e12, 2e12]}'
     transient.write_text(transient.read_text(encoding="utf-8").replace("heat_source = 1e12", source), encoding="utf-8")
-    out = transient.parent / "run"
-    given = ["--model", "network", "--why", "--no-figures", "--accuracy", "1e-2", "--out", str(out)]
-    assert main(["solve", str(transient), *given]) == 0
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    summary, _ = ran(f"solve {transient} --model network --why --accuracy 1e-2")
     assert any("--why is of the steady state" in text for text in summary["warnings"])
 
 

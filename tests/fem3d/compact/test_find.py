@@ -22,7 +22,6 @@ from statespace.export import write
 from statespace.runtime import CompactModel
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
-from validate.cli import main
 
 BAR = """
 scene.name = "bar"
@@ -220,16 +219,14 @@ def test_a_mesh_file(tmp_path):
 
 
 @pytest.mark.long
-def test_a_model_of_the_sink(tmp_path, capsys):
+def test_a_model_of_the_sink(tmp_path, ran):
     """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
-    command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
-    assert main([*command, "--export", str(tmp_path / "mine"), "--states", "3"]) == 0
-    assert "Exported a compact model (3 states, within" in " ".join(capsys.readouterr().out.split())
+    summary, said = ran(f"sink --steady --accuracy 1e-2 --export {tmp_path / 'mine'} --states 3")
+    assert "Exported a compact model (3 states, within" in " ".join(said.split())
     model = CompactModel(json.loads((tmp_path / "mine" / "model.json").read_text(encoding="utf-8")))
     assert (model.states, len(model.inputs)) == (3, 4)
-    run = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["fem3d"]["steady"]
-    found = model.steady()
-    assert found["current"] == pytest.approx(run["current_A"]["value"], rel=2e-2)
+    current = summary["fem3d"]["steady"]["current_A"]["value"]
+    assert model.steady()["current"] == pytest.approx(current, rel=2e-2)
     assert 0 < model.document["error"]["the scene"]["steady"]["current"]["relative"] < 2e-2
 
 

@@ -3,7 +3,6 @@
 The references are the equations of heat and of the circuit, solved by themselves, and over time the steady state and
 the loop's eigenvalue."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +19,6 @@ from scenes.errors import SceneError
 from statespace import circuit
 from statespace.ground import NARROW, grounded, held_range
 from statespace.result import QUANTITIES
-from validate.cli import main
 
 
 def off(device: Device, ground: float, outer: float) -> np.ndarray:
@@ -182,11 +180,8 @@ def test_the_sensor_pays_for_the_polymer_alone():
     assert voltage == pytest.approx(1.0, abs=1e-6)
 
 
-def test_the_command(tmp_path, capsys):
-    arguments = ["device", "--sensitivities", "--figure", "9", "--no-figures", "--out", str(tmp_path / "run")]
-    assert main(arguments) in (0, 1)
-    said = capsys.readouterr().out
+def test_slopes_by_the_command(ran):
+    summary, said = ran("device --sensitivities --figure 9")
     assert "pdms.thermal_conductivity" in said
-    assert max(map(len, said.splitlines())) <= 80
-    found = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["sensitivities"]
+    found = summary["sensitivities"]
     assert found["device.polymer_thickness"]["sensor_power_W"]["reduced1d"]["value"] == pytest.approx(-1, abs=1e-6)

@@ -261,11 +261,8 @@ def _boxes(figure: Figure) -> list[tuple[str, Any]]:
 
 
 @pytest.mark.long
-def test_in_3d_beside_1d(tmp_path, capsys):
-    code = main(["device", "--3d", "--figure", "9", "--no-figures", "--set", "run.end_time=0.3", "--accuracy", "1e-2",
-                 "--out", str(tmp_path / "run")])  # fmt: skip
-    assert code == 0
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
+def test_in_3d_beside_1d(tmp_path, ran):
+    summary, said = ran("device --3d --figure 9 --set run.end_time=0.3 --accuracy 1e-2")
     three, one = summary["fem3d"], summary["reduced1d"]
     for part in ("steady", "steady_before", "peaks"):
         assert set(one[part]) <= set(three[part])
@@ -276,7 +273,7 @@ def test_in_3d_beside_1d(tmp_path, capsys):
     assert {f"fem3d_{name}" for name in three["peaks"]} | {"fem3d_polymer_top_W"} <= set(header)
     # The flow's error stands beside its values.
     flow = f"{1e6 * three['errors']['polymer_flux_W']:.2g} uW"
-    assert f"of the heat into the polymer {flow}" in " ".join(capsys.readouterr().out.split())
+    assert f"of the heat into the polymer {flow}" in " ".join(said.split())
     checks = {check["id"]: check["verdict"] for check in summary["checks"]}
     assert checks["dev3d_claim_steady"] == "agrees"
     assert checks["dev3d_sink_power"] == "differs"

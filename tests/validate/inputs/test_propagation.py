@@ -1,6 +1,5 @@
 """Effects of uncertain inputs on quantities and differences: against samples, and against formulas."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -114,15 +113,9 @@ def test_where_it_is_not_linear_is_said():
 
 
 @pytest.mark.long
-def test_the_command(tmp_path, capsys):
-    folder = tmp_path / "run"
-    arguments = ["sink", "--uncertain", "materials", "--uncertain", "oxide_thickness=0.1um", "--accuracy", "1e-2",
-                 "--no-figures", "--out", str(folder)]  # fmt: skip
-    assert main(arguments) == 0
-    said = capsys.readouterr().out
+def test_the_command(ran):
+    found, said = ran("sink --uncertain materials --uncertain oxide_thickness=0.1um --accuracy 1e-2")
     assert "Inputs known to" in said
-    assert max(map(len, said.splitlines())) <= 80
-    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     end = found["fem3d"]["steady"]["end_rise_K"]
     # Silicon 0.758 x 8.8 %, resistivity 0.993 x 4.8 %, oxide 0.235 x 2.3 %, its thickness 0.235 x 5 %, the coefficient.
     assert end["u_input"] / end["value"] == pytest.approx(0.0835, rel=0.01)
@@ -134,13 +127,10 @@ def test_the_command(tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_samples_by_the_command(tmp_path, monkeypatch):
+def test_samples_by_the_command(monkeypatch, ran):
     # A second worker would take longer to start.
     monkeypatch.setattr("validate.sweep.monte_carlo.processors", lambda: 1)
-    arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "2e-2",
-                 "--no-figures", "--quiet", "--out", str(tmp_path / "run")]  # fmt: skip
-    assert main(arguments) == 0
-    found = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["monte_carlo"]
+    found = ran("sink --uncertain oxide_thickness=5% --monte-carlo 10 --steady --accuracy 2e-2")[0]["monte_carlo"]
     spread = found["fem3d"]["end_rise_K"]
     assert spread["deviation"] == pytest.approx(spread["linear"], abs=3 * spread["standard_error"])
     assert found["count"] == 10

@@ -1,7 +1,5 @@
 """Sensitivities of both models side by side, their checks, and the report."""
 
-import json
-
 import pytest
 
 import compare
@@ -63,21 +61,16 @@ def test_a_tolerance_of_ones_own():
     assert sensitivities.checks(sink, made(width=(2.0, 1.5)), WORDS)[0].verdict == "agrees"
 
 
-def test_the_command(tmp_path, capsys):
-    folder = tmp_path / "run"
-    arguments = ["sink", "--sensitivities", "--steady", "--accuracy", "1e-2", "--no-figures", "--out", str(folder)]
-    assert main(arguments) == 0
-    said = capsys.readouterr().out
+def test_the_command(tmp_path, ran):
+    summary, said = ran("sink --sensitivities --steady --accuracy 1e-2")
     assert "anchor.pad_width" in said
-    assert max(map(len, said.splitlines())) <= 80
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     slope = summary["sensitivities"]["anchor.oxide_thickness"]["end_rise_K"]
     assert slope["fem3d"]["value"] == pytest.approx(0.2345, abs=slope["fem3d"]["error"])
     assert slope["reduced1d"]["value"] == pytest.approx(0.3109, abs=1e-4)
     checks = {check["id"]: check["verdict"] for check in summary["checks"]}
     assert checks["slope_anchor.pad_width"] == "differs"
     assert checks["slope_drive.voltage"] == "agrees"
-    assert "Sensitivities" in (folder / "report.html").read_text(encoding="utf-8")
+    assert "Sensitivities" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.long
@@ -91,20 +84,15 @@ def test_from_python_and_one_model_alone(tmp_path):
 
 
 @pytest.mark.long
-def test_a_free_scene(tmp_path, capsys):
-    folder = tmp_path / "bridge"
-    arguments = ["solve", "bridge", "--sensitivities", "--uncertain", "box.beam.upper.z=0.1um", "--no-figures"]
-    assert main([*arguments, "--out", str(folder)]) == 0
-    said = capsys.readouterr().out
-    assert max(map(len, said.splitlines())) <= 80
+def test_a_free_scene(tmp_path, ran):
+    found, said = ran("solve bridge --sensitivities --uncertain box.beam.upper.z=0.1um")
     assert "0, of which there is no percent: boundary.right electrode.voltage." in said
-    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     slope = found["sensitivities"]["box.beam.upper.z"]["current"]["fem3d"]
     # A beam of 2 um is wider across the current by a percent for each percent, nearly.
     assert slope["value"] == pytest.approx(0.989, abs=1e-3)
     current = found["fem3d"]["steady"]["current"]
     assert current["u_input"] == pytest.approx(0.05 * slope["value"] * current["value"])
-    assert "Sensitivities" in (folder / "report.html").read_text(encoding="utf-8")
+    assert "Sensitivities" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
 def test_what_no_number_of_a_free_scene_is(capsys):

@@ -66,14 +66,12 @@ def test_the_view_from_above_is_in_true_proportions(name, tallest):
 
 
 @pytest.mark.long
-def test_the_network_is_exported(tmp_path):
+def test_the_network_is_exported(tmp_path, ran):
     """As JSON, Python and SPICE, by the export of compact models."""
-    out, folder = tmp_path / "run", tmp_path / "few"
-    command = ["solve", "plate", "--model", "network", "--no-figures", "--out", str(out), "--export", str(folder)]
-    assert main(command) == 0
+    folder = tmp_path / "few"
+    summary, _ = ran(f"solve plate --model network --export {folder}")
     assert {"model.json", "model.py", "model.cir"} <= {entry.name for entry in folder.iterdir()}
     document = json.loads((folder / "model.json").read_text(encoding="utf-8"))
-    one = json.loads((out / "summary.json").read_text(encoding="utf-8"))["reduced1d"]["steady"]
-    found = CompactModel(document).steady()
-    assert found["E"] == pytest.approx(one["E"]["value"], rel=1e-7)
+    one = summary["reduced1d"]["steady"]["E"]["value"]
+    assert CompactModel(document).steady()["E"] == pytest.approx(one, rel=1e-7)
     assert "the network of its boxes" in (folder / "model.cir").read_text(encoding="utf-8")

@@ -140,11 +140,9 @@ at = ["0.5 mm", "5 um", "5 um"]
 """  # fmt: skip
 
 
-def test_a_table_of_conductivity_is_exact_between_its_rows(tmp_path):
-    (tmp_path / "bar.toml").write_text(HELD_BAR, encoding="utf-8")
-    given = ["--uncertain", "material.metal.electrical_conductivity=2%", "--no-figures", "--quiet", "--out"]
-    assert main(["solve", str(tmp_path / "bar.toml"), *given, str(tmp_path / "out")]) == 0
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+def test_a_table_of_conductivity_is_exact_between_its_rows(ran):
+    Path("bar.toml").write_text(HELD_BAR, encoding="utf-8")
+    summary, _ = ran("solve bar.toml --uncertain material.metal.electrical_conductivity=2%")
     middle = summary["fem3d"]["steady"]["middle"]
     assert abs(middle["value"] - PEAK) <= middle["error"] < 0.05
     # d peak / d ln sigma = sigma(peak) V^2 / (8 k); the uncertainty is 2 % of it.
