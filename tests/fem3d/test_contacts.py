@@ -175,26 +175,6 @@ def test_errors_hold_where_contact_ends_inside():
         assert fine[name].error < 0.1 * found.error
 
 
-def test_slab_with_contact_warms_like_its_layers():
-    a, b = Layer(LENGTH, 2.0, CAPACITY), Layer(LENGTH, 5.0, CAPACITY)
-    slow = LENGTH**2 * CAPACITY / 2.0
-    times = np.array([0.05, 0.2, 1.0, 4.0]) * slow
-    scene = pair(
-        RESISTANCE, 0.0, end_time=float(times[-1]), output_times=tuple(times.tolist()), accuracy=1e-4, steady=False
-    )
-    scene = replace(scene, boundaries=(replace(scene.boundaries[0], value=303.0),), probes=tuple(
-        p for p in scene.probes if p.name in ("temperature a", "temperature b", "end")))  # fmt: skip
-    traces = solve(scene).traces
-    for worse in (1.0, 1.01):
-        # The contact is a layer of no capacity to speak of, and as thin.
-        thin = Layer(1e-9, 1e-9 / (worse * RESISTANCE), 1e-3)
-        expected = step_response([a, thin, b], "temperature", 10.0, 0.0, times)
-        for face, name in ((1, "temperature a"), (2, "temperature b"), (3, "end")):
-            found = np.interp(times, traces.time, traces.values[name]) - 293.0
-            off = np.abs(found - expected[:, face]).max()
-            assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
-
-
 def test_part_of_scene_with_contacts_equals_whole():
     m = Material("m", K, 1.0, CAPACITY, RHO)
     low, side = LENGTH, SIDE
