@@ -18,14 +18,14 @@ from compare.report.table import Row, Section, Style, Table, sentences
 from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError
 from scenes.formats import difference_text, percent
-from scenes.sink import OF_A_SINK, Sink
+from scenes.sink import Sink
 from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
     from scenes.device import Device
-    from scenes.result import Estimate, Result
+    from scenes.result import Estimate
 
-    Solve = Callable[[Sink], Result]
+    Solve = Callable[[Sink], dict[str, Estimate]]
 
 CLOSE = 1e-4
 """Both solutions have this accuracy or a better one, as the smallest effects are half a percent."""
@@ -123,23 +123,30 @@ def effects(sink: Sink) -> dict[str, Effect]:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """The effects, the largest first, and all ``together``.
-
-    ``sum`` adds the changes of each quantity, ``skipped`` has reasons, ``sentence`` names the largest effects, and
-    ``called`` the quantities' words.
-    """
+    """The effects, the largest first, all ``together``, and by name why others are ``skipped``."""
 
     effects: dict[str, Effect]
     together: Effect | None
-    sum: dict[str, float]
     skipped: dict[str, str]
-    sentence: str
-    called: dict[str, str]
 
     @property
     def every(self) -> dict[str, Effect]:
         """The effects and all together, by name."""
         return self.effects | ({} if self.together is None else {TOGETHER: self.together})
+
+    @property
+    def sentence(self) -> str:
+        """The largest effect in air, and in vacuum."""
+        said = []
+        for where, inside in (("In air", True), ("In vacuum", False)):
+            some = [each for name, each in self.effects.items() if (name in IN_AIR) is inside]
+            if some and not some[0].changes:
+                said.append(f"{where} {some[0].what} makes it run away.")
+            elif some:
+                whole = "peak" if PEAK in some[0].changes else "power that the sink takes"
+                most, change = " most," * (len(some) > 1), next(iter(some[0].changes.values())).value
+                said.append(f"{where} {some[0].what} changes the {whole}{most} by {percent(change, sign=True)}.")
+        return " ".join(said) or "Of the effects that both models leave out the scene has all that can be solved."
 
 
 class LeftOutStudy(Analysis[LeftOut]):
@@ -148,15 +155,15 @@ class LeftOutStudy(Analysis[LeftOut]):
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> LeftOut:
         with progress.stage("left out"):
-            return (of_sink if outcome.scene.kind == "sink" else of_device)(outcome.scene, progress)
+            return study(outcome.scene, progress)
 
     def sentence(self, found: LeftOut, outcome: Outcome[Any]) -> str:
         return found.sentence
 
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         """By effect the changes of the steady state, the largest first."""
-        shown = [q for q in found.called if style.page or q in kind_of(outcome.scene).shown]
-        rows = []
+        kind, rows = kind_of(outcome.scene), list[Row]()
+        shown = {q: word for q, (word, _) in kind.quantities(outcome.scene).items() if style.page or q in kind.shown}
         for name, each in found.every.items():
             changes = (each.changes[q] for q in shown if each.changes)
             cells = [difference_text(c.value, c.error, style.plus_minus) for c in changes]
@@ -164,9 +171,10 @@ class LeftOutStudy(Analysis[LeftOut]):
             cells = cells or ["runs away"] * len(shown)
             rows.append(Row([name.replace("_", " "), *cells], below=each.assumed + source))
         if found.together is not None:
-            rows.append(Row(["their sum", *(percent(found.sum[q], sign=True) for q in shown)]))
+            sums = (sum(each.changes[q].value for each in found.effects.values() if each.changes) for q in shown)
+            rows.append(Row(["their sum", *(percent(total, sign=True) for total in sums)]))
         skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in found.skipped.items()]
-        table = Table(("left out", *(found.called[q] for q in shown)), rows) if rows else ""
+        table = Table(("left out", *shown.values()), rows) if rows else ""
         said = "Changes of the 3D steady state with each effect, over that without." * bool(rows)
         return Section("What both models leave out", [table, said, sentences(skipped)])
 
@@ -178,91 +186,65 @@ class LeftOutStudy(Analysis[LeftOut]):
         }
 
 
-def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
-    """Compute the change of a sink by each effect. Raises RunawayError without a steady state."""
-    from fem3d.runs.sink import solve as solve_3d
-    from scenes.validity import check
+def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
+    """Solve a sink or a device with each effect and with all; the first quantity ranks them.
 
-    def solve(other: Sink) -> Result:
-        return solve_3d(check(other), transient=False)
-
-    called = {each.steady: each.called for each in OF_A_SINK.values()}
-    close = replace(sink, accuracy=min(sink.accuracy, CLOSE))
-    return _study(close, solve, called, effects(close), say)
-
-
-def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
-    """Compute the change of a device by each effect; the polymer is above the sink, not the air.
-
-    Raises SceneError for a device that 3D does not take, ArithmeticError where the numerics fail.
+    Raises RunawayError without a steady state, SceneError for a device that 3D does not take, and NumericsError.
     """
-    from fem3d.runs.device import model
-    from reduced1d.slopes import OF_DEVICE
-    from scenes.result import Estimate, Result
-    from scenes.validity import check
-
-    def solve(sink: Sink) -> Result:
-        changed = check(replace(device, sink=sink))
-        states = model(changed, changed.accuracy_3d)
-        steady, errors = states.steady(changed), states.steady_errors(changed)
-        return Result("fem3d", {name: Estimate(getattr(steady, name), errors[name]) for name in OF_DEVICE}, None, {})
-
-    below = {name: effect for name, effect in effects(device.sink).items() if name != "air"}
-    return _study(device.sink, solve, dict(OF_DEVICE), below, say)
-
-
-def _study(
-    sink: Sink, solve: Solve, called: dict[str, str], candidates: dict[str, Effect], say: Callable[[str], None]
-) -> LeftOut:
-    """Solve with each effect and with all; the first quantity ranks them."""
     from compare.verdict import ratio
 
+    sink, solve = _of_sink(scene) if scene.kind == "sink" else _of_device(scene)
+    # Above the sink of a device is the polymer, not the air.
+    candidates = {n: each for n, each in effects(sink).items() if n != "air" or scene.kind == "sink"}
     say("without what is left out")
     bare, found, skipped = solve(sink), dict[str, Effect](), dict[str, str]()
     everything: dict[str, Any] = {"accuracy": max(sink.accuracy, ALL)}
 
-    def study(name: str, effect: Effect) -> Effect | None:
+    def changed(name: str, effect: Effect) -> Effect | None:
         try:
-            steady = solve(replace(sink, **effect.changed)).steady
+            steady = solve(replace(sink, **effect.changed))
         except RunawayError:
             return effect
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
             return None
-        return replace(effect, changes={q: ratio(steady[q], bare.steady[q]) for q in called})
+        return replace(effect, changes={q: ratio(steady[q], bare[q]) for q in kind_of(scene).quantities(scene)})
 
     for number, (name, effect) in enumerate(candidates.items(), 1):
         if not effect.changed:
             skipped[name] = "the scene has it"
             continue
         say(f"with what is left out, {number} of {len(candidates)}: {effect.what}")
-        if result := study(name, effect):
+        if result := changed(name, effect):
             found[name] = result
             everything |= effect.changed
     together = None
     if len(found) > 1:
         say("with all of that together")
-        together = study(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
-    ranked = dict(sorted(found.items(), key=lambda item: -item[1].size))
-    added = {q: sum(each.changes[q].value for each in found.values() if each.changes) for q in called}
-    return LeftOut(ranked, together, added, skipped, _sentence(ranked, called), called)
+        together = changed(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
+    return LeftOut(dict(sorted(found.items(), key=lambda item: -item[1].size)), together, skipped)
 
 
-def _sentence(ranked: dict[str, Effect], called: dict[str, str]) -> str:
-    """Name the largest effect in air, and in vacuum."""
-    if not ranked:
-        return "Of the effects that both models leave out the scene has all that can be solved."
-    said, whole = [], "peak" if PEAK in called else "power that the sink takes"
-    for where, inside in (("In air", True), ("In vacuum", False)):
-        some = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
-        if not some:
-            continue
-        first = some[0]
-        if not first.changes:
-            does = f"{first.what} makes it run away"
-        else:
-            most = " most," * (len(some) > 1)
-            change = percent(next(iter(first.changes.values())).value, sign=True)
-            does = f"{first.what} changes the {whole}{most} by {change}"
-        said.append(f"{where} {does}.")
-    return " ".join(said)
+def _of_sink(sink: Sink) -> tuple[Sink, Solve]:
+    """A sink at an accuracy that the smallest effects need, and its solver in 3D."""
+    from fem3d.runs.sink import solve
+    from scenes.validity import check
+
+    close = replace(sink, accuracy=min(sink.accuracy, CLOSE))
+    return close, lambda other: solve(check(other), transient=False).steady
+
+
+def _of_device(device: Device) -> tuple[Sink, Solve]:
+    """The sink of a device, and the device's solver in 3D."""
+    from fem3d.runs.device import model
+    from reduced1d.slopes import OF_DEVICE
+    from scenes.result import Estimate
+    from scenes.validity import check
+
+    def solve(sink: Sink) -> dict[str, Estimate]:
+        changed = check(replace(device, sink=sink))
+        states = model(changed, changed.accuracy_3d)
+        steady, errors = states.steady(changed), states.steady_errors(changed)
+        return {name: Estimate(getattr(steady, name), errors[name]) for name in OF_DEVICE}
+
+    return device.sink, solve

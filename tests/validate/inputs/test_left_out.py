@@ -27,7 +27,7 @@ def found():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(left_out, "CLOSE", SINK.accuracy)
         patch.setattr("fem3d.runs.sink.solve", solved)
-        yield left_out.of_sink(SINK, lambda _: None)
+        yield left_out.study(SINK, lambda _: None)
     solved.cache_clear()
 
 
@@ -79,7 +79,7 @@ def few(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
 
 def test_what_the_scene_has_is_not_left_out(found, monkeypatch):
     few(monkeypatch, "contact", "gap_gas", "air")
-    cooled = left_out.of_sink(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01), lambda _: None)
+    cooled = left_out.study(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01), lambda _: None)
     assert {"air", "gap_gas"} <= {*found.effects}
     assert not {"air", "gap_gas"} & {*cooled.effects}
     assert cooled.skipped == dict.fromkeys(("gap_gas", "air"), "the scene has it")
@@ -88,7 +88,7 @@ def test_what_the_scene_has_is_not_left_out(found, monkeypatch):
 
 def test_what_a_row_cannot_have_is_said(monkeypatch):
     few(monkeypatch, "contact", "gap_gas", "substrate")
-    row = left_out.of_sink(replace(SINK, spans=2), lambda _: None)
+    row = left_out.study(replace(SINK, spans=2), lambda _: None)
     for effect in ("substrate", "gap_gas"):
         assert effect not in row.effects
         assert "sink.spans = 2" in row.skipped[effect]
@@ -101,7 +101,7 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch):
         return solved(sink, transient=transient)
 
     monkeypatch.setattr("fem3d.runs.sink.solve", away)
-    found = left_out.of_sink(SINK, lambda _: None)
+    found = left_out.study(SINK, lambda _: None)
     assert next(iter(found.effects)) == "substrate"
     assert "In vacuum the substrate's own resistance makes it run away." in found.sentence
     assert {*document_of(found)["substrate"]} == {"assumed", "source"}
@@ -141,7 +141,7 @@ def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch):
             return dict.fromkeys(OF_DEVICE, 0.0)
 
     monkeypatch.setattr(of_3d, "model", Model)
-    found = left_out.of_device(Device(), lambda _: None)
+    found = left_out.study(Device(), lambda _: None)
     gas = in_1d(replace(Device(), sink=replace(Sink(), gap_gas_conductivity=CONDUCTIVITY))).sink_power_W
     change = found.effects["gap_gas"].changes["sink_power_W"].value
     assert change == pytest.approx(gas / in_1d(Device()).sink_power_W - 1, rel=1e-12)

@@ -252,7 +252,7 @@ def left_out(outcome: Outcome[Any]) -> Figure:
         values = np.array([100 * change.value for _, change in made])
         errors = np.array([100 * change.error for _, change in made])
         places = np.array([place for place, _ in made]) + (n - 1) * _THICK
-        ax.barh(places, values, 0.9 * _THICK, color=colour, label=left_out.called[key])
+        ax.barh(places, values, 0.9 * _THICK, color=colour, label=kind.quantities(outcome.scene)[key][0])
         ax.errorbar(values, places, xerr=errors, fmt="none", ecolor="#777777", elinewidth=1.0, capsize=2)
     for place, each in enumerate(effects.values()):
         if not each.changes:
