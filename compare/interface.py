@@ -19,7 +19,7 @@ from scenes.errors import SceneError, did_you_mean, quoted
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.analyses.uncertainty import Propagated
+    from compare.analyses.sensitivities import Propagated
     from compare.blame import Budget
     from compare.report.table import Style
     from compare.slopes import Slopes

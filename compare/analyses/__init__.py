@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from compare.analyses.against import Against
+from compare.analyses.against import Against, Validation
 from compare.analyses.base import Analysis
 from compare.analyses.calibration import Calibration
 from compare.analyses.export import CompactExport
 from compare.analyses.left_out import LeftOutStudy
-from compare.analyses.sensitivities import Sensitivity
-from compare.analyses.uncertainty import UncertainInputs
-from compare.analyses.vv20 import Validation
+from compare.analyses.sensitivities import Sensitivity, UncertainInputs
 from compare.analyses.why import Why
 from compare.options import Options
 

@@ -1,18 +1,32 @@
-"""The user's own data against 3D: the largest distance of each quantity."""
+"""The user's own data against 3D: the largest distance of each quantity.
+
+Validation against measured data, after ASME V&V 20-2009 (sections 1-5 and 1-6): the comparison error E = S - D,
+simulation less data, has the validation uncertainty u_val, u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, the
+inputs and the data. The error of the model itself lies within E -+ k u_val. Over time E is the mean over a window of
+the trace (`compare.course`), because one of many noisy samples is far off by chance.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
-from compare.analyses.uncertainty import by_differences
+from compare.analyses.sensitivities import by_differences
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style
+from compare.report.table import Section, Style, Table
+from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Step, step
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from compare.against import Data
+    from compare.slopes import Slopes
+    from scenes.result import Result
+    from scenes.uncertain import Uncertain
 
 
 class Against(Analysis["Data"]):
@@ -60,3 +74,221 @@ def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
         return {c: part(off, abs(scale)) for c, (off, scale, _) in distances.items()}
 
     return by_differences(checks, outcome, differences)
+
+
+NOTHING = 1e-6
+"""Uncertainties below this part of u_val are shown as 0."""
+V20 = (
+    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, has an uncertainty u_val by the "
+    "numerics, the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and "
+    "the last: the model's own error lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
+)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """The comparison error of a ``model`` ("3D" or "1D") and a ``quantity`` over a window.
+
+    Attributes
+    ----------
+    called, unit : the user's word for the quantity, and the unit of E and the uncertainties
+    where, start, end : "worst", or the "end" of the data; from and to a time (s), infinite in the steady state
+    rows, E : E is the mean over so many rows
+    k : standard uncertainties that make an interval of 95 %
+    """
+
+    model: str
+    quantity: str
+    called: str
+    unit: str
+    where: str
+    start: float
+    end: float
+    rows: int
+    E: float
+    u_num: float
+    u_input: float
+    u_data: float
+    k: float
+
+    @property
+    def u_val(self) -> float:
+        """The validation uncertainty."""
+        return math.sqrt(self.u_num**2 + self.u_input**2 + self.u_data**2)
+
+    @property
+    def seen(self) -> bool:
+        """Whether the model's error exceeds the uncertainty."""
+        return abs(self.E) > self.k * self.u_val
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The interval of the model's error (95 %)."""
+        return self.E - self.k * self.u_val, self.E + self.k * self.u_val
+
+    def said(self) -> str:
+        """Return the interval in words: "-0.016 to +0.044 K"."""
+        half = self.k * self.u_val
+        if not math.isfinite(half):
+            return "unknown"
+        _, _, unit, places, factor = with_error(self.E, half, self.unit)
+        low, high = (f"{end * factor:+.{places}f}" for end in self.interval)
+        return f"{low} to {high} {unit}"
+
+    def when(self) -> str:
+        """Return the window in words."""
+        return "steady state" if math.isinf(self.end) else span(self.start, self.end)
+
+
+@dataclass(frozen=True)
+class Course:
+    """A model's quantity at the data's ``times`` (s): simulation, data, and the three uncertainties, all (times,)."""
+
+    model: str
+    quantity: str
+    called: str
+    unit: str
+    times: np.ndarray
+    simulated: np.ndarray
+    measured: np.ndarray
+    u_num: np.ndarray
+    u_input: np.ndarray
+    u_data: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """E."""
+        return self.simulated - self.measured
+
+    @property
+    def u_val(self) -> np.ndarray:
+        """The validation uncertainty."""
+        return (self.u_num**2 + self.u_input**2 + self.u_data**2) ** 0.5
+
+    @property
+    def inside(self) -> int:
+        """The number of data within 2 u_val."""
+        from compare.verdict import COVERS
+
+        return int((abs(self.error) <= COVERS * self.u_val).sum())
+
+    def statements(self) -> tuple[Statement, ...]:
+        """Return the statements of the worst window and of the last one."""
+        from compare import course as courses
+        from compare.verdict import COVERS
+
+        means = courses.windows(self.times, self.error, self.u_data, courses.cut(self.simulated))
+        others = [float(((self.u_num**2 + self.u_input**2) ** 0.5)[window.rows].mean()) for window in means]
+        i, k = courses.worst(means, others)
+        last = len(means) - 1
+        chosen = [(i, "worst", k)] * (i != last) + [(last, "end", COVERS)]
+        return tuple(
+            Statement(
+                self.model, self.quantity, self.called, self.unit, where, float(self.times[w.rows][0]),
+                float(self.times[w.rows][-1]), len(self.times[w.rows]), w.distance, float(self.u_num[w.rows].mean()),
+                float(self.u_input[w.rows].mean()), w.u_data, factor,
+            )
+            for w, where, factor in ((means[n], where, factor) for n, where, factor in chosen)
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Validated:
+    """The courses of both models and their statements; whether inputs and data have uncertainties."""
+
+    courses: tuple[Course, ...]
+    statements: tuple[Statement, ...]
+    inputs: bool
+    data: bool
+
+
+class Validation(Analysis[Validated]):
+    name, figure_name = "validation", "validation"
+    about = "E = S - D against u_val of ASME V&V 20, of every model"
+
+    def asked(self, options: Options) -> bool:
+        given = bool(options.uncertain or options.data_uncertainty)
+        return given and options.against is not None and options.against.curve is None
+
+    def run(self, outcome: Outcome[Any], progress: Progress) -> Validated:
+        names = {"3D": "fem3d", "1D": "reduced1d"}
+        models = {
+            called: (outcome.results[name], outcome.slopes.get(name))
+            for called, name in names.items()
+            if name in outcome.results
+        }
+        return validate(outcome.scene, outcome.options.against, models, outcome.options.uncertain)
+
+    def section(self, found: Validated, outcome: Outcome[Any], style: Style) -> Section:
+        """A line for each model and quantity in the worst window and at the end: E, its parts, the model's error."""
+        heads, rows = (
+            ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error"),
+            [],
+        )
+        for s in found.statements:
+            parts = [
+                "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > NOTHING * s.u_val else "0"
+                for u in (s.u_num, s.u_input, s.u_data, s.u_val)
+            ]
+            middle = [signed(s.E, s.unit, 2)] * style.page
+            rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
+        points = ", ".join(f"{c.called} {c.model} {c.inside} of {len(c.times)}" for c in found.courses)
+        exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
+        text = [
+            "The worst window and the last." * (not outcome.options.against.at_rest),
+            f"Where 0 is within (95 %), no error of the model is seen. Points of the data within 2 u_val: {points}.",
+            f"Taken as exact: {exact}." if exact else "",
+        ]
+        return Section("Validation", [V20 * style.page, Table(heads, rows), *text], headed=False)
+
+    def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
+        statements = []
+        for s in found.statements:
+            entry = asdict(s) | {"u_val": s.u_val, "interval": list(s.interval), "seen": s.seen, "said": s.said()}
+            statements.append(entry | {"start_s": entry.pop("start"), "end_s": entry.pop("end")})
+        points = [
+            {"model": c.model, "quantity": c.quantity, "points": len(c.times), "within_2_u_val": c.inside}
+            for c in found.courses
+        ]
+        return {"statements": statements, "points": points}
+
+
+def finding(found: Validated) -> str:
+    """Return a line: where each model is surely furthest off, relative to its own uncertainty."""
+    said = []
+    for model in dict.fromkeys(course.model for course in found.courses):
+        seen = [s for s in found.statements if s.model == model and s.seen]
+        worst = max(seen, key=lambda s: abs(s.E) / s.u_val, default=None)
+        if worst is None:
+            said.append(f"no error of {model} is seen")
+        else:
+            when = f"{'in the' if math.isinf(worst.end) else 'over'} {worst.when()}"
+            said.append(f"{model} is off: {worst.called} {worst.said()} {when}")
+    text = "; ".join(said)
+    return f"{text[0].upper()}{text[1:]}"
+
+
+def validate(
+    scene: Any, data: Data, models: dict[str, tuple[Result, Slopes | None]], uncertain: Uncertain | None
+) -> Validated:
+    """Validate models against data; without ``uncertain`` the inputs are exact. Errors count as u_num in full."""
+    import numpy as np
+
+    from compare import quantities
+    from compare.against import simulated
+
+    catalogue = quantities.of(scene, next(iter(models.values()))[0])
+    late = catalogue.sure(data.time)
+    times, courses = data.time[late], []
+    for word, key in catalogue.names.items():
+        for called, (result, slopes) in models.items():
+            answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
+            if key not in data.values or key not in answers:
+                continue
+            (values, error), zero = simulated(result, key, times), np.zeros(len(times))
+            u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
+            u_data = data.u[key][late] if key in data.u else zero
+            measured, u_num, unit = data.values[key][late], zero + error, catalogue.units[key]
+            courses.append(Course(called, key, word, unit, times, values, measured, u_num, u_input, u_data))
+    statements = tuple(statement for course in courses for statement in course.statements())
+    return Validated(tuple(courses), statements, uncertain is not None, bool(data.u))

@@ -11,7 +11,7 @@ import numpy as np
 
 from compare.analyses import ANALYSES
 from compare.analyses.base import Analysis
-from compare.analyses.uncertainty import Propagated
+from compare.analyses.sensitivities import Propagated
 from compare.kinds import kind_of
 from compare.options import SAMPLES, Options
 from compare.outcome import Outcome, Progress

@@ -9,7 +9,7 @@ import pytest
 import compare
 from compare import quantities
 from compare.against import Data
-from compare.analyses.vv20 import validate
+from compare.analyses.against import validate
 from compare.slopes import free_3d
 from compare.testing import assert_traces_agree
 from scenes import load

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import compare
-from compare.analyses import uncertainty
-from compare.analyses.sensitivities import PREFIX
-from compare.analyses.uncertainty import Propagated
+from compare.analyses import sensitivities
+from compare.analyses.sensitivities import PREFIX, Propagated
 from compare.outcome import Outcome
 from compare.sink_checks import fig5
 from compare.slopes import Slopes, sink_3d
@@ -52,7 +51,7 @@ def of_both(sink: Sink, uncertain: Uncertain) -> Propagated:
                       {key: {n: Estimate(v, 0.0) for n, v in of.items()} for key, of in by.items()})
         for model, (result, by) in models.items()
     }  # fmt: skip
-    return uncertainty.propagated(uncertain, slopes_by_model)
+    return sensitivities.propagated(uncertain, slopes_by_model)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from compare import quantities
 from compare.against import Data
-from compare.analyses.vv20 import Statement, Validation, finding, validate
+from compare.analyses.against import Statement, Validation, finding, validate
 from compare.data.read import read_uncertainty
 from compare.options import Options
 from compare.outcome import Outcome

@@ -21,7 +21,7 @@ from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
 
 if TYPE_CHECKING:
-    from compare.analyses.vv20 import Validated
+    from compare.analyses.against import Validated
     from compare.blame import Budget
     from compare.outcome import Outcome
 
@@ -164,7 +164,7 @@ def validation(outcome: Outcome[Any]) -> Figure:
     """A column for each quantity of the data. Steady: E of each model with its interval. Over time: above, values with
     bands of 2 sqrt(u_num^2 + u_input^2), data as dots, some with bars of 2 u_D; below, E = S - D within 2 u_val and its
     means over windows with intervals."""
-    from compare.analyses.vv20 import finding
+    from compare.analyses.against import finding
     from compare.verdict import COVERS
 
     results = outcome.analyses["validation"]
@@ -214,7 +214,7 @@ def validation(outcome: Outcome[Any]) -> Figure:
 
 def _at_rest(results: Validated, keys: list[str], said: str, colours: dict[str, str]) -> Figure:
     """A column for each quantity: E of each model, with the interval that its own error lies in."""
-    from compare.analyses.vv20 import finding
+    from compare.analyses.against import finding
 
     figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 3.8, finding(results), [said], bottom=0.45, left=0.85)
     for key, ax in zip(keys, figure.subplots(1, len(keys), squeeze=False, gridspec_kw={"wspace": 0.5})[0], strict=True):
