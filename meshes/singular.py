@@ -35,8 +35,6 @@ PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, f
 
 Numbers = tuple[float, ...]
 Rays = tuple[bool, ...]
-WHOLE: Rays = (False, False, False, False)
-QUARTERS: Numbers = (np.pi / 2,) * 4
 
 
 def edges(scene: Scene) -> list[dict[float, float]]:
@@ -151,7 +149,9 @@ def _held(scene: Scene, kind: str) -> list[np.ndarray]:
 
 
 @lru_cache(maxsize=512)
-def exponent(wedges: Numbers, rays: Rays = WHOLE, cuts: Rays = WHOLE, angles: Numbers = QUARTERS) -> float:
+def exponent(
+    wedges: Numbers, rays: Rays = (False,) * 4, cuts: Rays = (False,) * 4, angles: Numbers = (np.pi / 2,) * 4
+) -> float:
     """The smallest positive exponent around an edge whose wedges of some ``angles``, in order, have these
     conductivities; ray i, at which wedge i begins, has a given value or not, and is one that nothing passes (one of
     ``cuts``) or not.

@@ -32,9 +32,6 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
 LOOSER = 10.0  # ratio of tolerances: steps for the error of space over steps of an answer
-# Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): the change
-# by a LOOSER times smaller tolerance leaves 1 / (LOOSER - 1) of itself, and three times that error is stated.
-LEFT = 3.0 / (LOOSER - 1.0)
 FINEST = 1e-9  # tolerance, of the largest rise
 QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
 ASKED = 200  # most requested times that are compared: each costs a state of every space
@@ -136,7 +133,9 @@ def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str
         answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
         out = outputs.of_transient(answer, study.part, march.checked)
         traces = study.traces(out)
-        left = {name: LEFT * change for name, change in distance(traces, march.traces).items()}
+        # Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): of
+        # the change 1 / (LOOSER - 1) is left, and three times that error is stated.
+        left = {name: 3 / (LOOSER - 1) * change for name, change in distance(traces, march.traces).items()}
         finer = replace(march, answer=answer, worse=march.answer, out=out, traces=traces, tolerance=tolerance)
         small = {name: SPACE_SHARE * study.accuracy * scale for name, scale in march.scales.items()}
         if all(left[name] <= max(small[name], room[name]) for name in left) or tolerance <= FINEST:
@@ -222,7 +221,7 @@ def distance(a: Quantities, b: Quantities) -> dict[str, float]:
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
 
 
-ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only locates hot instants
+ROUGH = 1e-3  # accuracy of a response that only locates hot instants
 ROUNDS = 5
 # A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
 # value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
@@ -326,7 +325,7 @@ def searched(
 def _rough(base: Base, shift: float, end: float) -> Transient:
     """Return a rough response up to ``end`` (s), or until shortly before a runaway; only the accurate response decides
     whether there is a runaway."""
-    reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
+    reduced = base.project(Krylov(base, shift).fields(FIELDS))
     try:
         return transient.march(base, reduced, end, ROUGH)
     except (BeyondLawError, RunawayInTimeError) as stop:

@@ -33,7 +33,6 @@ from fem3d.spaces.domain import Domain
 from scenes.errors import NumericsError, RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
-NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
 EARLY_TIMES = 10  # times after a jump, before the earliest of interest, at which responses are compared
 
 
@@ -345,7 +344,7 @@ def _imbalance(study: Study, answer: AnyResponse) -> float:
     late = edges[1:] >= min(study.earliest, edges[-1])
     heat = answer.heat
     none = (
-        NOTHING
+        outputs.ROUNDING
         * study.part.copies
         * float(heat.unit @ (heat.mass @ heat.unit))
         * max(heat.domain.scene.initial_temperature, 1.0)

@@ -306,4 +306,6 @@ def refine_quadratures(
     heat: HeatProblem, conductor: Conductor | None, points: int
 ) -> tuple[HeatProblem, Conductor | None]:
     """Return the problem by quadratures of its laws with so many more points along each axis."""
-    return heat.with_terms(tuple(term.finer(points) for term in heat.terms)), conductor and conductor.finer(points)
+    finer = replace(heat, terms=tuple(term.finer(points) for term in heat.terms))
+    finer.kept.like(heat.kept)
+    return finer, conductor and conductor.finer(points)

@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Factors, Kept, Ordering, part
 from fem3d.problems.following import OfCells
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import OfPaths, Paths, Terminal, packed, unpacked
+from fem3d.problems.paths import OfPaths, Paths, Terminal
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 
@@ -365,7 +365,11 @@ class Conductor:
 
     def expanded(self, unknowns: np.ndarray) -> np.ndarray:
         """The potential (functions,) of unknowns, zero where a voltage is given."""
-        return unpacked(self.terminals, self.free, unknowns, self.voltages.shape[1])
+        potentials = np.zeros(self.voltages.shape[1])
+        potentials[self.free] = unknowns[: len(self.free)]
+        for t, potential in zip(self.terminals, unknowns[len(self.free) :], strict=True):
+            potentials += potential * t.unit
+        return potentials
 
     def entering(self, potential: np.ndarray, resistivity: np.ndarray) -> np.ndarray:
         """(unknowns,): the current (A) that a potential (functions,) makes leave each unknown, by the conductor and by
@@ -374,7 +378,8 @@ class Conductor:
 
     def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
         """(unknowns,): the currents of charges (functions,), including the resistances of terminals."""
-        return packed(self.terminals, self.free, charge) + self._leak * unknowns
+        leak = [t.conductance for t in self.terminals] * unknowns[len(self.free) :]
+        return np.concatenate([charge[self.free], [t.unit @ charge for t in self.terminals] + leak])
 
     def unbalanced(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
         """(unknowns,): the current (A) that is missing at each unknown, at given voltages (functions,)."""
@@ -390,10 +395,6 @@ class Conductor:
         for t, value in zip(self.terminals, currents[len(self.free) :], strict=True):
             charges[t.at] = value
         return self.unknowns(self.respond(charges))
-
-    @property
-    def _leak(self) -> np.ndarray:
-        return np.concatenate([np.zeros(len(self.free)), [t.conductance for t in self.terminals]])
 
     def through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
         """The current along the normals of a probe (A), the mean of both sides, at contacts by the jump."""

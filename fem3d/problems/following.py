@@ -218,7 +218,7 @@ def terms(domain: Domain) -> tuple[Term, ...]:
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()
 
 
-MOST_STEPS = 80  # of GMRES
+MOST_STEPS = 100  # of GMRES, without restarts
 SOLVED = 1e-6  # relative residual of a dual solution
 
 

@@ -171,12 +171,6 @@ class HeatProblem:
             heat = heat + self.take(self.storage.between(self.field(rise), self.field(rate)))
         return heat
 
-    def with_terms(self, terms: tuple[Term, ...]) -> HeatProblem:
-        """The same linear problem with others of these."""
-        problem = replace(self, terms=terms)
-        problem.kept.like(self.kept)
-        return problem
-
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
         """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of the
         same shape; of the steady problem, or with (M + time K) in its place."""

@@ -197,17 +197,3 @@ class Terminal:
         """(...,): the current (A) of vectors of given values (..., functions) into the electrode at potential zero."""
         values: np.ndarray = given[..., self.at]
         return values if np.isinf(self.resistance) else values * self.conductance
-
-
-def packed(terminals: Sequence[Terminal], free: np.ndarray, charge: np.ndarray) -> np.ndarray:
-    """The charges (functions,) by unknowns: first free functions, then terminals."""
-    return np.concatenate([charge[free], [t.unit @ charge for t in terminals]])
-
-
-def unpacked(terminals: Sequence[Terminal], free: np.ndarray, unknowns: np.ndarray, size: int) -> np.ndarray:
-    """The potential (functions,) of unknowns: of the free functions, then of the terminals."""
-    potentials = np.zeros(size)
-    potentials[free] = unknowns[: len(free)]
-    for t, potential in zip(terminals, unknowns[len(free) :], strict=True):
-        potentials += potential * t.unit
-    return potentials

@@ -35,7 +35,7 @@ from fem3d.problems.heat import HeatProblem, combined
 from fem3d.solution import exponential
 from fem3d.solution.exponential import HALVINGS, MOST_STEPS, SHORTEST
 from fem3d.solution.steady import HOTTEST
-from fem3d.solution.transient import MOST, resists
+from fem3d.solution.transient import LEAST, resists
 from scenes.errors import NumericsError
 from scenes.units import TIME
 
@@ -48,7 +48,6 @@ A = np.array([
     [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4, 0],
     [82889 / 524892, 0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
 ])  # fmt: skip
-GAMMA = 1 / 4
 EMBEDDED = np.array([
     4586570599 / 29645900160, 0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920,
 ])  # fmt: skip
@@ -64,9 +63,9 @@ NEWTON = 0.1  # error of Newton's method over that of a step (the same: 0.1 to 0
 CONTRACTS = 0.3  # contraction of Newton's steps with which a linearization serves on
 MOST_NEWTON = 8  # steps in one stage
 INNER = 1e-2  # relative residual of a linear system
-MOST_INNER = 40  # steps of GMRES in one linear system
-# Steps of GMRES in one step in time after which factors are made anew: they take about as long.
-REFACTORED = 40
+# Steps of GMRES in one linear system, and in one step in time after which factors are made anew: they take about as
+# long.
+MOST_INNER = 40
 ROUNDING = 1e-11  # of the initial temperature: smaller changes of the rise are rounding
 
 
@@ -288,7 +287,7 @@ class _March:
                 return False
             if c is None or c.following is not None or not c.warms:
                 return True
-            if c.draws_current and (c.resistivity(rise) / c.cold).max() > MOST:
+            if c.draws_current and (c.resistivity(rise) / c.cold).max() > 1 / LEAST:
                 return False
             return resists(c, time, rise)
 
@@ -309,7 +308,7 @@ class _March:
 
     def _step(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
         """A step of the ESDIRK method, with its error over the error allowed."""
-        n, shift, new, self._inner = self._heat.free, GAMMA * length, state, 0
+        n, shift, new, self._inner = self._heat.free, A[1, 1] * length, state, 0
         rates = [state.rate[:n]]
         for weights, ahead, c in zip(A[1:], AHEAD[1:], C[1:].tolist(), strict=True):
             base = state.rise[:n] + length * sum(w * k for w, k in zip(weights, rates, strict=False))
@@ -317,7 +316,7 @@ class _March:
             new = self._stage(base, guess, time + c * length, shift, new)
             rates.append(new.rate[:n])
         error = length * sum(w * k for w, k in zip(A[-1] - EMBEDDED, rates, strict=True))
-        if self._inner > REFACTORED or self._contraction > CONTRACTS:
+        if self._inner > MOST_INNER or self._contraction > CONTRACTS:
             self._linearization = None
         return (
             Step(time, length, state.rise, state.rate, new.rise, new.rate), new,

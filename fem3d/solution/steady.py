@@ -23,14 +23,13 @@ import numpy as np
 
 from fem3d.problems.assembly import at_films, linearized, refine_quadratures
 from fem3d.problems.current import Conductor, Potential
-from fem3d.problems.following import solve_by_gmres
+from fem3d.problems.following import MOST_STEPS, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from scenes.errors import BeyondLawError, ConvergenceError, NumericsError, RunawayError
 
 # Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
 # more of the one before than the last step may leave of the accuracy.
 INNER = 1e-4
-MOST_INNER = 100  # steps of GMRES
 REFACTORED = 15  # steps of GMRES after which factors are made anew: they take about as long
 MOST_NEWTON = 20  # steps at one point
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
@@ -349,7 +348,7 @@ class Linearization:
         def product(x: np.ndarray) -> np.ndarray:
             return preconditioned(self(x * scale), float(row @ (x * scale))) / scale
 
-        change, count = solve_by_gmres(product, preconditioned(residual, 0.0) / scale, INNER, MOST_INNER)
+        change, count = solve_by_gmres(product, preconditioned(residual, 0.0) / scale, INNER, MOST_STEPS)
         return None if change is None else change * scale, count
 
 
@@ -515,18 +514,9 @@ def _state(newton: Newton, point: Point, unsettled: float, tangent: HeatProblem 
     else:
         problem, rise = heat, heat.improve(rise, source)
     return SteadyState(
-        problem,
-        c,
-        rise,
-        source,
-        joule,
-        currents,
-        float(sum(joule.values())),
-        potential,
-        newton.steps,
-        unsettled,
+        problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, newton.steps, unsettled,
         density,
-    )
+    )  # fmt: skip
 
 
 def _currents_alone(heat: HeatProblem, conductor: Conductor) -> SteadyState:

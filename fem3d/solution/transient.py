@@ -180,10 +180,9 @@ class Krylov:
 
 # Of the cold resistivity, below which the heating counts as run away: where current has a way round,
 # it grows beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity.
+# A given current heats the more the hotter the conductor is, and the heat grows by the same factor in equal times, to
+# numbers that no computer has: above the inverse fraction of the cold resistivity it counts as run away.
 LEAST = 1e-2
-# Of the cold resistivity, above which a given current counts as run away: it heats the more the hotter the conductor
-# is, and the heat grows by the same factor in equal times, to numbers that no computer has.
-MOST = 1 / LEAST
 # Of the cold resistivity: a resistivity above this at all vertices is above `LEAST` between them too, for fields of
 # adequate accuracy.
 ENOUGH = 0.8
@@ -280,7 +279,7 @@ class _Resistivity:
         assert conductor is not None
         g = heat.inputs.at(np.array([time]))[0]
         ratio = 1 + np.concatenate([state, g]) @ self._change
-        if conductor.draws_current and ratio.max(initial=1.0) > MOST:
+        if conductor.draws_current and ratio.max(initial=1.0) > 1 / LEAST:
             return False
         if ratio.min(initial=1.0) > ENOUGH:
             return True
