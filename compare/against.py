@@ -11,7 +11,7 @@ import numpy as np
 from compare import course as courses
 from compare import quantities
 from compare.course import overshoot
-from compare.verdict import COVERS, Check, Comparison, judged, part
+from compare.verdict import COVERS, Check, judged, part
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed, span
 from scenes.result import Result
@@ -108,7 +108,7 @@ def _curve(scene: Any, data: Data) -> Any:
         raise SceneError(f"--against {quoted(data.name)}: {key} is 0 in the scene: give it another value for a curve")
     results = [scene_run.solve(varied(scene, key, float(value) / now)) for value in abscissas]
 
-    def made(scene: Any, data: Data, _: Result, name: str) -> Comparison:
+    def made(scene: Any, data: Data, _: Result, name: str) -> Check:
         catalogue = quantities.of(scene)
         unit, base = catalogue.units[name], catalogue.base(name)
         ours, theirs = np.array([result.steady[name].value for result in results]) - base, data.values[name] - base
@@ -116,7 +116,7 @@ def _curve(scene: Any, data: Data) -> Any:
         where, p, m = f"{key} = {dimension.show(float(f'{abscissas[i]:.6g}'))}", float(theirs[i]), float(ours[i])
         error = part(results[i].steady[name].error, size)
         said = f"{data.name} is furthest from 3D at {where}: {quantity(p, unit)} against {quantity(m, unit)}"
-        return Comparison(_title(catalogue.word(name), data), p, m, unit, part(p - m, size), error, said)
+        return Check(_title(catalogue.word(name), data), p, m, unit, part(p - m, size), error, said)
 
     return made
 
@@ -179,7 +179,7 @@ def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) 
     return off, value, f"final {kind}"
 
 
-def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
+def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Check:
     """Compare at the largest distance, over the quantity's final rise, change or value, or its largest one."""
     catalogue, (rows, error, u) = quantities.of(scene, fem3d), furthest(scene, data, fem3d, key)
     off, scale, called = distance(scene, data, fem3d, key, rows)
@@ -191,7 +191,7 @@ def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
         f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(p - off, unit)}, "
         f"{signed(off, unit)} of a {called} of {quantity(scale, unit)}"
     )
-    return Comparison(
+    return Check(
         _title(catalogue.word(key), data), p, p - off, unit, part(off, size), part(error, size), said,
         None if data.at_rest else (start + end) / 2, u_data=None if u is None else part(u, size),
     )  # fmt: skip

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.verdict import COVERS, Comparison, share
+from compare.verdict import COVERS, Check, share
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate, Traces
 
@@ -61,7 +61,7 @@ class Course:
 
     def comparison(
         self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: Callable[[], str]
-    ) -> Comparison:
+    ) -> Check:
         """Compare at the largest distance, relative to a scale; ``error`` bounds that of both courses."""
         i = self.worst
         p, m, off, time = (float(each[i]) for each in (self.model, self.fem3d, self.off, self.time))
@@ -71,7 +71,7 @@ class Course:
             values = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D"
             return f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}; {note()}".removesuffix("; ")
 
-        return Comparison(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
+        return Check(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
 
     def change(self, scale: float) -> str:
         """Return "its time constant is 22 % short; stretched by that it is within 1.5 %"; empty where no change helps.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.verdict import Comparison, Definitions, compared, relative
+from compare.verdict import Check, Definitions, compared, relative
 from reduced1d.device.design import PXI_4070, delivered
 from reduced1d.device.lumped import at_sample_time, ground_effects, largest_eigenvalue, lump, stability
 from reduced1d.device.schemes import shown
@@ -40,7 +40,7 @@ FILMS = "sink", "sensor"
 
 
 CHECKS: Definitions[Outcome[Device]] = Definitions()
-Make = Callable[["Outcome[Device]"], Comparison]
+Make = Callable[["Outcome[Device]"], Check]
 
 
 def _in_3d(outcome: Outcome[Device]) -> Solved:
@@ -53,13 +53,13 @@ def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make
 
     def register(make: Make) -> Make:
         @CHECKS.check(name, *needs)
-        def made(outcome: Outcome[Device]) -> Comparison:
+        def made(outcome: Outcome[Device]) -> Check:
             slow, three = "figure11" in needs and outcome.runs.slow, "3D" in needs and _in_3d(outcome).runs.base
             runs = [run for run in (outcome.runs.base, slow, three) if run and waits and outcome.scene.steps_outside]
             for run in runs:
                 if run.stopped:
                     note = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
-                    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, note)
+                    return Check("not reached", math.nan, math.nan, "", math.inf, 0.0, note)
             return make(outcome)
 
         return make
@@ -68,7 +68,7 @@ def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make
 
 
 @_check("fig9_settling", "figure9", "outer step", waits=True)
-def _settling(outcome: Outcome[Device]) -> Comparison:
+def _settling(outcome: Outcome[Device]) -> Check:
     """Compare the settling time with the paper's, which names no band; here it is 1 %."""
     run = outcome.runs.base
     bands = ", ".join(f"{percent(part, 1)} in {milliseconds(run.settled(part)[0])}" for part in (BAND, 1e-3, 1e-4))
@@ -77,7 +77,7 @@ def _settling(outcome: Outcome[Device]) -> Comparison:
 
 
 @_check("fig9_balance", "figure9", "outer step", waits=True)
-def _balance(outcome: Outcome[Device]) -> Comparison:
+def _balance(outcome: Outcome[Device]) -> Check:
     """Compare the sensor's steady power with the heat into the polymer."""
     run = outcome.runs.base
     (power, power_error), (flow, flow_error) = run.final("sensor_power_W"), run.final("polymer_flux_W")
@@ -86,7 +86,7 @@ def _balance(outcome: Outcome[Device]) -> Comparison:
 
 
 @_check("fig10_steady", "figure10", "outer step", waits=True)
-def _steady_flow(outcome: Outcome[Device]) -> Comparison:
+def _steady_flow(outcome: Outcome[Device]) -> Check:
     """Compare the steady heat flow into the polymer with k A/t times the temperature difference across it."""
     run, device = outcome.runs.base, outcome.scene
     conductance, (flow, drift) = lump(device).polymer.conductance, run.final("polymer_flux_W")
@@ -95,14 +95,14 @@ def _steady_flow(outcome: Outcome[Device]) -> Comparison:
     return _heat("steady heat flow", conductance * across, flow, drift, f"{note}{_rest(run)}", conductance * across)
 
 
-def _heat(title: str, predicted: float, flow: float, error: float, note: str, scale: float) -> Comparison:
+def _heat(title: str, predicted: float, flow: float, error: float, note: str, scale: float) -> Check:
     scale = abs(scale) or 1.0
     values = f"{quantity(predicted, 'W', 7)} against {quantity(flow, 'W', 7)}"
     return compared(title, predicted, flow, "W", error + ROUNDING * scale, f"{values}; {note}", scale)
 
 
 @_check("fig11_slow", "figure11", "outer step", waits=True)
-def _slow(outcome: Outcome[Device]) -> Comparison:
+def _slow(outcome: Outcome[Device]) -> Check:
     """Compare the settling time of the loop sampled every 5 ms with the scene's own, which the paper calls shorter."""
     base, slow = outcome.runs.base, outcome.runs.slow
     assert slow is not None
@@ -120,11 +120,11 @@ def _slow(outcome: Outcome[Device]) -> Comparison:
     else:
         missing, u_num = max(relative(base_time, time), 0.0), (base_error + error) / time if time else 0.0
         u_num = 0.0 if time - error > base_time + base_error else u_num + ROUNDING
-    return Comparison("slower at 5 ms", base_time, time, "s", missing, u_num, note, sense="at least")
+    return Check("slower at 5 ms", base_time, time, "s", missing, u_num, note, sense="at least")
 
 
 @_check("fig12_same_time", "figure12")
-def _same_time(outcome: Outcome[Device]) -> Comparison:
+def _same_time(outcome: Outcome[Device]) -> Check:
     """Compare the times to the steady state after outer steps from -80 to +20 K with each other."""
     moving = [run for run in outcome.runs.steps if run.step]
     times = {run.step: run.settled()[0] for run in moving}
@@ -138,7 +138,7 @@ def _same_time(outcome: Outcome[Device]) -> Comparison:
     return _times("same, all steps", typical, worst, f"{note}{_rest(worst)}")
 
 
-def _times(title: str, expected: float, run: Run, note: str) -> Comparison:
+def _times(title: str, expected: float, run: Run, note: str) -> Check:
     """Compare a settling time with another; one that does not come is at least the run after the step."""
     time, error = run.settled()
     if not expected:  # Where no step moves the power, there is no common time.
@@ -150,27 +150,27 @@ def _times(title: str, expected: float, run: Run, note: str) -> Comparison:
     else:
         most = expected / run.watched - 1
         off, u_num = (most - 1) / 2, (most + 1) / 2
-    return Comparison(title, expected, time, "s", off, u_num, note)
+    return Check(title, expected, time, "s", off, u_num, note)
 
 
 @_check("fig13_slope", "figure13")
-def _slope(outcome: Outcome[Device]) -> Comparison:
+def _slope(outcome: Outcome[Device]) -> Check:
     """Compare the slope of the steady power by the outer temperature with -k A/t of the polymer."""
     conductance, (slope, _, error) = lump(outcome.scene).polymer.conductance, _line(outcome.runs)
     note = f"paper: a straight line, by R(T); here linear as conduction is{_rest(*_below(outcome.runs))}"
     measured = slope if math.isfinite(error) else math.nan
-    return Comparison("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, note)
+    return Check("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, note)
 
 
 @_check("fig13_limit", "figure13")
-def _limit(outcome: Outcome[Device]) -> Comparison:
+def _limit(outcome: Outcome[Device]) -> Check:
     """Compare the outer temperature from which on the power is zero with the set point."""
     setpoint, (_, zero, error) = outcome.scene.control.set_temperature, _line(outcome.runs)
     above = [f"; {run.step:+g} K leaves {quantity(run.final('sensor_power_W')[0], 'W', 2)}"
              for run in outcome.runs.steps if _above(run)]  # fmt: skip
     note = f"paper: no higher temperature than the set one is seen; here the line ends at {zero:.7g} K{''.join(above)}"
     off = (setpoint - zero) / outcome.scene.set_rise
-    return Comparison("end of the range", setpoint, zero, "K", off, error, f"{note}{_rest(*_below(outcome.runs))}")
+    return Check("end of the range", setpoint, zero, "K", off, error, f"{note}{_rest(*_below(outcome.runs))}")
 
 
 def _line(runs: Runs) -> tuple[float, float, float]:
@@ -210,7 +210,7 @@ def _rest(*runs: Run) -> str:
 
 
 @_check("fig14_ground", "figure14")
-def _ground(outcome: Outcome[Device]) -> Comparison:
+def _ground(outcome: Outcome[Device]) -> Check:
     """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
 
     The paper gives no resistance; without one in the scene it is one square of the sensor's film.
@@ -224,10 +224,10 @@ def _ground(outcome: Outcome[Device]) -> Comparison:
         f"resistance by {quantity(METER_RESISTANCE, 'ohm', 2)}; four wires each avoid that"
     )
     off = max(relative(lead, limits.by_power_ohm), 0.0)
-    return Comparison("common ground", lead, limits.by_power_ohm, "ohm", off, ROUNDING, note, sense="at least")
+    return Check("common ground", lead, limits.by_power_ohm, "ohm", off, ROUNDING, note, sense="at least")
 
 
-def _meter(title: str, claim: float, at: int, unit: str, outcome: Outcome[Device]) -> Comparison:
+def _meter(title: str, claim: float, at: int, unit: str, outcome: Outcome[Device]) -> Check:
     """Compare the smallest step that a meter reads with the paper's."""
     run, step = outcome.runs.base, math.inf
     note = f"paper: {quantity(claim, unit, 2)} in ranges of {METER_RANGES[0]:g} V and {METER_RANGES[1]:g} A; here "
@@ -240,8 +240,8 @@ def _meter(title: str, claim: float, at: int, unit: str, outcome: Outcome[Device
     return _at_most(title, claim, step, unit, note)
 
 
-def _at_most(title: str, claim: float, measured: float, unit: str, note: str) -> Comparison:
-    return Comparison(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, note, sense="at most")
+def _at_most(title: str, claim: float, measured: float, unit: str, note: str) -> Check:
+    return Check(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, note, sense="at most")
 
 
 _check("meter_resistance", "all figures")(partial(_meter, "NI 4070, gold", METER_RESISTANCE, 0, "ohm"))
@@ -249,20 +249,20 @@ _check("meter_power", "all figures")(partial(_meter, "NI 4070, power", METER_POW
 
 
 @_check("meter_rate", "all figures")
-def _rate(outcome: Outcome[Device]) -> Comparison:
+def _rate(outcome: Outcome[Device]) -> Check:
     """Compare the meter's rate with that of the controllers, a reading per sample."""
     eigenvalue = shown(largest_eigenvalue(at_sample_time(outcome.scene, 1 / METER_RATE)))
     note = f"paper: {METER_RATE:g} S/s is more than sufficient; there the loop's largest eigenvalue is {eigenvalue}"
     return _at_most("NI 4070, rate", METER_RATE, 1 / outcome.scene.control.sample_time, "S/s", note)
 
 
-def _against_3d(title: str, unit: str, in_1d: float, in_3d: float, error: float, note: str = "") -> Comparison:
+def _against_3d(title: str, unit: str, in_1d: float, in_3d: float, error: float, note: str = "") -> Check:
     """Compare a value of 1D with 3D."""
     values = f"{quantity(in_3d, unit, 5)} in 3D, {quantity(in_1d, unit, 5)} in 1D"
     return compared(title, in_1d, in_3d, unit, error, f"{values}{note and f': {note}'}")
 
 
-def _steady(film: str, word: str, outcome: Outcome[Device]) -> Comparison:
+def _steady(film: str, word: str, outcome: Outcome[Device]) -> Check:
     unit = {"power": "power_W", "voltage": "V"}[word]
     name, control = f"{film}_{unit}", outcome.scene.control
     one, three = (getattr(run.after, name) for run in (outcome.runs.base, _in_3d(outcome).runs.base))
@@ -275,7 +275,7 @@ def _steady(film: str, word: str, outcome: Outcome[Device]) -> Comparison:
     return _against_3d(f"steady {word}, {film}", unit[-1], one, three, error, note)
 
 
-def _peak(film: str, when: bool, outcome: Outcome[Device]) -> Comparison:
+def _peak(film: str, when: bool, outcome: Outcome[Device]) -> Check:
     """Compare the highest rise of a film before the outer step, or its time."""
     device, result = outcome.scene, _in_3d(outcome).runs.base.result
     error, rises, highest = result.errors[f"{film}_K"], [], []
@@ -301,17 +301,17 @@ for _suffix in ("peak", "peak_time"):
 
 
 @_check("dev3d_settling", "3D", "figure9", "outer step", waits=True)
-def _settling_3d(outcome: Outcome[Device]) -> Comparison:
+def _settling_3d(outcome: Outcome[Device]) -> Check:
     (in_1d, error_1d), (in_3d, error_3d) = (run.settled() for run in (outcome.runs.base, _in_3d(outcome).runs.base))
     if math.inf in (in_1d, in_3d):
         note = f"the sensor's power does not settle to {percent(BAND, 1)} in both models before the run ends"
-        return Comparison("settling time", in_1d, in_3d, "s", 0.0 if in_1d == in_3d else math.inf, math.inf, note)
+        return Check("settling time", in_1d, in_3d, "s", 0.0 if in_1d == in_3d else math.inf, math.inf, note)
     note = f"to {percent(BAND, 1)} of the step of the sensor's power, by diffusion through the polymer"
     return _against_3d("settling time", "s", in_1d, in_3d, error_1d + error_3d, note)
 
 
 @_check("dev3d_slope", "3D", "figure13")
-def _slope_3d(outcome: Outcome[Device]) -> Comparison:
+def _slope_3d(outcome: Outcome[Device]) -> Check:
     """Compare k A/t of the polymer with the slope of Figure 13, of the steady powers in 3D."""
     devices, model = [run.device for run in _below(outcome.runs)], _in_3d(outcome).model
     outer = [device.external.final_temperature for device in devices]
@@ -321,7 +321,7 @@ def _slope_3d(outcome: Outcome[Device]) -> Comparison:
     return _against_3d("slope of power", "W/K", -lump(outcome.scene).polymer.conductance, slope, error * abs(slope))
 
 
-def _gain(film: str, outcome: Outcome[Device]) -> Comparison:
+def _gain(film: str, outcome: Outcome[Device]) -> Check:
     """Compare the largest stable gains; 3D's error is the change from the coarser mesh."""
     device, external, model, key = outcome.scene, outcome.scene.external, _in_3d(outcome).model, f"{film}_gain_limit"
     limits: list[Callable[..., object]] = [stability, model.stability, replace(model, fine=model.low).stability]
@@ -336,7 +336,7 @@ for _film in FILMS:
 
 
 @_check("dev3d_claim_steady", "3D", "figure9", "outer step")
-def _claim_steady(outcome: Outcome[Device]) -> Comparison:
+def _claim_steady(outcome: Outcome[Device]) -> Check:
     state, errors = _in_3d(outcome).runs.base.after, _in_3d(outcome).model.steady_errors(outcome.scene)
     power, flow = state.sensor_power_W, state.polymer_flux_W
     note = f"paper: the sensor's power is the heat through the polymer; {quantity(abs(power - flow), 'W', 2)} pass "
@@ -345,7 +345,7 @@ def _claim_steady(outcome: Outcome[Device]) -> Comparison:
 
 
 @_check("dev3d_claim_over_time", "3D", "figure9", "outer step", waits=True)
-def _claim_over_time(outcome: Outcome[Device]) -> Comparison:
+def _claim_over_time(outcome: Outcome[Device]) -> Check:
     """Compare the same from the outer step on, relative to the step of the steady power."""
     run = _in_3d(outcome).runs.base
     result, errors, start = run.result, run.result.errors, run.device.external.step_time
@@ -365,7 +365,7 @@ def _claim_over_time(outcome: Outcome[Device]) -> Comparison:
 
 
 @_check("dev3d_shielding", "3D", "figure9")
-def _shielding(outcome: Outcome[Device]) -> Comparison:
+def _shielding(outcome: Outcome[Device]) -> Check:
     """Compare the sensor's loss to the substrate with none, relative to the loss with the sink off."""
     slopes, errors = _in_3d(outcome).model.shielding
     closed, off = slopes.sensor_power_per_substrate_W_per_K, slopes.sensor_power_per_substrate_sink_off_W_per_K

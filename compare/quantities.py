@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from compare.course import NO_CHANGE, Course, at
-from compare.verdict import Comparison, ratio
+from compare.verdict import Check, ratio
 from scenes import physics
 from scenes.checks import FIRST_TIME
 from scenes.errors import quoted
@@ -118,9 +118,9 @@ class Probes:
     def __init__(self, scene: AnyScene, fem3d: Result, model: Result) -> None:
         self.fem3d, self.model, self.quantities = fem3d, model, of(scene, fem3d)
 
-    def comparisons(self) -> dict[str, Comparison]:
+    def comparisons(self) -> dict[str, Check]:
         """Compare every quantity that both have, by the ids of checks, in the order of the quantities."""
-        made: dict[str, Comparison] = {}
+        made: dict[str, Check] = {}
         for name in self.quantities.units:
             if name in self.model.steady and name in self.fem3d.steady:
                 made[name] = self.at_rest(name)
@@ -128,7 +128,7 @@ class Probes:
                 made[f"{name}{OVER_TIME}"] = self.over_time(name)
         return made
 
-    def at_rest(self, name: str) -> Comparison:
+    def at_rest(self, name: str) -> Check:
         """Compare the steady values."""
         base, unit = self.quantities.base(name), self.quantities.units[name]
         in_3d, in_1d = (replace(result.steady[name], value=result.steady[name].value - base)
@@ -138,9 +138,7 @@ class Probes:
         p, m = in_1d.value, in_3d.value
         above = " (above the initial temperature)" * (unit == "K")
         reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D{above}{self._meant(name, p, m)}"
-        return Comparison(
-            cut(name, 30), p, m, unit, off.value, u_num, reason, relative_to=f"the 3D {self._whole(name)}"
-        )
+        return Check(cut(name, 30), p, m, unit, off.value, u_num, reason, relative_to=f"the 3D {self._whole(name)}")
 
     def _whole(self, name: str) -> str:
         return "rise" if self.quantities.units[name] == "K" else "value"
@@ -160,7 +158,7 @@ class Probes:
         n = int(np.argmax(np.abs(values)))
         return Estimate(float(values[n]), fem3d.errors[name] + float(beyond[n]))
 
-    def over_time(self, name: str) -> Comparison:
+    def over_time(self, name: str) -> Check:
         """Compare at the largest difference over time."""
         course = self.course(name)
         error = self.fem3d.over_time.errors[name] + self.model.over_time.errors[name]

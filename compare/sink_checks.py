@@ -19,7 +19,7 @@ import numpy as np
 
 from compare.course import Course, overshoot
 from compare.outcome import Outcome
-from compare.verdict import Comparison, Definitions, ratio, relative, share, spread, unit_of
+from compare.verdict import Check, Definitions, ratio, relative, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.equations import anchor_series_resistance
 from scenes import laws
@@ -56,7 +56,7 @@ def equation(
         arguments = list(signature(formula).parameters)[1:]
 
         @CHECKS.check(name, *EQUATION)
-        def make(outcome: Outcome[Sink]) -> Comparison:
+        def make(outcome: Outcome[Sink]) -> Check:
             inputs = {argument: outcome.solved.steady[INPUTS[argument]] for argument in arguments}
             measured = outcome.solved.steady[key]
 
@@ -75,7 +75,7 @@ def equation(
 
 def _of_3d(
     title: str, key: str, predicted: float, measured: float, off: Estimate, note: str | Callable[[], str]
-) -> Comparison:
+) -> Check:
     """Compare a steady value with 3D's, given their relative difference."""
     unit = unit_of(key)
 
@@ -83,7 +83,7 @@ def _of_3d(
         values = f"{quantity(predicted, unit)} against {quantity(measured, unit)} in 3D"
         return f"{values}: {note if isinstance(note, str) else note()}".removesuffix(": ")
 
-    return Comparison(title, predicted, measured, unit, off.value, off.error, reason, relative_to="the 3D value")
+    return Check(title, predicted, measured, unit, off.value, off.error, reason, relative_to="the 3D value")
 
 
 def not_parabolic(outcome: Outcome[Sink]) -> str:
@@ -151,7 +151,7 @@ def eq18_measured(sink: Sink, mean: float, resistance: float) -> float:
     return equations.end_rise_from_equivalent(mean, resistance, k, sink.cross_section, sink.length)
 
 
-def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Comparison | None:
+def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Check | None:
     """Compare a steady quantity of the 1D model with 3D."""
     if key not in outcome.reduced.steady:
         return None
@@ -167,7 +167,7 @@ def from_first(time: np.ndarray) -> np.ndarray:
 
 def over_time(
     trace: str, key: str, title: str, relative_to: str, outcome: Outcome[Sink], scale: Estimate | None = None
-) -> Comparison | None:
+) -> Check | None:
     """Compare a trace of the 1D model with 3D at the largest distance, relative to the steady 3D ``key`` or a scale."""
     one, three = outcome.reduced.over_time, outcome.solved.over_time
     if trace not in one.values:
@@ -189,7 +189,7 @@ CHECKS.check("fig4", *FIGURE)(partial(at_rest, "peak_rise_K", "steady peak, of 3
 
 
 @CHECKS.check("fig5", *EQUATION)
-def fig5(outcome: Outcome[Sink]) -> Comparison:
+def fig5(outcome: Outcome[Sink]) -> Check:
     """Compare the 3D profile along the axis with eq 9's parabola through its own end and peak: rms distance over dT0.
 
     The error assumes a profile that is anywhere off by the largest error of the steady rises.
@@ -204,7 +204,7 @@ def fig5(outcome: Outcome[Sink]) -> Comparison:
         most = f"up to {signed(float(rise[i] - fitted[i]), 'K')} at y = {quantity(float(y[i]) * 1e6, 'um', 3)}"
         return f"{most}: {not_parabolic(outcome)}"
 
-    return Comparison(
+    return Check(
         "parabola's misfit, of dT0", 0.0, distance, "K", off.value, off.error, reason,
         relative_to="dT0, the 3D peak less the end rise",
     )  # fmt: skip
@@ -226,7 +226,7 @@ for _place in ("peak", "end"):
 
 
 @CHECKS.check("fig7_current", *COURSE, "current follows")
-def fig7_current(outcome: Outcome[Sink]) -> Comparison | None:
+def fig7_current(outcome: Outcome[Sink]) -> Check | None:
     """Compare the current's traces, relative to the change of the 3D current from the start to the steady state.
 
     Without a temperature coefficient the current does not change, and the distance is relative to the current itself.
@@ -240,13 +240,11 @@ def fig7_current(outcome: Outcome[Sink]) -> Comparison | None:
 
 
 @CHECKS.check("energy", "3D")
-def energy(outcome: Outcome[Sink]) -> Comparison:
+def energy(outcome: Outcome[Sink]) -> Check:
     """Compare the steady 3D energy imbalance over the power with none. It is a residual, without an error."""
     imbalance = float(outcome.solved.details["energy_imbalance"])
     reason = f"the heat that leaves the 3D solution misses its power by {percent(imbalance)}: do not trust this run"
-    return Comparison(
-        "imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, reason, relative_to="the 3D power"
-    )
+    return Check("imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, reason, relative_to="the 3D power")
 
 
 ROW = {
@@ -258,7 +256,7 @@ FOLLOWED = {**{f"islands_{end}": word for end, (word, _) in ROW.items()}, "islan
 """The checks whose dependence on the row is drawn, with the curve's name."""
 
 
-def _of_row(end: str, late: bool, outcome: Outcome[Sink]) -> Comparison | None:
+def _of_row(end: str, late: bool, outcome: Outcome[Sink]) -> Check | None:
     """Compare a quantity of the row by the 1D model with 3D, steady or over time."""
     (word, key), whole = ROW[end], "itself" if end == "current" else "final rise"
     key = key.format(inner=different(outcome.scene.spans))
@@ -267,7 +265,7 @@ def _of_row(end: str, late: bool, outcome: Outcome[Sink]) -> Comparison | None:
     return over_time(key.replace("_rise_K", "_K"), key, f"{word} trace, of {whole}", "the final 3D value", outcome)
 
 
-def _equivalent(late: bool, outcome: Outcome[Sink]) -> Comparison | None:
+def _equivalent(late: bool, outcome: Outcome[Sink]) -> Check | None:
     """The largest difference in 3D between two spans, or a span and one sink alone: steady, or over time."""
     if (single := outcome.results.get("single")) is None:
         return None
@@ -281,12 +279,12 @@ def _equivalent(late: bool, outcome: Outcome[Sink]) -> Comparison | None:
     return max(made, key=lambda comparison: abs(comparison.difference))
 
 
-def _apart(note: str, sink: Sink, late: bool, *both: tuple[Result, str]) -> Comparison:
+def _apart(note: str, sink: Sink, late: bool, *both: tuple[Result, str]) -> Check:
     """Compare the 3D rise of one span with another's, steady or over time."""
     title, (a, b) = "spans apart, or from one", (result.steady[f"{name}_rise_K"] for result, name in both)
     if not late:
         off, reason = ratio(a, b), f"{quantity(a.value, 'K')} and {quantity(b.value, 'K')}: {note}"
-        return Comparison(title, a.value, b.value, "K", off.value, off.error, reason, relative_to="the second one")
+        return Check(title, a.value, b.value, "K", off.value, off.error, reason, relative_to="the second one")
     traces, time = [(result.over_time, f"{name}_K") for result, name in both], from_first(both[1][0].over_time.time)
     x, y = (np.interp(time, each.time, each.values[name]) - sink.room_temperature for each, name in traces)
     error = sum(each.errors[name] for each, name in traces) + sink.accuracy * (abs(a.value) + abs(b.value))

@@ -132,7 +132,7 @@ def _steady(run: compare.Run, name: str) -> Check:
     off, title = ratio(predicted, measured), f"steady {entry.called}"
     u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
     values = predicted.value, measured.value, entry.unit, off.value
-    return Check(name, title, *values, 0.0, off.error, judge(off.value, 0.0, off.error), u_input=u_input)
+    return Check(title, *values, off.error, id=name, verdict=judge(off.value, 0.0, off.error), u_input=u_input)
 
 
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:

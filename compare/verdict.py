@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from scenes.formats import difference_text, percent
@@ -27,60 +27,46 @@ Sense = Literal["equal", "at least", "at most"]
 """The claim about the measured value: it equals the predicted one, or is on one side of it."""
 M = TypeVar("M")
 """The type of results that checks compare."""
-F = TypeVar("F", bound=Callable[..., "Comparison | None"])
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Two values and their difference, as in `Check`; ``reason`` is a sentence, or a function that writes it."""
-
-    title: str
-    predicted: float
-    measured: float
-    unit: str
-    difference: float
-    u_num: float
-    reason: str | Callable[[], str]
-    time: float | None = None
-    sense: Sense = "equal"
-    relative_to: str = ""
-    u_data: float | None = None
+F = TypeVar("F", bound=Callable[..., "Check | None"])
 
 
 @dataclass(frozen=True)
 class Check:
-    """A comparison with 3D, or with a claim, and the verdict on it.
+    """A comparison with 3D, or with a claim, and once it is `judged` the verdict on it.
 
     Attributes
     ----------
     predicted, measured : the reduction, or the claim, and 3D, in ``unit``
-    difference, tolerance, u_num : relative; u_num bounds the numerical error of the difference
-    expected : the verdict that the scene declares, None without a declaration
-    because : why both differ
+    difference, u_num : relative; u_num bounds the numerical error of the difference
+    reason : why both differ, or a function that writes that, until it is judged
     time : time (s) of the largest difference over time
     sense : of a one-sided claim the difference is the shortfall of the measured value
     relative_to : the scale of the difference in words
-    own : False for an equation of the paper's where another 1D model was chosen
     u_input, u_data : relative standard uncertainties by inputs and data; the verdict counts u_data twice (95 %)
+    tolerance : of the difference
+    expected : the verdict that the scene declares, None without a declaration
+    because : the reason, where it is stated
+    own : False for an equation of the paper's where another 1D model was chosen
     """
 
-    id: str
     title: str
     predicted: float
     measured: float
     unit: str
     difference: float
-    tolerance: float
     u_num: float
-    verdict: Verdict
-    expected: Verdict | None = None
-    because: str = ""
+    reason: str | Callable[[], str] = ""
     time: float | None = None
     sense: Sense = "equal"
     relative_to: str = ""
-    own: bool = True
-    u_input: float | None = None
     u_data: float | None = None
+    u_input: float | None = None
+    id: str = ""
+    tolerance: float = 0.0
+    verdict: Verdict = "unresolved"
+    expected: Verdict | None = None
+    because: str = ""
+    own: bool = True
 
     @property
     def known_to(self) -> float:
@@ -88,7 +74,7 @@ class Check:
         return self.u_num + COVERS * (self.u_data or 0.0)
 
 
-class Definitions(dict[str, Callable[[M], "Comparison | None"]]):
+class Definitions(dict[str, Callable[[M], "Check | None"]]):
     """Functions that make the checks of a kind of scene from results of its models, in the order of the report.
 
     ``needs`` names what each check needs of a run. A function returns None where a model lacks the quantity.
@@ -106,7 +92,7 @@ class Definitions(dict[str, Callable[[M], "Comparison | None"]]):
 
         return register
 
-    def made(self, names: Iterable[str], results: M) -> dict[str, Comparison]:
+    def made(self, names: Iterable[str], results: M) -> dict[str, Check]:
         """Make some checks of results, without checks of quantities that a model lacks."""
         made = {name: self[name](results) for name in names}
         return {name: comparison for name, comparison in made.items() if comparison is not None}
@@ -122,22 +108,21 @@ def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
     return "agrees" if abs(difference) + u_num <= tolerance else "unresolved"
 
 
-def judged(name: str, comparison: Comparison, scene: Declaring, always: bool = False, own: bool = True) -> Check:
+def judged(name: str, c: Check, scene: Declaring, always: bool = False, own: bool = True) -> Check:
     """Return the check of a comparison with its verdict; ``always`` gives the reason whatever the verdict is."""
-    c, tolerance = comparison, scene.tolerance(name)
-    known_to = c.u_num + COVERS * (c.u_data or 0.0)
-    verdict, because = judge(c.difference, tolerance, known_to), ""
+    tolerance = scene.tolerance(name)
+    verdict, because = judge(c.difference, tolerance, c.known_to), ""
     if verdict == "differs" or always:
         because = c.reason if isinstance(c.reason, str) else c.reason()
     elif verdict == "unresolved":
         because = (
-            f"{difference_text(c.difference, known_to, 'give or take')} may be on either side of the "
+            f"{difference_text(c.difference, c.known_to, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         )
-    return Check(
-        name, c.title, c.predicted, c.measured, c.unit, c.difference, tolerance, c.u_num, verdict,
-        expected(scene, name), because, c.time, c.sense, c.relative_to, own, u_data=c.u_data,
-    )  # fmt: skip
+    declared = expected(scene, name)
+    return replace(
+        c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because, own=own, reason=""
+    )
 
 
 def expected(scene: Declaring, check: str) -> Verdict | None:
@@ -181,11 +166,11 @@ def part(distance: float, scale: float) -> float:
 def compared(
     title: str, predicted: float, measured: float, unit: str, error: float, reason: str | Callable[[], str],
     scale: float | None = None, **more: Any,
-) -> Comparison:  # fmt: skip
+) -> Check:  # fmt: skip
     """Compare two values, given the error of their difference, relative to a scale, by default the measured value."""
     scale = measured if scale is None else scale
     off, u_num = part(predicted - measured, scale), part(error, abs(scale))
-    return Comparison(title, predicted, measured, unit, off, u_num, reason, **more)
+    return Check(title, predicted, measured, unit, off, u_num, reason, **more)
 
 
 def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> float:

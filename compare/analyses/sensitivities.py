@@ -139,8 +139,9 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
         reason = f"{names[name]} follows {key} by {values[0]:+.3f}, in 3D by {values[1]:+.3f} % for each percent"
         made.append(
             Check(
-                f"{PREFIX}{key}", f"{names[name]}, d ln / d ln key", *values, "1", off[name], tolerance, u_num, verdict,
-                because="" if verdict == "agrees" else reason, relative_to="the largest slope of the quantity",
+                f"{names[name]}, d ln / d ln key", *values, "1", off[name], u_num, id=f"{PREFIX}{key}",
+                tolerance=tolerance, verdict=verdict, because="" if verdict == "agrees" else reason,
+                relative_to="the largest slope of the quantity",
             )
         )  # fmt: skip
     return tuple(made)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.slopes import Slopes
-    from compare.verdict import Check, Comparison
+    from compare.verdict import Check
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -132,7 +132,7 @@ class Kind(ABC, Generic[S]):
         return tuple(name for name in self.needs(scene, options) if name not in skipped)
 
     @abstractmethod
-    def comparisons(self, outcome: Outcome[S]) -> dict[str, Comparison]:
+    def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks."""
 
     def owns(self, outcome: Outcome[S], check: str) -> bool:

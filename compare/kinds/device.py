@@ -15,7 +15,7 @@ from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
-    from compare.verdict import Comparison
+    from compare.verdict import Check
     from scenes.result import Result
 
 DEVICE_FIGURES = {
@@ -104,7 +104,7 @@ class DeviceKind(Kind[Device]):
             said["outer step"] = "the run ends before the outer step, or there is none"
         return said
 
-    def comparisons(self, outcome: Outcome[Device]) -> dict[str, Comparison]:
+    def comparisons(self, outcome: Outcome[Device]) -> dict[str, Check]:
         from compare.device_checks import CHECKS
 
         return CHECKS.made(self.made(outcome.scene, outcome.options), outcome)

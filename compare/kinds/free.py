@@ -17,7 +17,7 @@ from scenes.result import Step, step
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Comparison
+    from compare.verdict import Check
     from scenes.result import Result
 
 
@@ -80,7 +80,7 @@ class FreeKind(Kind[AnyScene]):
         make_question(scene)
         return model
 
-    def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Comparison]:
+    def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
         from compare.quantities import Probes
 
         if outcome.reduced1d is None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check, Comparison
+    from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.model import AnyScene
     from scenes.result import Result
@@ -113,7 +113,7 @@ class SinkKind(Kind[Sink]):
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
-    def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Comparison]:
+    def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Check]:
         if outcome.fem3d is None:
             return {}
         from compare.sink_checks import CHECKS

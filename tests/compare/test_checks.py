@@ -164,7 +164,7 @@ def test_judge(difference, u_num, verdict):
     assert judge(difference, 0.02, u_num) == verdict
 
 
-CHECK = Check("eq14", "", 1.0, 2.0, "K/W", -0.5, 0.02, 1e-4, "differs")
+CHECK = Check("", 1.0, 2.0, "K/W", -0.5, 1e-4, id="eq14", tolerance=0.02, verdict="differs")
 
 
 @pytest.mark.parametrize(
