@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,12 +20,8 @@ MOST = 100
 _AT_ONCE = 16  # Fields that are computed together, to bound the memory.
 
 
-@dataclass(frozen=True)
-class Hottest:
-    """A temperature (K) and its time (s); None in the steady state."""
-
-    temperature: float
-    time: float | None = None
+Hottest = tuple[float, float | None]
+"""A temperature (K) and its time (s); None in the steady state."""
 
 
 def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
@@ -62,7 +57,7 @@ def _in_1d(sink: Sink, times: Sequence[float | None], peak: np.ndarray, end: np.
 
 def _hottest(temperatures: np.ndarray, times: Sequence[float | None]) -> Hottest:
     at = int(np.argmax(temperatures))
-    return Hottest(float(temperatures[at]), times[at])
+    return (float(temperatures[at]), times[at])
 
 
 def excess(
@@ -79,7 +74,7 @@ def excess(
     if ceiling <= min(limits.values()):
         return ceiling - min(limits.values()), ""
     reached = by_material(fields(), times)
-    most, name = max((reached[name].temperature - limit, name) for name, limit in limits.items() if name in reached)
+    most, name = max((reached[name][0] - limit, name) for name, limit in limits.items() if name in reached)
     return most, name if most > 0 else ""
 
 
@@ -110,8 +105,8 @@ def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> t
     """Return a sentence for each material that exceeds its limit."""
     sentences = []
     for m in dict.fromkeys(materials):
-        if m.valid_to is not None and m.name in reached and reached[m.name].temperature > m.valid_to:
-            top, time = reached[m.name].temperature, reached[m.name].time
+        top, time = reached.get(m.name, (0.0, None))
+        if m.valid_to is not None and top > m.valid_to:
             when = "in the steady state" if time is None else f"at {TIME.show(float(f'{time:.3g}'))}"
             sentences.append(
                 f"{m.name} reaches {top:,.0f} K {when}, past the {m.valid_to:,.0f} K of its valid_to, "
@@ -134,12 +129,12 @@ def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
     hottest: dict[str, Hottest] = {}
     corners = {name: np.unique(fields.hexes[fields.material == k]) for k, name in enumerate(fields.material_names)}
     if fields.has_steady:
-        hottest = {name: Hottest(float(fields.steady[at].max(initial=-np.inf))) for name, at in corners.items()}
+        hottest = {name: (float(fields.steady[at].max(initial=-np.inf)), None) for name, at in corners.items()}
     for time, temperatures in _snapshots(fields, times):
         for name, at in corners.items():
             top = float(temperatures[at].max(initial=-np.inf))
-            if name not in hottest or top > hottest[name].temperature:
-                hottest[name] = Hottest(top, time)
+            if name not in hottest or top > hottest[name][0]:
+                hottest[name] = top, time
     return hottest
 
 
