@@ -159,7 +159,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
         return sure, error, None
     inside = data.time <= catalogue.end * (1 + 1e-9)
     i = int(sure[np.abs(off[sure]).argmax()])
-    return np.array([i]), error + overshoot(data.time[inside], np.abs(off[inside]), i), None
+    return np.array([i]), error + float(overshoot(data.time[inside], np.abs(off[inside]))[i]), None
 
 
 def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) -> tuple[float, float, str]:

@@ -122,23 +122,12 @@ def _fit(time: np.ndarray, y: np.ndarray, m: np.ndarray) -> tuple[float, float, 
     return min(fits)[1:]
 
 
-def overshoot(time: np.ndarray, off: np.ndarray, i: int) -> float:
-    """Return how far a curve may rise above its largest point ``i`` between that and a neighbour.
-
-    The parabolas through both points and a third one enclose a curve whose third derivative keeps its sign.
-    """
-    most = 0.0
-    for a in (i - 1, i):
-        for n in (a - 1, a + 2):
-            if not (0 <= a < len(off) - 1 and 0 <= n < len(off)):
-                continue
-            wide, slope = time[a + 1] - time[a], (off[a + 1] - off[a]) / (time[a + 1] - time[a])
-            rises = [(off[n] - off[m]) / (time[n] - time[m]) for m in (a, a + 1)]
-            curvature = (rises[1] - rises[0]) / wide
-            # The parabola's top, if it has one within the gap, measured from the gap's start.
-            top = 0.0 if curvature >= 0 else min(max((wide - slope / curvature) / 2, 0.0), wide)
-            most = max(most, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
-    return most
+def overshoot(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return (n,): how far a curve may exceed each of its points before the next one; zero of fewer than 3 points."""
+    if len(time) < 3:
+        return np.zeros(len(time))
+    error = np.pad(bends(time, values), 1)
+    return np.maximum(error[:-1], error[1:])
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -177,9 +177,8 @@ def over_time(
     scale, unit, time = scale or outcome.solved.steady[key], unit_of(trace), from_first(three.time)
     base = outcome.scene.plain.room_temperature if unit == "K" else 0.0
     m, p = (np.interp(time, three.time, traces.values[trace]) - base for traces in (three, one))
-    between = overshoot(time, np.abs(p - m), int(np.argmax(np.abs(p - m))))
     error, size = three.errors[trace] + one.errors[trace], Estimate(abs(scale.value), scale.error)
-    course = Course(time, m, p, np.full(len(time), between))
+    course = Course(time, m, p, overshoot(time, np.abs(p - m)))
     end, largest = (signed(float(course.off[row]), unit) for row in (-1, course.worst))
     note = "" if end == largest else f"{end} at the end"
     return course.comparison(title, unit, error, size, relative_to, lambda: note)

@@ -98,11 +98,12 @@ def test_largest_distance_over_time(name, key, steady, case):
 
 
 def test_a_maximum_between_two_times_is_bounded():
-    """Of a parabola whose top lies between the times the bound reaches it."""
+    """Of a parabola whose top lies between the times the bound covers it, and is h^2/8 |y''|."""
     time = np.array([1e-5, 1e-3, 2e-3, 3e-3])
     off = 3 - ((time - 1.7e-3) / 1e-3) ** 2
     i = int(off.argmax())
-    assert off[i] + overshoot(time, off, i) == pytest.approx(3.0, rel=1e-12)
+    assert off[i] + overshoot(time, off)[i] >= 3.0
+    assert overshoot(time, off)[i] == pytest.approx(1 / 4, rel=1e-12)
 
 
 def test_current_that_does_not_change():
