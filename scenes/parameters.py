@@ -20,7 +20,7 @@ from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.expressions import FUNCTIONS, PI, Measure, measured
-from scenes.units import PLAIN, Powers, UnitError, called, dimension_of, is_unit, parse_quantity
+from scenes.units import PLAIN, Powers, UnitError, called, dimension_of, is_unit
 
 SECTION = "parameters"
 _NAME = re.compile(r"(?<![\w.])[A-Za-z]\w{0,59}(?!\w)", re.ASCII)
@@ -158,19 +158,9 @@ class Parameters:
             return None
         if name in self.free and self.values[name]:
             return name
-        why = "is zero, of which there is no part" if not self.values[name] else "moves nothing: no value is made of it"
-        if not isinstance(given := self._given(name), Real) and name not in self.free:
-            try:
-                parse_quantity(str(given))
-            except UnitError:
-                why = f"is made of others, as {quoted(given)}"
-        others = ", ".join(f"{SECTION}.{n}" for n in self.free) or "another key"
-        raise SceneError(f"{path} {why}: give {others}")
-
-    def _given(self, name: str) -> object:
-        table = self.flat[SECTION]
-        assert isinstance(table, Mapping)
-        return table[name]
+        table, others = self.flat[SECTION], ", ".join(f"{SECTION}.{n}" for n in self.free) or "another key"
+        given = table[name] if isinstance(table, Mapping) else None
+        raise SceneError(f"{path} = {quoted(given)} is zero, is made of others, or moves nothing: give {others}")
 
     def moved(self, values: Mapping[str, float]) -> dict[str, object]:
         """Return the flat scene with other values (SI units) of some parameters."""

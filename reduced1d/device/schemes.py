@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import solve_banded
@@ -229,16 +229,6 @@ LESS = 3
 """The run that estimates the error in space has elements of a degree lower by this."""
 
 
-class Resolution(NamedTuple):
-    """Degree of the elements in space, and number of unknown powers per element and interval in time."""
-
-    degree: int
-    nodes: int
-
-
-FIRST = Resolution(12, 6)  # The resolution of the first run; it is raised until the error is small enough.
-
-
 def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:
     """The imbalance of heat of sink, insulator and sensor over a run, as a part of the
     heat (J) that was generated or passed the boundaries: to substrate and air, and into the polymer.
@@ -271,9 +261,10 @@ def solve_accurate(
     ValueError for values that make no device, and ArithmeticError where the powers between two samples do not converge.
     """
     goal, lumped = device.accuracy * device.set_rise, lump(device)
-    resolution, before = FIRST, math.inf
+    # Degree of the elements in space, and unknown powers per film and interval in time, raised until that is enough.
+    finer, before = (12, 6), math.inf
     for attempt in range(4):
-        degree, nodes = resolution
+        degree, nodes = finer
         spectrum, tolerance = modes(lumped, degree), min(1e-4 * goal, 1e-8)
         coarser = modes(lumped, degree - LESS)
         run, less_space, less_time = (
@@ -282,10 +273,10 @@ def solve_accurate(
         )
         parts = {"space": run.distance(less_space), "time": run.distance(less_time)}
         space, time = (max(part["sink_K"], part["sensor_K"]) for part in parts.values())
-        finer = Resolution(min(degree + 6 * (space > goal / 2), 36), min(nodes + 4 * (time > goal / 2), 18))
-        if finer == resolution or attempt == 3 or space + time > before / 2:
+        finer = min(degree + 6 * (space > goal / 2), 36), min(nodes + 4 * (time > goal / 2), 18)
+        if finer == (degree, nodes) or attempt == 3 or space + time > before / 2:
             break
-        resolution, before = finer, space + time
+        before = space + time
     errors = {q: parts["space"][q] + parts["time"][q] + 1e-12 * float(np.abs(run.traces[:, i]).max())
               for i, q in enumerate(QUANTITIES)}  # fmt: skip
     said = findings(device, run, max(errors["sink_K"], errors["sensor_K"]), goal) if with_findings else ()

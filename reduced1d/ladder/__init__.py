@@ -93,14 +93,13 @@ def solve(
         # The paper's blocks touch perfectly.
         row = lumps(replace(sink, contact_resistance=None), anchor_series_resistance(sink))
         return result(name, sink, row, row, steady_only, times)
-    from reduced1d.ladder.beam import fin_warnings, warnings
+    from reduced1d.ladder.beam import warnings
     from reduced1d.ladder.levels import Levels
 
     levels = levels or Levels(given)
     answer = result(name, sink, levels.fine.model(name), levels.coarse.model(name), steady_only, times)
-    said = warnings(sink, levels.fine.remainder)
-    if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
-        said += fin_warnings(sink, levels.fine.one_node)
+    fin = sink.spans > 1 or name in ("anchored", "fin-massless", "fin")
+    said = warnings(sink, levels.fine.remainder, levels.fine.one_node if fin else None)
     more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
     return replace(answer, details={**answer.details, **more})
 

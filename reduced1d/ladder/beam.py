@@ -139,38 +139,25 @@ def oxide_time(sink: Sink) -> float:
     return (2 * sink.oxide_thickness / math.pi) ** 2 * sink.oxide.heat_capacity / sink.oxide.thermal_conductivity
 
 
-def warnings(sink: Sink, remainder: float) -> list[str]:
-    """Write a sentence for each assumption of the plate that a sink breaks; ``remainder`` is the neglected part."""
-    sentences = []
-    if remainder > 1e-3:
-        sentences.append(
-            f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
-            f"{sink.oxide_thickness * 1e6:.3g} um, what the plate neglects may be {100 * remainder:.2g} % of the "
-            "anchor resistance"
-        )
-    if oxide_time(sink) > FIRST_TIME:
-        sentences.append(
-            f"the oxide takes {oxide_time(sink) * 1e6:.3g} us to warm through, more than the "
-            f"{FIRST_TIME * 1e6:.0f} us from which on traces are compared: the plate's third of its capacity is right "
-            "only for slower changes"
-        )
-    return sentences
-
-
-def fin_warnings(sink: Sink, one_node: float) -> list[str]:
-    """A sentence for each assumption of the fin that a sink breaks; ``one_node`` estimates the error of its anchors."""
-    sentences = []
-    if one_node > 0.05:
-        sentences.append(
-            f"the anchors are too slow for one node each: on the way to the steady state the fin's ends may be off by "
-            f"{100 * one_node:.2g} % (plate and moments are not)"
-        )
-    if sink.length < 2 * sink.width:
-        sentences.append(
+def warnings(sink: Sink, remainder: float, one_node: float | None = None) -> list[str]:
+    """Write a sentence for each assumption of the plate that a sink breaks, by the ``remainder`` that it neglects, and
+    of the fin, by the error of ``one_node`` for each of its anchors (None for the plate alone)."""
+    said = {
+        f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
+        f"{sink.oxide_thickness * 1e6:.3g} um, the plate neglects up to {100 * remainder:.2g} % of the anchor "
+        "resistance": remainder > 1e-3,
+        f"the oxide takes {oxide_time(sink) * 1e6:.3g} us to warm through, more than the "
+        f"{FIRST_TIME * 1e6:.0f} us from which on traces are "
+        "compared: the plate's third of its capacity is right only for slower changes": oxide_time(sink) > FIRST_TIME,
+    }
+    if one_node is not None:
+        said |= {
+            "the anchors are too slow for one node each: on the way to the steady state the fin's ends may be off by "
+            f"{100 * one_node:.2g} % (plate and moments are not)": one_node > 0.05,
             f"a beam {sink.width * 1e6:.3g} um wide and {sink.length * 1e6:.3g} um long is not slender: its rise is "
-            "not uniform across (plate and moments know that)"
-        )
-    return sentences
+            "not uniform across (plate and moments know that)": sink.length < 2 * sink.width,
+        }
+    return [sentence for sentence, broken in said.items() if broken]
 
 
 _HALF_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])

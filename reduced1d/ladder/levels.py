@@ -87,9 +87,6 @@ class Level:
         plate, rise = self._hot
         return projected(plate.model, plate.inverse, rise, states)
 
-    def whole_plate(self) -> FewStates:
-        return self.moments(self.plate_states)
-
     def model(self, name: str) -> FewStates:
         """The states of a reduction or of a rung by its name."""
         if name.startswith("moments:"):
@@ -101,7 +98,7 @@ class Level:
             "fin-massless": lambda: self.fin(False, False),
             "fin, pad capacity only": lambda: self.fin(oxide_capacity=False),
             "fin": self.fin,
-            "plate": self.whole_plate,
+            "plate": lambda: self.moments(self.plate_states),
         }[name]()
 
 

@@ -186,24 +186,27 @@ def _condition(item: Item) -> dict[str, Any]:
     of_film = isinstance(CONDITIONS[kind], functions.Surroundings)
     value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     condition = {"kind": kind, "value": value, "ambient": ambient}
-    series: float | None = item.values.get("series_resistance")
-    if series is not None and kind != "voltage":
-        path = f"{item.label}.series_resistance = {series:g} ohm"
-        raise SceneError(f"{path} stands beside a {kind}: give it beside a voltage, or leave it out")
+    series, contact = item.values.get("series_resistance"), item.values.get("contact_resistance")
+    for key, given, fits in (
+        ("series_resistance", None if series is None else f"{series:g} ohm", ("voltage",)),
+        ("contact_resistance", None if contact is None else f"{contact.value:g}", ("temperature", "voltage")),
+    ):
+        if given is not None and kind not in fits:
+            raise SceneError(
+                f"{item.label}.{key} = {given} stands beside a {kind}: give it beside a {' or a '.join(fits)}, or "
+                "leave it out"
+            )
     if kind == "current":
         condition |= {"kind": "voltage", "series_resistance": math.inf}
     elif series:
         condition["series_resistance"] = series
-    behind = item.values.get("contact_resistance")
-    return condition if behind is None else condition | _behind(item.label, kind, value, behind)
+    return condition if contact is None else condition | _behind(item.label, kind, value, contact)
 
 
 def _behind(label: str, kind: str, value: m.Value, contact: functions.Resistance) -> dict[str, Any]:
     """A temperature behind a contact resistance is a film of its inverse; a voltage behind one keeps it."""
     path, resistance = f"{label}.contact_resistance = {contact.value:g}", contact.value
-    dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
-    if dimension is None:
-        raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature or a voltage, or leave it out")
+    dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}[kind]
     if contact.dimension not in (None, dimension):
         unit = f"{contact.dimension.unit} is {contact.dimension.name}"
         raise SceneError(f'{path} {unit} beside a {kind}: give {dimension.name} such as "{dimension.example}"')

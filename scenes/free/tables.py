@@ -46,16 +46,17 @@ CONDITIONS: dict[str, ck.Varying | ck.Surroundings] = {
 """A boundary has one of these, or a convection and radiation."""
 RADIATION = " radiation"
 """The radiation beside a convection becomes a boundary of its own, whose name ends so."""
-SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
-"""The series resistance of a voltage; a larger one is a given current."""
-
 # The least are found at interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
 # m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
 _PERFECT = ", or 0 for a perfect contact"
 HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
 CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
-CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
-"""The key beside a boundary's temperature or voltage."""
+SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)  # a larger one is a given current
+_BESIDE: dict[str, k.Kind] = {
+    "contact_resistance": ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT)),
+    "series_resistance": SERIES,
+}
+"""The keys beside a boundary's temperature or voltage."""
 RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True, proportional=True)
 CONDUCTIVITY = Following(k.Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-9, 1e12), axes=True, proportional=True)
 HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
@@ -98,14 +99,7 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "upper": POINT,
         "heat_source": HEAT_SOURCE,
     },
-    "boundary": {
-        "name": k.LABEL,
-        "lower": POINT,
-        "upper": POINT,
-        **CONDITIONS,
-        "contact_resistance": CONTACT_RESISTANCE,
-        "series_resistance": SERIES,
-    },
+    "boundary": {"name": k.LABEL, "lower": POINT, "upper": POINT, **CONDITIONS, **_BESIDE},
     "probe": {
         "name": k.LABEL,
         "quantity": k.Choice(tuple(m.UNITS)),
@@ -147,13 +141,7 @@ ON_MESH = Schema(
     {
         "material": {**LISTS["material"], "groups": k.Items(k.GROUP, "groups", '["silicon"]')},
         "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
-        "boundary": {
-            "name": k.LABEL,
-            "group": k.GROUP,
-            **CONDITIONS,
-            "contact_resistance": CONTACT_RESISTANCE,
-            "series_resistance": SERIES,
-        },
+        "boundary": {"name": k.LABEL, "group": k.GROUP, **CONDITIONS, **_BESIDE},
         "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES}
         | {"group": k.GROUP, "groups": k.Items(k.GROUP, "groups", '["silicon"]'), "side": k.GROUP},
         "contact": {**LISTS["contact"], "between": k.Items(k.GROUP, "volume groups", '["a", "b"]', 2)},

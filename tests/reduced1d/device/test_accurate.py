@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from reduced1d.device.design import solve
 from reduced1d.device.lumped import lump, modes, steady
-from reduced1d.device.schemes import Resolution, imbalance, solve_accurate
+from reduced1d.device.schemes import imbalance, solve_accurate
 from scenes.device import Control, Device, External
 from statespace.march import march
 from statespace.result import QUANTITIES
@@ -18,7 +18,8 @@ GOAL = 1e-4
 
 
 def run(device, resolution):
-    return march(modes(lump(device), resolution.degree).modal, resolution.nodes, device, 1e-11)
+    degree, nodes = resolution
+    return march(modes(lump(device), degree).modal, nodes, device, 1e-11)
 
 
 def short(device, end, step):
@@ -31,12 +32,12 @@ def default():
 
 
 def test_default_device_is_converged_and_within_its_own_error(default):
-    finest = run(Device(), Resolution(24, 12)).traces
+    finest = run(Device(), (24, 12)).traces
     off = {q: np.abs(default.trace(q) - 293 * q.endswith("_K") - finest[:, i]).max() for i, q in enumerate(QUANTITIES)}
     assert max(off["sink_K"], off["sensor_K"]) < GOAL
     assert all(off[q] < default.errors[q] for q in QUANTITIES)
     assert max(default.errors["sink_K"], default.errors["sensor_K"]) < GOAL
-    coarse = run(Device(end_time=0.01), Resolution(4, 2)).traces
+    coarse = run(Device(end_time=0.01), (4, 2)).traces
     assert np.abs(coarse[:, :2] - finest[: len(coarse), :2]).max() > GOAL  # the tolerance sees a coarse run
 
 
@@ -53,7 +54,7 @@ def test_default_device_is_converged_and_within_its_own_error(default):
 )  # fmt: skip
 def test_error_estimate_holds_elsewhere(device):
     result = solve(device)
-    finest = run(device, Resolution(36, 20)).traces
+    finest = run(device, (36, 20)).traces
     for i, q in enumerate(QUANTITIES):
         assert np.abs(result.trace(q) - 293 * q.endswith("_K") - finest[:, i]).max() < result.errors[q]
     assert max(result.errors["sink_K"], result.errors["sensor_K"]) < GOAL
@@ -135,7 +136,7 @@ def finite_volumes(device, cells, samples):
 @pytest.mark.long
 def test_an_independent_solution_converges_to_it_at_second_order():
     device = Device(end_time=0.0012)
-    accurate = run(device, Resolution(12, 6)).traces[:, :2]
+    accurate = run(device, (12, 6)).traces[:, :2]
     errors = [np.abs(finite_volumes(device, n, len(accurate)) - accurate).max() for n in (12, 24, 48)]
     assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.3)
     assert errors[-1] < 0.02
@@ -154,9 +155,9 @@ def test_order_in_space():
 
 def test_convergence_in_space_and_time_is_spectral():
     device = short(Device(), 0.012, 0.004)
-    best = run(device, Resolution(24, 14)).traces[:, :2]
-    space = [np.abs(run(device, Resolution(d, 14)).traces[:, :2] - best).max() for d in (5, 8, 11)]
-    time = [np.abs(run(device, Resolution(24, q)).traces[:, :2] - best).max() for q in (2, 4, 6)]
+    best = run(device, (24, 14)).traces[:, :2]
+    space = [np.abs(run(device, (d, 14)).traces[:, :2] - best).max() for d in (5, 8, 11)]
+    time = [np.abs(run(device, (24, q)).traces[:, :2] - best).max() for q in (2, 4, 6)]
     assert space[0] > 20 * space[1] > 400 * space[2]
     assert time[0] > 10 * time[1] > 100 * time[2]
 
@@ -164,7 +165,7 @@ def test_convergence_in_space_and_time_is_spectral():
 def test_energy_balance():
     device = short(Device(), 0.03, 0.01)
     lumped = lump(device)
-    spectrum, good = modes(lumped, 12), run(device, Resolution(12, 6))
+    spectrum, good = modes(lumped, 12), run(device, (12, 6))
     assert abs(imbalance(lumped, spectrum, good)) < 1e-8
     leaky = replace(lumped, conductance=lumped.conductance * 1.00001)
     assert abs(imbalance(leaky, spectrum, good)) > 1e-7

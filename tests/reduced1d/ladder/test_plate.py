@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reduced1d.equations import room_resistivity
-from reduced1d.ladder.beam import anchor_of, fin_warnings, hot, oxide_time, warnings
+from reduced1d.ladder.beam import anchor_of, hot, oxide_time, warnings
 from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.plate import (
@@ -123,16 +123,16 @@ def test_the_anchors_capacity_is_what_its_impedance_says(levels):
 
 def test_the_fin_says_where_it_ends(levels):
     """Pads that hold much more heat than the beam: one node is 10 % off, and the estimate is above that."""
-    assert fin_warnings(levels.sink, levels.fine.one_node) == []
+    assert warnings(levels.sink, 0.0, levels.fine.one_node) == []
     sink = Sink(pad_length=1e-3, pad_width=1e-3)
     slow = Levels(sink).coarse
     times = np.geomspace(1e-5, 0.02, 60)
-    whole = slow.whole_plate()
+    whole = slow.model("plate")
     plate, fin = (Trajectory(model, times[-1]).quantities(times)["end_K"] for model in (whole, slow.fin()))
     off = float(np.abs(fin - plate).max()) / steady(whole)["end_rise_K"]
     assert 0.05 < off < slow.one_node
-    assert any("one node" in text for text in fin_warnings(sink, slow.one_node))
-    assert any("slender" in text for text in fin_warnings(replace(sink, width=1e-3), 0.0))
+    assert any("one node" in text for text in warnings(sink, 0.0, slow.one_node))
+    assert any("slender" in text for text in warnings(replace(sink, width=1e-3), 0.0, 0.0))
 
 
 def test_the_plate_says_where_it_ends(levels):
