@@ -305,14 +305,14 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     """
     from fem3d.runs.scene import observe
     from reduced1d.network.lines import layout
-    from reduced1d.network.solution import places, solve_layout
+    from reduced1d.network.solution import places, solve
 
     of_boxes: Any = given
     scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)
     joints = places(shape)
     probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
-    by_hand = {name: estimate.value for name, estimate in solve_layout(replace(shape, scene=probed)).steady.items()}
+    by_hand = {name: estimate.value for name, estimate in solve(replace(shape, scene=probed)).steady.items()}
     flows = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
              for kind in ("heat_flow", "current")}  # fmt: skip
     joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * flows[p.flow.quantity]]
@@ -327,7 +327,7 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     results, measured, names, unsure = [network.steady], list[tuple[tuple[str, int], float]](), list[str](), []
     for place, resistance, change in _changes(scene, bounded, values_3d, by_hand):
         measured.append((place.key, resistance))
-        results.append(solve_layout(replace(shape, measured=tuple(measured))).steady)
+        results.append(solve(replace(shape, measured=tuple(measured))).steady)
         names.append(place.called)
         unsure.append(_uncertainty(place, resistance, change, in_3d))
     phrases = {name: f"the joint {name}, by 3D's resistance in its place" for name in names}

@@ -13,7 +13,6 @@ import numpy as np
 
 SIGMA = 5.670374419e-8
 """The Stefan-Boltzmann constant, W/(m2 K4): CODATA 2018, exact in the SI."""
-NEAR = 1e-6  # Relative: temperatures closer than this are the same, as a law's difference between them is rounding.
 COLDEST = 1.0  # K: laws are evaluated no lower, as states on the way to the solution may be.
 
 
@@ -53,7 +52,8 @@ def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
     t = np.maximum(start + rise, COLDEST)
     if boundary.kind == "radiation":
         return boundary.value * SIGMA * (t + start) * (t * t + start**2)
-    law, near = boundary.value, np.abs(rise) < NEAR * start
+    # Between temperatures that are closer a law's difference is rounding.
+    law, near = boundary.value, np.abs(rise) < 1e-6 * start
     # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
     apart = np.where(near, 1.0, t - start)
     steep = np.where(near, law.slope(start + rise / 2), (law(t) - law(np.array(start))) / apart)

@@ -19,8 +19,6 @@ from scenes.expressions import is_expression
 from scenes.parameters import quantity
 from scenes.units import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, UnitError, called
 
-MOST_TIMES = 10_000  # output times: each is a row of traces.csv
-
 _MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
 
 
@@ -335,8 +333,8 @@ class Items(Kind):
     def read(self, path: str, given: object) -> tuple[Any, ...]:
         if not isinstance(given, (list, tuple)) or not given or self.count not in (0, len(given)):
             raise self.refusal(path, given, "is not a list" if self.count != 2 else "is not a pair")
-        if len(given) > MOST_TIMES:
-            raise SceneError(f"{path} has {len(given)} {self.called}: give at most {MOST_TIMES}")
+        if len(given) > 10_000:  # each output time is a row of traces.csv
+            raise SceneError(f"{path} has {len(given)} {self.called}: give at most 10000")
         return tuple(self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1))
 
 

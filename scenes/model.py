@@ -263,18 +263,16 @@ class Declared:
     expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)
 
     def tolerance(self, check: str) -> float:
-        """The relative tolerance of a check: the declared one, or else the default of its kind."""
-        return self.tolerances.get(check, SLOPE_TOLERANCE if check == SLOPES else PROBE_TOLERANCE)
+        """The relative tolerance of a check: the declared one, or else that of slopes or of the paper's figures."""
+        return self.tolerances.get(check, SLOPE_TOLERANCE if check == SLOPES else 0.05)
 
 
 OVER_TIME = "_over_time"
 """How ids of checks over time end; those of the steady state are the probes' names."""
 SLOPES = "slope"
 """Stands for the checks of how a model follows each key, slope_<key>."""
-PROBE_TOLERANCE = 0.05
-"""Relative tolerance of a model's probes where the scene gives none: that of the paper's figures."""
 SLOPE_TOLERANCE = 0.1
-"""The same of slopes, relative to the largest one."""
+"""Tolerance of slopes where the scene gives none, relative to the largest one."""
 
 
 @dataclass(frozen=True)
@@ -308,16 +306,11 @@ class Scene(Declared):
 
     def contact(self, first: int, second: int) -> Contact | None:
         """Return the imperfect contact between two boxes, by their numbers, or None."""
-        return self._contacts.get(frozenset((first, second)))
+        return self._contacts.get(frozenset((self.boxes[first].name, self.boxes[second].name)))
 
     @cached_property
-    def _contacts(self) -> dict[frozenset[int], Contact]:
-        numbers = {box.name: number for number, box in enumerate(self.boxes)}
-        return {
-            frozenset(numbers[name] for name in c.between): c
-            for c in self.contacts
-            if not c.perfect and all(name in numbers for name in c.between)
-        }
+    def _contacts(self) -> dict[frozenset[str], Contact]:
+        return {frozenset(c.between): c for c in self.contacts if not c.perfect}
 
 
 @dataclass(frozen=True)

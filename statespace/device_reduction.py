@@ -186,7 +186,7 @@ class _Judge:
     def document(self, count: int) -> dict[str, Any]:
         """The model of some states, without its errors."""
         modal = self.modal if count == self.modal.count else self.modal.within(self._sums[:, :count])
-        return self._described(modal)
+        return document(modal, self.device, self.whole.name, self.inputs)
 
     def estimated(self, runs: int) -> dict[str, Any]:
         text = [
@@ -210,9 +210,6 @@ class _Judge:
         every = np.column_stack(responses)
         # Each alike, whatever its unit.
         return leading(every / np.abs(modal.shape[:2] @ every).max(axis=0), modal.shape)
-
-    def _described(self, modal: Modal) -> dict[str, Any]:
-        return document(modal, self.device, self.whole.name, self.inputs)
 
     @cached_property
     def inputs(self) -> dict[str, dict[str, Any]]:
@@ -279,7 +276,8 @@ class _Judge:
     @cached_property
     def references(self) -> dict[str, list[Reference]]:
         """A step of each input alone from rest by the whole model, in the steady state and over time."""
-        models = [CompactModel(self._described(modal)) for modal in (self.modal, *(m for m, _ in self.whole.others))]
+        modals = self.modal, *(modal for modal, _ in self.whole.others)
+        models = [CompactModel(document(modal, self.device, self.whole.name, self.inputs)) for modal in modals]
         references = {}
         for name in INPUTS:
             drive = {n: entry["rest"] + entry["step"] * (n == name) for n, entry in self.inputs.items()}

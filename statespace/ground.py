@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenes.device import Device, External
+from scenes.device import Device
 from statespace.circuit import timetable
 from statespace.device_model import Modal
 from statespace.march import march
-from statespace.result import BEFORE
+from statespace.result import BEFORE, stepped
 from statespace.stability import gains, plant, steady
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
@@ -207,14 +207,9 @@ class Response:
 
 def response(modal: Modal, nodes: int, device: Device) -> Response:
     """The response of the sampled loops of a model, with some nodes between samples."""
-    room, h = device.sink.room_temperature, device.control.sample_time
-    outer = device.external.final_temperature - room
-    after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
-    stepped = replace(
-        device, external=External(room, room + 1.0, BEFORE * h), end_time=BEFORE * h + max(after, BEFORE * h)
-    )
-    run = march(modal.above_substrate(outer), nodes, stepped, 1e-9, start="settled")
-    time = timetable(stepped).times[: len(run.powers)]
+    outer, by_one = device.external.final_temperature - device.sink.room_temperature, stepped(device, 1.0)
+    run = march(modal.above_substrate(outer), nodes, by_one, 1e-9, start="settled")
+    time = timetable(by_one).times[: len(run.powers)]
     change = run.powers - run.powers[BEFORE - 1]
     since = slice(BEFORE, None)
     return Response(time[since] - time[BEFORE], change[since, 1], change[since, 0])

@@ -151,17 +151,11 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
 
 def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
     """The same by name, with temperatures in K."""
-    return named(device, state_of(modal, device, external))
-
-
-def named(device: Device, state: State) -> Steady:
-    room = device.sink.room_temperature
+    state = state_of(modal, device, external)
     saturated = (gains(device) > 0) & ~state.held
-    return Steady(
-        float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
-        float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
-        state.cycles,
-    )  # fmt: skip
+    numbers = device.sink.room_temperature + state.rise[:2], state.voltage, state.power, state.flow[:1]
+    values = [*np.concatenate(numbers).tolist(), *saturated.tolist(), state.cycles]
+    return Steady(*values)
 
 
 def controlled(

@@ -18,7 +18,7 @@ from reduced1d.network.circuit import factor
 from reduced1d.network.lines import Layout, layout
 from reduced1d.network.model import Model
 from reduced1d.network.readings import Reader
-from reduced1d.network.solution import EARLY, magnitudes, refined, solve_layout
+from reduced1d.network.solution import EARLY, magnitudes, refined, solve
 from reduced1d.network.solvers import steady
 from scenes import physics
 from scenes.errors import SceneError
@@ -61,7 +61,7 @@ def _reference(shape: Layout, inputs: tuple[Channel, ...], own: Mapping[str, flo
     tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in tables.items()}
     start = {p.name: scene.initial_temperature for p in scene.probes if p.quantity == "temperature"}
     times = None if scene.steady else np.geomspace(10 * EARLY, 1, 40) * scene.end_time
-    result = solve_layout(shape, times, steady_too=False)
+    result = solve(shape, times, steady_too=False)
     if result.traces is None:
         exact = {n: np.array(e.value) for n, e in result.steady.items()}
         errors = {n: e.error for n, e in result.steady.items()}

@@ -110,8 +110,10 @@ INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
 """Names of the probes of heat flows; a boundary's name follows the first."""
 
 
-def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
-    """Solve a scene of boxes by the network of its lines.
+def solve(
+    scene: AnyScene | Layout, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True
+) -> Result:
+    """Solve a scene of boxes, or its layout, by the network of its lines.
 
     The probes are read in the steady state, at the last values of the inputs, or at ascending ``times`` (s) from the
     initial temperature on; ``steady_too`` in both. Keys of the result are the names of the probes, each value with an
@@ -120,11 +122,7 @@ def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, st
     Raises SceneError for a scene on a mesh file or one that lines cannot have, RunawayError where the heating runs
     away, and NumericsError.
     """
-    return solve_layout(layout(scene), times, steady_too)
-
-
-def solve_layout(shape: Layout, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
-    """Solve a scene's layout; the same as `solve`."""
+    shape = scene if isinstance(scene, Layout) else layout(scene)
     estimates: dict[str, Estimate] = {}
     traces, steps, model, details = None, {}, None, dict[str, Any](warnings=[])
     try:
@@ -251,7 +249,7 @@ def solve_sink(sink: Sink, times: np.ndarray | None = None) -> Result:
     with the error of its elements and steps.
 
     Raises SceneError for a sink that lines can't have, RunawayError where the heating runs away, NumericsError."""
-    result, voltage = solve_layout(lines_of(sink), times, steady_too=False), sink.drive.value
+    result, voltage = solve(lines_of(sink), times, steady_too=False), sink.drive.value
     if times is not None:
         traces = result.over_time
         names = {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current"}

@@ -8,7 +8,6 @@ from compare.blame import REST, network_budget
 from fem3d.runs.scene import solve as solve_3d
 from reduced1d.network import solve
 from reduced1d.network.lines import layout
-from reduced1d.network.solution import solve_layout
 from scenes.model import Scene
 from tests.reduced1d.network.scenes import COLD, at, box, flat, material, over, scene
 
@@ -46,5 +45,5 @@ def test_a_constriction_is_all_there_is():
     flow = 1e8 * 20 * UM**2
     shape, extra = layout(given), -tip.parts[0].value / flow
     for factor, near in ((1.0, True), (1.2, False)):
-        put_in = solve_layout(replace(shape, measured=((("heat", 0), factor * extra),)))
+        put_in = solve(replace(shape, measured=((("heat", 0), factor * extra),)))
         assert (abs(put_in.steady["tip"].value - three.steady["tip"].value) <= tip.parts[1].error) is near

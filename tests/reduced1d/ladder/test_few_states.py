@@ -115,7 +115,7 @@ def test_the_response_is_matched_at_the_rate_and_at_rest(levels):
 
 @pytest.mark.parametrize("states", [1, 3, 4, 8])
 def test_it_is_stable_and_has_the_plates_steady_state(levels, states):
-    model, plate = levels.fine.moments(states), levels.fine.whole_plate()
+    model, plate = levels.fine.moments(states), levels.fine.model("plate")
     assert model.states == states
     assert np.all(model.rates > 0)
     ours, theirs = steady(model), steady(plate)
@@ -125,7 +125,7 @@ def test_it_is_stable_and_has_the_plates_steady_state(levels, states):
 
 def test_more_states_are_nearer_to_the_plate(levels):
     times = np.geomspace(1e-5, 0.02, 80)
-    plate = Trajectory(levels.fine.whole_plate(), times[-1]).quantities(times)
+    plate = Trajectory(levels.fine.model("plate"), times[-1]).quantities(times)
     few = [Trajectory(levels.fine.moments(n), times[-1]).quantities(times) for n in (1, 2, 3, 4, 6)]
     off = [np.abs(each["peak_K"] - plate["peak_K"]).max() for each in few]
     assert all(after < before / 2 for before, after in pairwise(off))
