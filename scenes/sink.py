@@ -292,24 +292,12 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
 
 
 def _radiating(sink: Sink, parts: list[Box]) -> Iterator[Boundary]:
-    """The faces of beam and pads that radiate: where they are bare, except electrodes at the pads' edges."""
+    """The faces of beam and pads that radiate where they are bare, but for electrodes at the pads' edges."""
     leads = {("pad-0", 1, 0), ("pad-1", 1, 1)} if sink.electrodes == "pad-edge" else set()
-    for part in parts:
-        for axis, side in product(range(3), range(2)):
-            if (part.name, axis, side) not in leads and _bare(part, axis, side, parts):
-                name = f"radiation-{part.name}-{'xyz'[axis]}{side}"
-                yield Boundary(name, "radiation", *face(part, axis, side), sink.emissivity, sink.room_temperature)
-
-
-def _bare(part: Box, axis: int, side: int, others: list[Box]) -> bool:
-    """Whether any of a face is not on another part's."""
-    lower, upper = face(part, axis, side)
-    across = [d for d in range(3) if d != axis]
-    return not any(
-        face(other, axis, 1 - side)[0][axis] == lower[axis]
-        and all(other.lower[d] <= lower[d] and upper[d] <= other.upper[d] for d in across)
-        for other in others
-    )
+    for part, axis, side in product(parts, range(3), range(2)):
+        if (part.name, axis, side) not in leads:
+            name = f"radiation-{part.name}-{'xyz'[axis]}{side}"
+            yield Boundary(name, "radiation", *face(part, axis, side), sink.emissivity, sink.room_temperature)
 
 
 def _probes(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Probe, ...]:

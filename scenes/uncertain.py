@@ -97,12 +97,10 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
     path = "" if is_free(scene) else ".".join(filter(None, locate(key, None, type_of(scene).schema)))
     if path in known:
         return path
-    if path and path in type_of(scene).schema.paths:
-        raise SceneError(
-            f"{option} {printable(key)}: {path} has no number here that anything follows: give one of "
-            f"{', '.join(known)}"
-        )
-    raise SceneError(f"{option} {printable(key)} is no key: give one of {', '.join(known)}{did_you_mean(key, known)}")
+    raise SceneError(
+        f"{option} {printable(key)} names no number of this scene: give one of {', '.join(known)}"
+        f"{did_you_mean(key, known)}"
+    )
 
 
 def _relative(scene: object, path: str, text: str, value: float) -> float:
