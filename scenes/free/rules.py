@@ -165,8 +165,8 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
         )
     if quantity != "power" and not (fixed.any() if total else fixed.all()):
         raise SceneError(explain(
-            f"{name} asks for a {quantity} in a conductor that no electrode touches, whose potential nothing "
-            "determines: give a place in another, or a boundary with a voltage there"
+            f"{name} asks for a {quantity} in a conductor that no electrode touches, so that nothing determines its "
+            "potential: give a place in another, or a boundary with a voltage there"
         ))  # fmt: skip
 
 
