@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
@@ -194,12 +195,13 @@ class Course:
 
 @dataclass(frozen=True)
 class Validated:
-    """The courses of both models and their statements; whether inputs and data have uncertainties."""
+    """The courses of the models, and statements about each."""
 
     courses: tuple[Course, ...]
-    statements: tuple[Statement, ...]
-    inputs: bool
-    data: bool
+
+    @cached_property
+    def statements(self) -> tuple[Statement, ...]:
+        return tuple(statement for course in self.courses for statement in course.statements())
 
 
 class Validation(Analysis[Validated]):
@@ -233,7 +235,8 @@ class Validation(Analysis[Validated]):
             middle = [signed(s.E, s.unit, 2)] * style.page
             rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
         points = ", ".join(f"{c.called} {c.model} {c.inside} of {len(c.times)}" for c in found.courses)
-        exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
+        inputs, data = outcome.options.uncertain is None, not outcome.options.against.u
+        exact = " and ".join(["the inputs"] * inputs + ["the data"] * data)
         text = [
             "The worst window and the last." * (not outcome.options.against.at_rest),
             f"Where 0 is within (95 %), no error of the model is seen. Points of the data within 2 u_val: {points}.",
@@ -290,5 +293,4 @@ def validate(
             u_data = data.u[key][late] if key in data.u else zero
             measured, u_num, unit = data.values[key][late], zero + error, catalogue.units[key]
             courses.append(Course(called, key, word, unit, times, values, measured, u_num, u_input, u_data))
-    statements = tuple(statement for course in courses for statement in course.statements())
-    return Validated(tuple(courses), statements, uncertain is not None, bool(data.u))
+    return Validated(tuple(courses))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from compare.analyses.base import Analysis
@@ -14,16 +12,7 @@ from compare.report.table import Section, Style, Table
 from scenes.result import Step, step
 
 
-@dataclass(frozen=True)
-class Exported:
-    """A compact model: its description, its document, and the folder of its files."""
-
-    words: str
-    document: dict[str, Any]
-    folder: Path
-
-
-class CompactExport(Analysis[Exported]):
+class CompactExport(Analysis[dict[str, Any]]):
     name = "export"
 
     def plan(self, scene: Any, options: Options) -> Step:
@@ -34,26 +23,24 @@ class CompactExport(Analysis[Exported]):
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
         kind_of(outcome.scene).exportable(outcome.scene, outcome.options)
 
-    def run(self, outcome: Outcome[Any], progress: Progress) -> Exported:
-        from statespace.document import validity
-        from statespace.export import MISSING, fmu_available
-
+    def run(self, outcome: Outcome[Any], progress: Progress) -> dict[str, Any]:
         with progress.stage("export"):
             document: dict[str, Any] = kind_of(outcome.scene).compact(outcome, progress)
         outcome.warn(*document["warnings"])
+        return document
+
+    def section(self, found: dict[str, Any], outcome: Outcome[Any], style: Style) -> Section:
+        from statespace.document import names, validity
+        from statespace.export import MISSING, fmu_available
+
+        rows = [tuple(entry.values()) for entry in names(found)]
+        words = "a compact model and its controllers" if "controllers" in found else "a compact model"
         without = "" if fmu_available() else f"; {MISSING}"
-        name = "a compact model and its controllers" if "controllers" in document else "a compact model"
-        return Exported(f"{name} ({validity(document)}{without})", document, outcome.options.export.folder)
-
-    def section(self, found: Exported, outcome: Outcome[Any], style: Style) -> Section:
-        from statespace.document import names
-
-        rows = [tuple(entry.values()) for entry in names(found.document)]
-        said = f"Exported {found.words} to {found.folder}/"
+        said = f"Exported {words} ({validity(found)}{without}) to {outcome.options.export.folder}/"
         return Section("Compact model", [said, Table(("name", "SPICE node", "FMU variable"), rows)], headed=False)
 
-    def document(self, found: Exported, outcome: Outcome[Any]) -> dict[str, Any]:
+    def document(self, found: dict[str, Any], outcome: Outcome[Any]) -> dict[str, Any]:
         return {}
 
-    def enter(self, summary: dict[str, Any], found: Exported, outcome: Outcome[Any]) -> None:
+    def enter(self, summary: dict[str, Any], found: dict[str, Any], outcome: Outcome[Any]) -> None:
         """The model has a document of its own, in its folder."""

@@ -45,7 +45,7 @@ def run(
             from statespace import export as files
 
             with progress.stage("files"):
-                files.write(outcome.analyses["export"].document, exports.partial)
+                files.write(outcome.analyses["export"], exports.partial)
     outcome.folder, outcome.replaced, outcome.timing = folder.target, replaced(folder), progress.timing()
     return outcome
 
