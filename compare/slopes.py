@@ -19,7 +19,7 @@ from scenes.model import AnyScene
 from scenes.parameters import SECTION
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
-from scenes.varied import neighbour, numbers, zeros
+from scenes.varied import neighbour, numbers
 
 if TYPE_CHECKING:
     from compare.models import Model
@@ -321,8 +321,3 @@ def derivatives(
         if np.abs(4 * near - far).max() > 2 * h * BENT * np.abs(value).max():
             return None
     return slopes
-
-
-def keys_without_logarithm(scene: Any) -> tuple[str, ...]:
-    """Return the keys of a free scene that are zero, and so have no relative change."""
-    return zeros(scene) if scene.kind == "free" else ()

@@ -62,11 +62,6 @@ class Effect:
     changed: dict[str, Any]
     changes: dict[str, Estimate] = field(default_factory=dict)
 
-    @property
-    def size(self) -> float:
-        """The size of the first change, infinite for a runaway."""
-        return abs(next(iter(self.changes.values())).value) if self.changes else math.inf
-
 
 def conduction(sink: Sink) -> float:
     """Return the film coefficient (W/(m2 K)) of air at rest above the beam.
@@ -222,7 +217,11 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
     if len(found) > 1:
         say("with all of that together")
         together = changed(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
-    return LeftOut(dict(sorted(found.items(), key=lambda item: -item[1].size)), together, skipped)
+    # A runaway is the largest of all.
+    sizes = {
+        name: abs(next(iter(each.changes.values())).value) if each.changes else math.inf for name, each in found.items()
+    }
+    return LeftOut({name: found[name] for name in sorted(found, key=lambda name: -sizes[name])}, together, skipped)
 
 
 def _of_sink(sink: Sink) -> tuple[Sink, Solve]:

@@ -21,7 +21,7 @@ from compare.report.table import MARKS, Row, Section, Style, Table, short_key, s
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
 from scenes.result import Step, step
-from scenes.varied import made_of_parameters
+from scenes.varied import made_of_parameters, zeros
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
@@ -57,8 +57,6 @@ class Sensitivity(Analysis[AllSlopes]):
 
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
-        from compare.slopes import keys_without_logarithm
-
         shown, names, both = shown_words(outcome, style.page), words(outcome), set(MODELS) <= found.keys()
         judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
         rows = []
@@ -71,8 +69,8 @@ class Sensitivity(Analysis[AllSlopes]):
             steady = next(iter(found.values())).steady
             whole = "the steady state" if steady else "the largest value of each quantity"
             said.append(f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key).")
-        if zeros := keys_without_logarithm(outcome.scene):
-            said.append(f"0, of which there is no percent: {', '.join(zeros)}.")
+        if outcome.scene.kind == "free" and (without := zeros(outcome.scene)):
+            said.append(f"0, of which there is no percent: {', '.join(without)}.")
         if len(names) > len(shown) and outcome.scene.kind == "free":
             said.append(f"The slopes of {len(names) - len(shown)} more probes are in summary.json and on the page.")
         if judged:

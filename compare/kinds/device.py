@@ -79,7 +79,7 @@ class DeviceKind(Kind[Device]):
             errors, after = solved.model.steady_errors(scene), solved.runs.base.after
             known = {name: Estimate(getattr(after, name), errors[name]) for name in results["reduced1d"].steady}
             results["fem3d"] = Result("fem3d", known, None, {"solved": solved})
-        if not design_reason(options):
+        if "designer" not in self.absent(scene, options):
             progress("answering a designer's questions")
             with progress.stage("design"):
                 answers = design.answer(scene, options.largest_voltage, options.largest_power)
@@ -93,13 +93,21 @@ class DeviceKind(Kind[Device]):
 
     def runs_for(self, scene: Device, options: Options, *figures: str) -> bool:
         """Whether the runs behind any of these figures are needed, for the figure or its checks."""
-        drawn, needs = options.figures and not not_about(options).keys() >= set(figures), self.needs(scene, options)
+        drawn, needs = (
+            options.figures and not self.absent(scene, options).keys() >= set(figures),
+            self.needs(scene, options),
+        )
         return drawn or any(not set(figures).isdisjoint(needs[name]) for name in self.made(scene, options))
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
-        said = super().absent(scene, options) | not_about(options)
+        said = super().absent(scene, options)
         if options.about:
-            said["all figures"] = only(options)
+            only = f"only {', '.join(options.about)} asked for"
+            others = [name for name in DEVICE_FIGURES if name not in options.about]
+            said |= dict.fromkeys((*others, "all figures", "designer"), only)
+        if options.scheme == "paper":
+            said |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
+            said.setdefault("designer", "the accurate scheme answers them")
         if not scene.steps_outside:
             said["outer step"] = "the run ends before the outer step, or there is none"
         return said
@@ -155,7 +163,8 @@ class DeviceKind(Kind[Device]):
             idle = "" if not set(self.drawn(scene, options)).isdisjoint(LATE) else "no figure that shows them is drawn"
             steps.append(step("3D runs of other steps", "the slow one and the outer steps, for their figures", idle))
         steps += self.check_steps(scene, options)
-        steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(options)))
+        idle = self.absent(scene, options).get("designer", "")
+        steps.append(step("designer's questions", "largest gains, range and resolution", idle))
         return steps
 
     def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
@@ -181,23 +190,3 @@ class DeviceKind(Kind[Device]):
         from compare.report import device
 
         return device
-
-
-def not_about(options: Options) -> dict[str, str]:
-    """Return the figures that a run of a device leaves out, each with the reason."""
-    omitted = {name: only(options) for name in DEVICE_FIGURES if options.about and name not in options.about}
-    if options.scheme == "paper":
-        omitted |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
-    return omitted
-
-
-def only(options: Options) -> str:
-    """Why a run of some figures leaves out the rest."""
-    return f"only {', '.join(options.about)} asked for"
-
-
-def design_reason(options: Options) -> str:
-    """Why a designer's questions are not answered; empty where they are."""
-    if options.about:
-        return only(options)
-    return "the accurate scheme answers them" if options.scheme == "paper" else ""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.course import at as interpolated
+from compare.course import at
 from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
@@ -172,7 +172,9 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     ]
     for first in range(0, len(scene.probes), most):
         probes: Sequence[AnyProbe] = scene.probes[first : first + most]
-        columns = [(_column(probe, traces), at(traces, probe.name, times)) for probe in probes]
+        columns = [
+            (_column(probe, traces), np.interp(times, traces.time, traces.values[probe.name])) for probe in probes
+        ]
         shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
         heads = ("time", *(cut(p.name, NAME) if style.page else stacked(p.name) for p in probes))
         rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
@@ -197,7 +199,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
         in_3d["transient"] = {
             "errors": traces.errors, "accurate_from_s": traces.since, "jumps": len(traces.jumps),
             "imbalance": details.get("transient_imbalance"), "runs_away": outcome.runs_away or None, "time_s": times,
-            "values": {probe.name: at(traces, probe.name, times) for probe in scene.probes}, "range": ranges,
+            "values": {name: np.interp(times, traces.time, v) for name, v in traces.values.items()}, "range": ranges,
         }  # fmt: skip
     judged = entries.checks(outcome)
     if reduced1d is None:
@@ -219,11 +221,6 @@ def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
         return {"time_s": traces.time, **traces.values}
     columns = {"time_s": reduced1d.traces.time}
     for name in traces.values:
-        columns[name] = interpolated(traces, name, reduced1d.traces.time)[0]
+        columns[name] = at(traces, name, reduced1d.traces.time)[0]
         columns |= {f"reduced1d {name}": reduced1d.traces.values[name]} if name in reduced1d.traces.values else {}
     return columns
-
-
-def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
-    """Return a trace at some times (s), linear between its own; the later of two values at one time."""
-    return np.interp(times, traces.time, traces.values[name])
