@@ -23,7 +23,7 @@ from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.current import SOLVED, Conductor, Pattern, Potential, Resistivity, Section
 from fem3d.problems.following import OfCells, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, OfPaths, Paths, Terminal, across, crossings
+from fem3d.problems.paths import Crossing, Paths, Terminal, across, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material
@@ -57,15 +57,11 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
         cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
         warm = np.vstack([warm, np.zeros((sum(counts), 1))])
-    following_law: OfCells | OfPaths | None = None
-    if len(np.intersect1d(following(domain, "resistivity"), cells)):
-        following_law = OfCells(domain, "resistivity", cells)
-        if isinstance(on, Paths):
-            following_law = OfPaths(following_law, cold[len(cells) :])
+    follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
         sections, jumps, csc_array(matrix), names, Ordering(space.places), solved, terminals,
-        following_law,
+        OfCells(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 
@@ -107,7 +103,7 @@ def _sections(
                 times = 1.0 if along is None else along[:, cells]
                 cold, warm = times * lines[cells, :1], times * lines[cells, 1:]
                 resistivity = _resistivity(domain, cells, cold, warm, times)
-                section.append((faces, faces.by(heat.domain.space), sign, cold, warm, resistivity))
+                section.append((faces, faces.by(heat.domain.space), sign, resistivity))
             jumps[probe.name] = across(domain, probe, torn)
     return sections, jumps
 

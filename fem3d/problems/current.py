@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Factors, Kept, Ordering, part
 from fem3d.problems.following import OfCells
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import OfPaths, Paths, Terminal
+from fem3d.problems.paths import Paths, Terminal
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 
@@ -30,9 +30,9 @@ Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
 """What `Conductor.influence` returns."""
 Resistivity = Callable[[np.ndarray], np.ndarray]
 """The resistivity (ohm m) at a rise (K)."""
-Section = list[tuple[Faces, Faces, float, np.ndarray, np.ndarray, Resistivity]]
+Section = list[tuple[Faces, Faces, float, Resistivity]]
 """Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
-normal, and the resistivity there: cold, its change per kelvin (facets, 1), and at a rise."""
+normal, and the resistivity there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ class Conductor:
     ordering: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
-    following: OfCells | OfPaths | None = None
+    following: OfCells | None = None
     more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
@@ -140,14 +140,21 @@ class Conductor:
         """(cells, points) in ohm m at a field u (functions,) of the heat problem's space."""
         if self.following is None:
             return self.cold + self.warm * self.on.value(u)
-        return self.following.value(self.on.value(u))
+        return self._by_law(self.following.value, self.on.value(u), self.cold)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
         if self.following is None:
             return self.warm / self.resistivity(rise)
         at = self.on.value(self.heat.field(rise))
-        return self.following.slope(at) / self.following.value(at)
+        slope = self._by_law(self.following.slope, at, np.zeros_like(self.cold))
+        return slope / self.resistivity(rise)
+
+    def _by_law(self, law: Resistivity, rise: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """(rows, points): a law of the cells at a rise, and behind them ``others`` (rows, 1), which follow nothing."""
+        n = len(self.cells)
+        in_cells = law(rise[:n])
+        return np.concatenate([in_cells, np.broadcast_to(others[n:], rise[n:].shape)]) if len(rise) > n else in_cells
 
     def finer(self, points: int) -> Conductor:
         """By a quadrature of so many more points along each axis, where the resistivity is a law; else itself."""
@@ -401,14 +408,16 @@ class Conductor:
         at = self.heat.field(rise)
         beside = sum(
             sign * float(faces.flux(1 / resistivity(warmed.value(at))) @ phi)
-            for faces, warmed, sign, _, _, resistivity in self.sections[name]
+            for faces, warmed, sign, resistivity in self.sections[name]
         )
         return beside + float(self.jumps[name] @ phi)
 
     def crossing_row(self, name: str) -> np.ndarray:
         """(functions,): the current along the normals of a probe (A) per volt of each, at the initial temperature."""
-        beside = (sign * faces.flux(1 / cold) for faces, _, sign, cold, _, _ in self.sections[name])
-        return sum(beside, self.jumps[name])
+        row: np.ndarray = self.jumps[name]
+        for faces, _, sign, resistivity in self.sections[name]:
+            row = row + sign * faces.flux(1 / resistivity(np.zeros((len(faces.cells), 1))))
+        return row
 
     def pattern(self, potential: Potential) -> Pattern:
         """The current field of a potential.

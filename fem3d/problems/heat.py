@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -117,11 +116,6 @@ class HeatProblem:
     def size(self) -> int:
         """Free and fixed nodes together."""
         return int(self.stiffness.shape[0])
-
-    @cached_property
-    def memo(self) -> dict[str, Any]:
-        """The functionals of probes, by name."""
-        return {}
 
     @property
     def inner_stiffness(self) -> csc_array:

@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.following import OfCells
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
 from fem3d.spaces.mapped import Interface
@@ -76,30 +75,6 @@ def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, floa
             along = domain.directions(probe)[on, None] / resistance
             row += Interface.inside(domain.space, facets[on]).load(along)
     return row
-
-
-@dataclass(frozen=True, eq=False)
-class OfPaths:
-    """The resistivity of cells and, behind these, the resistances (rows, 1) of ``crossings``, which follow nothing, as
-    `OfCells` has one."""
-
-    cells: OfCells
-    crossings: np.ndarray
-
-    def value(self, rise: np.ndarray) -> np.ndarray:
-        """(rows, points) at a rise (rows, points) in K."""
-        count = len(rise) - len(self.crossings)
-        behind = np.broadcast_to(self.crossings, (len(self.crossings), rise.shape[1]))
-        return np.concatenate([self.cells.value(rise[:count]), behind])
-
-    def slope(self, rise: np.ndarray) -> np.ndarray:
-        """(rows, points): its derivative (per K), none at crossings."""
-        count = len(rise) - len(self.crossings)
-        return np.concatenate([self.cells.slope(rise[:count]), np.zeros_like(rise[count:])])
-
-    def of(self, cells: np.ndarray) -> OfCells:
-        """As of the cells."""
-        return self.cells.of(cells)
 
 
 class Paths:

@@ -154,9 +154,8 @@ class Reading:
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
     """Return the `Reading` of a probe of a temperature, a heat flow or a current, from a cache."""
-    if probe.name not in heat.memo:
-        heat.memo[probe.name] = _reading(heat, probe)
-    return heat.memo[probe.name]
+    known: Reading = heat.kept.get(("reading", probe.name), lambda: _reading(heat, probe))
+    return known
 
 
 def _reading(heat: HeatProblem, probe: Any) -> Reading:
