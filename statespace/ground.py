@@ -114,25 +114,19 @@ def effects(modal: Modal, device: Device, resistances: Iterable[float], power: f
     without = steady(modal, grounded(device, 0.0))
     per_kelvin = modal.resistance[1] * modal.coefficient[1]
 
-    def off_power(lead: float) -> float:
+    def off(lead: float) -> tuple[float, float]:
+        """How many steps the sensor's power and its resistance are off."""
         state = steady(modal, grounded(device, lead))
-        return abs(state.sensor_power_W - without.sensor_power_W) / power
-
-    def off_resistance(lead: float) -> float:
-        state = steady(modal, grounded(device, lead))
-        return abs(state.sensor_K - without.sensor_K) * per_kelvin / resistance
+        kelvin, watts = state.sensor_K - without.sensor_K, state.sensor_power_W - without.sensor_power_W
+        return abs(watts) / power, abs(kelvin) * per_kelvin / resistance
 
     smallest, largest = (float(part * modal.resistance[1]) for part in (1e-12, 10.0))
-    return Ground(
-        tuple(shared(modal, device, lead) for lead in resistances),
-        _reaches_one(off_power, smallest, largest), _reaches_one(off_resistance, smallest, largest),
-    )  # fmt: skip
+    reached = (_reaches_one(lambda lead, k=k: off(lead)[k], smallest, largest) for k in (0, 1))  # type: ignore[misc]
+    return Ground(tuple(shared(modal, device, lead) for lead in resistances), *reached)
 
 
 def _reaches_one(off: Callable[[float], float], low: float, largest: float) -> float:
     """Where a function that grows from about nothing first reaches one; infinite where that is beyond ``largest``."""
-    from math import log
-
     from scipy.optimize import brentq
 
     high = low
@@ -140,7 +134,7 @@ def _reaches_one(off: Callable[[float], float], low: float, largest: float) -> f
         low, high = high, 10 * high
         if high > largest:
             return float("inf")
-    return low if low == high else float(brentq(lambda lead: log(max(off(lead), 1e-300)), low, high, rtol=1e-9))
+    return low if low == high else float(brentq(lambda lead: np.log(max(off(lead), 1e-300)), low, high, rtol=1e-9))
 
 
 @dataclass(frozen=True)

@@ -73,15 +73,10 @@ def check_boundaries(graph: CellGraph) -> None:
     place, acting = graph.place_word, [(b, graph.acting(b)) for b in graph.scene.boundaries]
     for b, faces in acting:
         name = f"boundary {quoted(b.name)}.{b.key}"
-        if not len(faces) and b.kind == "voltage":
-            raise SceneError(
-                f"{name} touches nothing that conducts: give its material a resistivity, or {place} on a conductor"
-            )
         if not len(faces):
-            raise SceneError(
-                f"{name}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: give "
-                f"{place} on the surface"
-            )
+            why = " has solid on both sides everywhere, and acts on exposed faces only"
+            why = " touches nothing that conducts" if b.kind == "voltage" else _behind(b) + why
+            raise SceneError(f"{name}{why}: give {place} on {'a conductor' if b.kind == 'voltage' else 'the surface'}")
         for contact in graph.scene.contacts if b.kind in ("voltage", "temperature") else ():
             jumps = contact.electrical_resistance if b.kind == "voltage" else contact.thermal_resistance
             if jumps and np.isin(faces, graph.between(contact)).any():
