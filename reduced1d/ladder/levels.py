@@ -4,7 +4,7 @@ in which each rung drops one more assumption."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -117,13 +117,7 @@ class Levels:
         """The levels of the sink with ``None`` for some of its attributes; made once for each."""
         absent: dict[str, Any] = dict.fromkeys(keys)
         sink = replace(self.sink, **absent)
-        if sink == self.sink:
-            return self
-        return self._without.setdefault(keys, Levels(sink, self.rough))
-
-    @cached_property
-    def _without(self) -> dict[tuple[str, ...], Levels]:
-        return {}
+        return self if sink == self.sink else _levels(sink, self.rough)
 
     @cached_property
     def fine(self) -> Level:
@@ -132,6 +126,9 @@ class Levels:
     @cached_property
     def coarse(self) -> Level:
         return Level(self.sink.plain, COARSE, PLATE_STATES - 6, 0)
+
+
+_levels = lru_cache(maxsize=4)(Levels)
 
 
 @dataclass(frozen=True)
