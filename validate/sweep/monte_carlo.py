@@ -124,20 +124,17 @@ def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
             )
 
 
-def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
+def draw(uncertain: Uncertain, count: int) -> np.ndarray:
     """(count, keys): relative deviations, normally distributed with the covariance of the inputs; each key's own
     distribution is stratified (McKay, Beckman and Conover, Technometrics 21, 1979)."""
-    from scipy.stats import norm, qmc
+    from scipy.stats import qmc
 
-    name = "rng" if "rng" in signature(qmc.LatinHypercube.__init__).parameters else "seed"
-    engine = qmc.LatinHypercube(len(uncertain.relative), **{name: np.random.default_rng(seed)})
-    covariance = uncertain.covariance()
+    covariance, keys = uncertain.covariance(), len(uncertain.relative)
     scale = np.sqrt(np.diag(covariance))
-    # A correlation of one leaves a matrix without a Cholesky factor: its root by eigenvalues always is there.
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    root = vectors * np.sqrt(np.maximum(values, 0.0)) if uncertain.correlations else np.eye(len(scale))
-    deviations: np.ndarray = norm.ppf(engine.random(count)) @ root.T * scale
-    return deviations.clip(-FURTHEST, FURTHEST)
+    name = "rng" if "rng" in signature(qmc.LatinHypercube.__init__).parameters else "seed"
+    engine = qmc.LatinHypercube(keys, **{name: np.random.default_rng(0)})
+    normal = qmc.MultivariateNormalQMC(np.zeros(keys), covariance / np.outer(scale, scale), engine=engine)
+    return np.clip(normal.random(count) * scale, -FURTHEST, FURTHEST)
 
 
 @dataclass(frozen=True)

@@ -105,11 +105,11 @@ def _same(a: np.ndarray, b: np.ndarray, mesh: MeshHex) -> tuple[np.ndarray, np.n
 
 def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
     """Return the cells of the solid as scikit-fem's mesh, and the number of the box (cells,) that owns each."""
-    cells, shape = np.argwhere(grid.solid), tuple(len(b) for b in grid.breaks)
-    corners = cells[:, None] + MeshHex().p.T.astype(int)  # one cell: scikit-fem's order of the corners
-    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
-    points = np.array([b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)])
-    return MeshHex(points, local.reshape(corners.shape[:-1]).T), grid.owner[tuple(cells.T)]
+    mesh = MeshHex.init_tensor(*grid.breaks)
+    middles = mesh.p[:, mesh.t].mean(axis=1)
+    at = tuple(np.searchsorted(b, middle) - 1 for b, middle in zip(grid.breaks, middles, strict=True))
+    solid = np.flatnonzero(grid.solid[at])
+    return mesh.restrict(solid), grid.owner[at][solid]
 
 
 def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, int]:
