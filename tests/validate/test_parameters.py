@@ -2,7 +2,6 @@
 
 import csv
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,12 +11,11 @@ from compare.against import Data
 from compare.data.read import read_uncertainty
 from compare.fitting import fit_scene, keys_of
 from compare.slopes import sink_1d
-from reduced1d import slopes
 from reduced1d.ladder import solve
 from scenes.keys import SINK
 from scenes.loading import load
-from scenes.sink import Sink
 from scenes.varied import varied
+from tests.validate.inputs.test_validation import in_1d
 from validate.cli import main
 from validate.sweep.design import base, parse
 from validate.sweep.monte_carlo import Sampled, Spread
@@ -92,10 +90,6 @@ def test_a_parameter_is_fitted(mine):
     truth = varied(sink, "parameters.k", 0.9)
     traces = solve(truth, times=times).over_time
     data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
-
-    def in_1d(other: Sink, keys: Any, at: np.ndarray) -> Any:
-        return solve(other, times=at).over_time.values, slopes.of_sink(other, "paper", keys, at)[1]
-
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
     found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]), in_1d)
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
