@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from fem3d.adaptivity import goal_errors, mesh, nested, reach, trace_errors
-from fem3d.adaptivity.estimator import Estimator, Spread, total, worst_of
+from fem3d.adaptivity.estimator import Estimator, total, worst_of
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Indicators, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
@@ -96,16 +96,13 @@ class Bricks:
             finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
         else:
             reach.check_edges(self.grid, self.marks, indicators.goals, target)
-            finer = replace(self, grid=self._finer(missing, AIM * target))
+            refined = edgewise.refined if self.grid.edges else grading.refined
+            finer = replace(self, grid=refined(self.grid, missing, AIM * target, self.marks))
             if finer.grid.same(self.grid):
                 raise not_reached(self.accuracy, reach.because(self.marks))
         if self.as_far_as_it_goes and not reach.fits(self.scene, foreseen(self.scene, finer.grid)):
             return None
         return finer
-
-    def _finer(self, missing: Spread, target: float) -> Grid:
-        refined = edgewise.refined if self.grid.edges else grading.refined
-        return refined(self.grid, missing, target, self.marks)
 
     def refine_all(self) -> Bricks | None:
         if self.aim is not None:

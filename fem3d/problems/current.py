@@ -17,7 +17,7 @@ from fem3d.problems.cholesky import Factors, Kept, Ordering, part
 from fem3d.problems.following import OfCells
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths, Terminal
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.integrals import Faces
 from scenes.errors import NumericsError
 
 # Relative error of a potential in the energy norm, unless a looser bound is given.
@@ -115,12 +115,6 @@ class Conductor:
         return replace(self, heat=heat, free=self.free[self.space.nested[level][self.free]])
 
     @property
-    def warmed(self) -> Cells:
-        """Integrals over the cells by the temperature's functions."""
-        cells: Cells = self.on.warmed if isinstance(self.on, Paths) else self.on
-        return cells
-
-    @property
     def space(self) -> Any:
         """The space of the potential."""
         return self.heat.domain.electric.space
@@ -132,15 +126,11 @@ class Conductor:
         # The resistivity of the last rise serves its current, its heat and the test of conduction.
         last, known = self.kept.get("resistivity", lambda: (None, None))
         if last is None or not np.array_equal(last, rise):
-            known = self.resistivity_of(self.heat.field(rise))
+            at = self.on.value(self.heat.field(rise))
+            law = self.following
+            known = self.cold + self.warm * at if law is None else self._by_law(law.value, at, self.cold)
             self.kept.tell(resistivity=(rise.copy(), known))
         return np.asarray(known)
-
-    def resistivity_of(self, u: np.ndarray) -> np.ndarray:
-        """(cells, points) in ohm m at a field u (functions,) of the heat problem's space."""
-        if self.following is None:
-            return self.cold + self.warm * self.on.value(u)
-        return self._by_law(self.following.value, self.on.value(u), self.cold)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
@@ -229,8 +219,8 @@ class Conductor:
             return potentials
         shapes, inverse = self._floating
         # A row of the whole problem, tested with a shape: the free functions drop out.
-        seen = charge.copy()
-        seen[..., self._given_functions] = 0.0
+        seen = np.zeros_like(charge)
+        seen[..., self.free] = charge[..., self.free]
         entering = np.stack([charge @ t.unit for t in self.terminals], axis=-1)
         return potentials + (seen @ shapes.T + entering) @ inverse @ shapes
 
@@ -248,13 +238,6 @@ class Conductor:
 
         known: tuple[np.ndarray, np.ndarray] = self.kept.get("floating", solved)
         return known
-
-    @cached_property
-    def _given_functions(self) -> np.ndarray:
-        """(functions,): the functions with given values."""
-        given = np.ones(self.voltages.shape[1], bool)
-        given[self.free] = False
-        return given
 
     def given(self, voltage: np.ndarray) -> np.ndarray:
         """Given voltages (functions,) with terminals at zero."""

@@ -135,15 +135,14 @@ class HeatProblem:
     def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
         """Solver of K rise = load at the free nodes, by one factorization; without an exit
         for heat, the mean over the run's time with the capacity of the whole run in its place."""
-        solve: Callable[[np.ndarray], np.ndarray]
-        solve = self.kept.get("solve_steady", lambda: self.factors(self.steady_matrix).solve)
-        return solve
 
-    @property
-    def steady_matrix(self) -> csc_array:
-        """The factors of `solve_steady`."""
-        matrix = self.inner_stiffness
-        return matrix if self.anchored else combined(matrix, 1.0 / self.end_time, self.inner_mass)
+        def made() -> Callable[[np.ndarray], np.ndarray]:
+            matrix = self.inner_stiffness
+            matrix = matrix if self.anchored else combined(matrix, 1.0 / self.end_time, self.inner_mass)
+            return self.factors(matrix).solve
+
+        solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("solve_steady", made)
+        return solve
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all nodes,): the heat flow by conduction and films at a rise (all nodes), in W: K rise, and the terms."""
