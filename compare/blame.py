@@ -1,13 +1,11 @@
-"""Split the difference of a 1D model from 3D by assumption: replace one assumption after the other.
+"""Split the difference of a 1D model from 3D by assumption, and state the answer of a run in a sentence.
 
-The results between the model and 3D have one assumption less each. A part is the difference of two neighbours, so that
-the parts add up to the whole difference. In another order the parts would differ by their interaction. For a sink the
-results are the ladder of models; for a network of lines the resistances that 3D has at its joints replace the network's
-one after the other. Such a resistance is the difference of the mean temperatures over the joined cross-sections, or to
-the given temperature, divided by the flow. The remainder is the spread of flows over joints, and resistivities at the
-local temperature.
-
-The answer of a run in a sentence: how far a 1D model is from 3D, where, and why.
+One assumption is replaced after the other. The results between the model and 3D have one assumption less each. A part
+is the difference of two neighbours, so that the parts add up to the whole difference. In another order the parts would
+differ by their interaction. For a sink the results are the ladder of models; for a network of lines the resistances
+that 3D has at its joints replace the network's one after the other. Such a resistance is the difference of the mean
+temperatures over the joined cross-sections, or to the given temperature, divided by the flow. The remainder is the
+spread of flows over joints, and resistivities at the local temperature.
 """
 
 from __future__ import annotations

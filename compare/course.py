@@ -1,4 +1,4 @@
-"""Two courses of a quantity over time: their largest distance, and that distance in size, time and shape.
+"""Courses of a quantity over time: the distance of two, in size, time and shape, and means of noisy data.
 
 With y the 3D course and m the model's, a y((t - shift)/stretch) is fitted to m by least squares: first with a size a
 alone, then with a stretch or a shift as well, whichever is nearer. A stretch c < 1 is a time constant that is short by

@@ -1,9 +1,7 @@
-"""A run, from a scene and options to an outcome: plan, models, checks, analyses, answer. Nothing is written.
+"""A run, from a scene and options to an outcome, and functions of packages above this one, found by entry points.
 
 Nothing here imports numpy before it solves: the renderer's process, which takes the longest to get ready, is started
-first.
-
-Functions of packages above this one, which register as entry points of the group "compare".
+first. A run plans, solves, checks, analyses and answers; nothing is written.
 """
 
 from __future__ import annotations

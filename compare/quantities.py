@@ -1,4 +1,6 @@
-"""The quantities of a scene: names, units, and the base of each scale. A sink has fixed names, others have probes.
+"""The quantities of a scene with their units and scales, and the checks of a model at the probes of a free scene.
+
+A sink has fixed names, others have probes.
 
 A model of a free scene is compared with 3D probe by probe: steady, and at the largest difference over time. The
 difference is (model - 3D)/scale. The scale of a temperature is its 3D rise above the initial temperature, over time the

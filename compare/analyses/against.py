@@ -1,9 +1,9 @@
-"""The user's own data against 3D: the largest distance of each quantity.
+"""The user's own data against the models: the largest distances, and the validation uncertainty of ASME V&V 20.
 
-Validation against measured data, after ASME V&V 20-2009 (sections 1-5 and 1-6): the comparison error E = S - D,
-simulation less data, has the validation uncertainty u_val, u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, the
-inputs and the data. The error of the model itself lies within E -+ k u_val. Over time E is the mean over a window of
-the trace (`compare.course`), because one of many noisy samples is far off by chance.
+After ASME V&V 20-2009 (sections 1-5 and 1-6) the comparison error E = S - D, simulation less data, has the validation
+uncertainty u_val, u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, the inputs and the data. The error of the
+model itself lies within E -+ k u_val. Over time E is the mean over a window of the trace (`compare.course`), because
+one of many noisy samples is far off by chance.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""How the models follow each key of the scene, d ln quantity / d ln key, and whether 1D follows it as 3D does.
+"""Sensitivities d ln quantity / d ln key of both models, and uncertainties of quantities by uncertain keys.
 
-Uncertain inputs: u_input of ASME V&V 20, of quantities and of differences. To first order u_input^2 = s^T C s, with the
-logarithmic derivatives s of a quantity and the covariance C of the keys' relative deviations (GUM 5.2.2). Both models
-have the same keys, which move them together: the u_input of a difference is computed with the derivatives of the
-difference.
+A check says whether 1D follows a key as 3D does. The uncertainty is u_input of ASME V&V 20: to first order u_input^2 =
+s^T C s, with the logarithmic derivatives s of a quantity and the covariance C of the keys' relative deviations (GUM
+5.2.2). Both models have the same keys, which move them together: the u_input of a difference is computed with the
+derivatives of the difference.
 """
 
 from __future__ import annotations

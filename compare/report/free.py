@@ -1,7 +1,4 @@
-"""The report of a free scene: its probes.
-
-The report of a network: every line, joint and condition with its formula, to check by hand.
-"""
+"""The report of a free scene: its probes, and the lines, joints and conditions of a network to check by hand."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Tables and sections of reports: as text at most 80 columns wide, as HTML and as Markdown.
-
-Entries of summary.json that all kinds of scenes share.
-"""
+"""Tables and sections of reports in text, HTML and Markdown, and entries of summary.json that all kinds share."""
 
 from __future__ import annotations
 
