@@ -199,18 +199,10 @@ def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) 
             if name in traces[key]:
                 traces[key][name] = traces[key][name] + moves
     table = {} if course is None else _table(course.times, course.values, "fem3d")
-    top = {} if steady else {name: _top(scene, result, name) for name in sizes}
+    top = {} if course is None else {n: float(course.times[np.abs(course.traces[n]).argmax()]) for n in sizes}
     return Slopes(
         sizes, dict(found.steady), shift, steady, times, traces, table=table, top=top, left_out=found.left_out
     )
-
-
-def _top(scene: AnyScene, result: Result, name: str) -> float:
-    """The time (s) at which a trace, of a temperature above the start, is largest once its errors hold."""
-    traces = result.over_time
-    late = traces.sure(traces.time)
-    thermal = any(probe.name == name and probe.quantity == "temperature" for probe in scene.probes)
-    return float(traces.time[late][np.abs(traces.values[name][late] - scene.initial_temperature * thermal).argmax()])
 
 
 def base_moves(scene: AnyScene, key: str, steady: bool) -> float:
