@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
-from compare.kinds.sink import levels_of
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
 from scenes.errors import NumericsError
@@ -69,8 +68,8 @@ def _of_sink(outcome: Outcome[Any], progress: Progress) -> Budget:
     from compare.blame import budget
     from reduced1d.ladder.levels import Levels
 
-    levels, reduction = levels_of(outcome.reduced1d) or Levels(outcome.scene), outcome.options.reduction
-    found = budget(outcome.scene, reduction, outcome.solved, levels, progress)
+    reduction = outcome.options.reduction
+    found = budget(outcome.scene, reduction, outcome.solved, Levels(outcome.scene), progress)
     if "single" in outcome.results:
         from compare.sink_checks import varied
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
     from compare.verdict import Check
-    from reduced1d.ladder.levels import Levels
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -255,11 +254,10 @@ def _ladder(outcome: Outcome[Sink], wrong: Sequence[Check]) -> tuple[Budget | No
         return None, "the 1D model differs nowhere beyond its tolerances"
     if name not in PAPERS and not is_one(name):
         return None, "the ladder of assumptions is between this program's own 1D models and 3D"
-    levels = levels_of(outcome.reduced1d) or Levels(outcome.scene, rough=True)
     if all(claim.time is None for claim in wrong):
         fem3d = replace(fem3d, traces=None)
     try:
-        return budget(outcome.scene, "paper" if name in PAPERS else name, fem3d, levels), ""
+        return budget(outcome.scene, "paper" if name in PAPERS else name, fem3d, Levels(outcome.scene, rough=True)), ""
     except ArithmeticError as error:
         return None, str(error)
 
@@ -272,28 +270,17 @@ def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
         return solve(sink, options.transient, progress)
 
 
-def levels_of(reduced1d: Result | None) -> Levels | None:
-    """The plate that a 1D model stands on, where it has one."""
-    return None if reduced1d is None else reduced1d.details.get("levels")
-
-
 def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
     from reduced1d.ladder import solve
 
-    levels = None
-    if options.reduction != "paper":
-        from reduced1d.ladder.levels import Levels
-
-        levels = Levels(sink)
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
-        result = solve(sink, options.reduction, steady_only=options.steady, times=times, levels=levels)
+        return solve(sink, options.reduction, steady_only=options.steady, times=times)
     except RunawayError as error:
         if fem3d is None:
             raise
         raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
-    return result if levels is None else replace(result, details=result.details | {"levels": levels})
 
 
 def _reduction_step(options: Options) -> Step:

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from scenes.sink import Sink
 
-HIDDEN = ("own_model", "levels")
-"""Details of a 1D result that are objects, not data."""
 QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
 
 
@@ -73,7 +71,7 @@ def document(outcome: Outcome[Sink]) -> dict[str, Any]:
     if reduced1d is not None:
         document["reduced1d"] = {
             "name": reduced1d.model, "steady": {key: {"value": e.value} for key, e in reduced1d.steady.items()},
-            "details": {k: v for k, v in reduced1d.details.items() if k not in HIDDEN},
+            "details": {k: v for k, v in reduced1d.details.items() if k != "own_model"},
         }  # fmt: skip
         # The others are of the paper's equations, whichever reduction was chosen.
         judged = [c | {"model": reduced1d.model} if c["id"] in OF_THE_REDUCTION else c for c in judged]
