@@ -166,7 +166,7 @@ _LESS, _MORE = 0.2, 0.05
 """A scatter from row to row that is as small, or as large, in so many cases by chance is not taken for that of u. Small
 ones are doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide. With
 0.1 intervals of 60 rows that share a quarter of the variance hold in 87 %, with 0.2 in 90 %, with 0.3 in 92 %, those
-of noise that only scatters in 96.7, 96.9 and 97.1 % (`pytest -m long tests/compare/test_windows.py`)."""
+of noise that only scatters in 96.7, 96.9 and 97.1 % (`pytest -m long tests/compare/data/test_against.py`)."""
 _ROWS = 1.25
 """Rows per independent value of noise that is independent at a distance of h rows but not yet of h/2: 1.25 h. Where
 correlations fall exponentially, the sum over all distances is then within 5 % of the variance of a mean."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.slopes import Slopes
-    from compare.verdict import Check
+    from compare.verdict import Check, Definitions
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -131,9 +131,13 @@ class Kind(ABC, Generic[S]):
         skipped = self.skipped(scene, options)
         return tuple(name for name in self.needs(scene, options) if name not in skipped)
 
-    @abstractmethod
+    def definitions(self) -> Definitions[Outcome[S]]:
+        """Return the checks of such scenes; a kind without overrides ``comparisons``."""
+        raise NotImplementedError
+
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks."""
+        return self.definitions().made(self.made(outcome.scene, outcome.options), outcome)
 
     def owns(self, outcome: Outcome[S], check: str) -> bool:
         """Whether a check is of the chosen 1D model."""

@@ -15,7 +15,7 @@ from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
-    from compare.verdict import Check
+    from compare.verdict import Definitions
     from scenes.result import Result
 
 DEVICE_FIGURES = {
@@ -87,9 +87,7 @@ class DeviceKind(Kind[Device]):
         return results
 
     def needs(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
-        from compare.device_checks import CHECKS
-
-        return {name: needs for name, needs in CHECKS.needs.items() if options.in_3d or "3D" not in needs}
+        return {name: needs for name, needs in self.definitions().needs.items() if options.in_3d or "3D" not in needs}
 
     def runs_for(self, scene: Device, options: Options, *figures: str) -> bool:
         """Whether the runs behind any of these figures are needed, for the figure or its checks."""
@@ -112,10 +110,10 @@ class DeviceKind(Kind[Device]):
             said["outer step"] = "the run ends before the outer step, or there is none"
         return said
 
-    def comparisons(self, outcome: Outcome[Device]) -> dict[str, Check]:
+    def definitions(self) -> Definitions[Outcome[Device]]:
         from compare.device_checks import CHECKS
 
-        return CHECKS.made(self.made(outcome.scene, outcome.options), outcome)
+        return CHECKS
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest

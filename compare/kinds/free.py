@@ -61,12 +61,11 @@ class FreeKind(Kind[AnyScene]):
             except RunawayInTimeError as error:
                 if options.export is not None or own is not None:
                     raise
-                from fem3d.runs.scene import until
-
-                ended, result, runs_away = until(scene, error, progress, whole=options.follows_keys)
+                ended, result, runs_away = scene_run.until(scene, error, progress, whole=options.follows_keys)
                 result = replace(result, details=result.details | {"scene": ended, "runs_away": runs_away})
             if own is not None and not scene.steady and not varies(scene):
-                result = replace(result, steady=at_rest(scene, progress))
+                still = replace(scene, steady=True, output_times=())
+                result = replace(result, steady=scene_run.solve(still, progress).steady)
         return {"fem3d": result}
 
     def open_model(self, scene: AnyScene, options: Options) -> Model | None:
@@ -195,13 +194,6 @@ def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., An
             raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
         return None
     return None if not given and runs_code(model.file) else (model.file, model.folder)
-
-
-def at_rest(scene: AnyScene, progress: Callable[[str], None]) -> dict[str, Any]:
-    """The steady state of a scene over time, whose drives do not vary."""
-    from fem3d.runs import scene as scene_run
-
-    return scene_run.solve(replace(scene, steady=True, output_times=()), progress).steady
 
 
 def varies(scene: AnyScene) -> bool:

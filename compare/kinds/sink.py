@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check
+    from compare.verdict import Check, Definitions
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -91,10 +91,8 @@ class SinkKind(Kind[Sink]):
         return open_model(options.model) if options.model else None
 
     def needs(self, scene: Sink, options: Options) -> dict[str, tuple[str, ...]]:
-        from compare.sink_checks import CHECKS
-
         ids = DEFAULT_TOLERANCES if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
-        return {name: CHECKS.needs[name] for name in ids}
+        return {name: self.definitions().needs[name] for name in ids}
 
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
@@ -112,12 +110,10 @@ class SinkKind(Kind[Sink]):
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
-    def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Check]:
-        if outcome.fem3d is None:
-            return {}
+    def definitions(self) -> Definitions[Outcome[Sink]]:
         from compare.sink_checks import CHECKS
 
-        return CHECKS.made(self.made(outcome.scene, outcome.options), outcome)
+        return CHECKS
 
     def owns(self, outcome: Outcome[Sink], check: str) -> bool:
         from compare.verdict import PAPERS
