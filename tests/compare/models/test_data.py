@@ -188,7 +188,7 @@ def test_the_assertion_and_declared_tolerances(transient):
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
      ["--data-uncertainty", "1K", "--calibrate", "model.parameters.tau", "--calibrate", KEY], "one kind in a run"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
-     ["--data-uncertainty", "1K", "--calibrate", "film.conductivity"], "is no key"),
+     ["--data-uncertainty", "1K", "--calibrate", "film.conductivity"], "names no number"),
 ])  # fmt: skip
 def test_refused(text, more, said, transient, capsys):
     file = transient.parent / "mine.csv"

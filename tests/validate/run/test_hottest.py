@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from compare import hottest
-from compare.hottest import Hottest
 from reduced1d.equations import anchor_series_resistance, paint
 from scenes.model import Material, Probe
 from scenes.result import Estimate, Result, Traces
@@ -59,7 +58,7 @@ def test_the_hottest_place_and_moment_of_each_material():
         at=lambda times: np.stack([np.repeat([350.0, 300 + 1000 * t * (1 - t)], 8) for t in times]),
     )  # fmt: skip
     reached = hottest.by_material(fields, np.linspace(0, 1, 41))
-    assert reached == {"a": Hottest(400.0), "b": Hottest(550.0, 0.5)}
+    assert reached == {"a": (400.0, None), "b": (550.0, 0.5)}
     hot = [Material(name, 1, 1, 1, valid_to=limit) for name, limit in (("a", 399.0), ("b", 551.0), ("c", 1.0))]
     (said,) = hottest.warnings(hot, reached)
     assert said.startswith("a reaches 400 K in the steady state, past the 399 K")

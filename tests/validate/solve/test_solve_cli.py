@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from compare.report.free import at
+from compare.course import at
 from scenes.free import from_dict
 from scenes.loading import builtin_text
 from scenes.loading import load_free as load
@@ -84,7 +84,8 @@ def test_where_errors_hold_after_jumps():
 
 def test_value_at_a_jump_is_the_later_one():
     traces = Traces(np.array([0.0, 1.0, 1.0, 2.0, 2.0]), {"a": np.array([0.0, 1.0, 5.0, 7.0, 9.0])}, {"a": 0.0})
-    assert at(traces, "a", np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0])).tolist() == [0, 0, 0.5, 5, 6, 9, 9]
+    times = np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
+    assert at(traces, "a", times)[0].tolist() == [0, 0, 0.5, 5, 6, 9, 9]
 
 
 def test_terminal_reads_at_80_columns(capsys):
