@@ -171,10 +171,23 @@ def interpolate(steps: Sequence[Step], times: np.ndarray) -> np.ndarray:
 def march(
     problem: Problem, v: np.ndarray, marks: Sequence[float], settled: float, end: float, steps: list[Step]
 ) -> np.ndarray:
-    """Integrate a state ``v`` (n,) from mark to mark (s), in as many halves as needed; ``steps`` takes the steps.
+    """Integrate from mark to mark (s), in as many halves as needed.
 
-    A change ``settled``, relative to the largest value, ends the sweeps. Raises ShortStepError where a step has to be
-    shorter than 1e-10 of the run up to its ``end`` (s).
+    Parameters
+    ----------
+    v : (n,) array
+        The state at the first mark.
+    settled : float
+        Change, relative to the largest value, that ends the sweeps.
+    end : float
+        End of the run (s).
+    steps : list
+        Takes the steps.
+
+    Raises
+    ------
+    ShortStepError
+        Where a step has to be shorter than 1e-10 of the run.
     """
     pairs = list(pairwise(marks))[::-1]
     while pairs:

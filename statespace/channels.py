@@ -22,8 +22,12 @@ UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2"
 
 @dataclass(frozen=True)
 class Channel:
-    """An input of a scene: the name of a boundary, box or source (``item``), and its ``kind``, as a key of the scene;
-    its ``value`` in the scene and at ``rest``; the size of the ``step`` by which it is tried alone."""
+    """An input of a scene.
+
+    item, kind : name of a boundary, box or source, and the kind of value, as a key of the scene
+    value, rest : its value in the scene, and at rest
+    step : the size of the step by which it is tried alone
+    """
 
     item: str
     kind: str

@@ -68,10 +68,26 @@ def held(
 
     with R(T) = R_0 (1 + a T), and R_seen that of the target rise, or 0 for a film without voltage. Newton's method
     follows the state as the lead grows from nothing to ``ground``; where the determinant of the Jacobian changes its
-    sign the state has met another one, and both end. The result is None where there is no such state.
+    sign the state has met another one, and both end.
 
-    Arrays are (2,) of (sink, sensor): ``per_power`` (2, 2) in K/W, ``unheated`` and ``target`` in K, R_0 and ``ground``
-    in ohm, a in 1/K, the ``choice`` of films that are held, and a ``guess`` of their currents without a lead (A).
+    Parameters
+    ----------
+    per_power : (2, 2) array
+        Rises per power, K/W.
+    unheated : (2,) array
+        Rises without power, K.
+    resistance, coefficient : (2,) array
+        R_0 in ohm and a in 1/K.
+    target, ground : float
+        The target rise (K), the resistance of the lead (ohm).
+    choice : (2,) array of bool
+        The films that are held.
+    guess : (2,) array
+        Their currents without a lead, A.
+
+    Returns
+    -------
+    (rise, current) or None where there is no such state.
     """
     warm, seen = resistance * coefficient, np.where(choice, resistance * (1 + coefficient * target), 0.0)
     jacobian, films = np.eye(4), np.arange(2)

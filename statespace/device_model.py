@@ -31,8 +31,12 @@ from statespace.document import described, in_kelvin
 
 @dataclass(frozen=True, eq=False)
 class Inlet:
-    """A given temperature of a model, per kelvin: ``external`` (m,), the steady rises; ``jump`` (n,), the change of the
-    modes by a step; in W/K ``flux`` (k,), the steady heat flows, and ``taken``, the heat that enters where it is given.
+    """A given temperature of a model, per kelvin.
+
+    external : (m,), the steady rises (K/K)
+    jump : (n,), the change of the modes by a step of the temperature
+    flux : (k,), the steady heat flows (W/K)
+    taken : the heat that enters where the temperature is given (W/K)
     """
 
     external: np.ndarray

@@ -73,11 +73,28 @@ def reduce(
     document: Callable[[int], dict[str, Any]], most: int, references: Mapping[str, Sequence[Reference]],
     accuracy: float, states: int | None, full: str,
 ) -> dict[str, Any]:  # fmt: skip
-    """Find the model of fewest states within an accuracy, the largest relative error, and return its document.
+    """Find the model of fewest states within an accuracy.
 
-    ``document`` makes that of the first n of the ``most`` states of the rich model, without errors; ``references`` are
-    runs of the ``full`` model (so called in messages); ``states`` are taken whatever the error, if not None. Where even
-    ``most`` states miss the accuracy, the fewest whose error is about as small are, with a sentence in "warnings".
+    Parameters
+    ----------
+    document : callable
+        The document of the model of the first n states, without errors.
+    most : int
+        Number of states of the rich model.
+    references : Mapping
+        Runs of the full model by name.
+    accuracy : float
+        Largest relative error.
+    states : int or None
+        A number of states to take whatever the error, or None.
+    full : str
+        Name of the full model in messages.
+
+    Returns
+    -------
+    dict
+        The document, with "error". Where even ``most`` states miss the accuracy, the fewest whose error is about as
+        small, with a sentence in "warnings".
     """
     known: dict[int, Errors] = {}
 
@@ -124,8 +141,21 @@ def fewest(most: int, error: Callable[[int], float], accuracy: float) -> int:
 
 
 def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return (n, n) the orthonormal directions of a state space in the order of their effect on the ``states`` (n, any)
-    of responses, in their norm, and on the outputs, its ``rows`` (outputs, n), each relative to its largest value."""
+    """Order the directions of a state space by their effect on the outputs.
+
+    Parameters
+    ----------
+    states : (n, any) array
+        Responses of the model, as states.
+    rows : (outputs, n) array
+        How the outputs follow the states.
+
+    Returns
+    -------
+    (n, n) array
+        Orthonormal directions in the order of their effect on the responses, in their norm, and on the outputs, each
+        relative to its largest value.
+    """
     size = np.abs(rows @ states).max(axis=1, initial=0.0)
     read = rows[size > 0] / size[size > 0, None]
     whole = float(np.linalg.norm(states, axis=0).max(initial=1e-300))
@@ -158,8 +188,22 @@ class Whole:
 def compact(
     whole: Whole, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """Make the document of a device's compact model of some ``states``; None for as many as the accuracy, the largest
-    relative error, takes. Raises NumericsError where the closed loop cannot be followed to its end."""
+    """Make the document of a device's compact model.
+
+    Parameters
+    ----------
+    whole : Whole
+        The model that is exported.
+    states : int or None
+        Number of states; None for as many as the accuracy takes.
+    accuracy : float
+        Largest relative error.
+
+    Raises
+    ------
+    NumericsError
+        Where the closed loop cannot be followed to its end.
+    """
     judge = _Judge(whole, max(1e-2 * accuracy, 1e-8))
     if whole.result.details.get("stopped"):
         raise NumericsError("the closed loop runs away, and no model of few states is held against that: no --export")

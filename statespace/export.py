@@ -269,8 +269,20 @@ def fmu_available() -> bool:
 
 
 def write(document: Mapping[str, Any], folder: Path) -> None:
-    """Write the files of a compact model's document, and of a device its controllers, into a folder; no FMU without
-    pythonfmu. Raises OSError where a file cannot be written."""
+    """Write the files of a compact model, and of a device its controllers; no FMU without pythonfmu.
+
+    Parameters
+    ----------
+    document : Mapping
+        The document of the model.
+    folder : Path
+        A folder, which is made where it does not exist.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written.
+    """
     document, scene = {**document, "names": names(document)}, document["scene"]
     each = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in document.items())
     texts = {

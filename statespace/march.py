@@ -147,13 +147,27 @@ def march(
     modal: Modal, nodes: int, device: Device, tolerance: float, meter: tuple[float, float] = (0.0, 0.0),
     start: Literal["cold", "settled"] = "cold", watched: int | None = None,
 ) -> March:  # fmt: skip
-    """Run the closed loop of a device by its model. Raises ArithmeticError where the iteration for the powers fails.
+    """Run the closed loop of a device.
 
-    nodes : unknown heats per response and interval in time
-    tolerance : change (K) that ends the iteration for the powers
-    meter : resolution in ohm of the measured resistances of (sink, sensor), 0 for an ideal meter
-    start : at room temperature without voltage, or in the steady state at the initial outer temperature
-    watched : the run also ends where the limiter holds the voltage of this film (0 sink, 1 sensor)
+    Parameters
+    ----------
+    modal : Modal
+        The model of the device.
+    nodes : int
+        Unknown heats per response and interval in time.
+    tolerance : float
+        Change (K) that ends the iteration for the powers.
+    meter : (float, float)
+        Resolution in ohm of the measured resistances of (sink, sensor), 0 for an ideal meter.
+    start : "cold" or "settled"
+        At room temperature without voltage, or in the steady state at the initial outer temperature.
+    watched : int, optional
+        The run also ends where the limiter holds the voltage of this film (0 sink, 1 sensor).
+
+    Raises
+    ------
+    ArithmeticError
+        Where the iteration for the powers fails.
     """
     control, table = Controllers(settings(device, modal.resistance, modal.coefficient)), timetable(device)
     at, m = _Places(modal, nodes, device.control.ground_resistance), modal.responses

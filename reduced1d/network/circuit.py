@@ -238,8 +238,19 @@ class _Builder:
 def assemble(
     layout: Layout, elements: Elements, inputs: int, electric: bool, sources: dict[str, int] | None = None
 ) -> Circuit:
-    """Assemble the circuit of the heat, in W and K, or of the current (``electric``), in A and V, of the lines that
-    conduct; ``inputs`` are how many there are, ``sources`` the input of each box with a heat source, by its name."""
+    """Assemble the circuit of the heat, in W and K, or of the current, in A and V, of the lines that conduct.
+
+    Parameters
+    ----------
+    layout, elements : Layout, Elements
+        The lines and their discretization.
+    inputs : int
+        Number of inputs.
+    electric : bool
+        Whether it is the circuit of the current.
+    sources : dict, optional
+        Input of each box with a heat source by the name of the box.
+    """
     builder = _Builder(layout, elements, inputs, electric)
     used = [line.conducts or not electric for line in layout.lines]
     for i in np.flatnonzero(used).tolist():

@@ -31,9 +31,21 @@ EVERYWHERE: tuple[Point, Point] = (-np.inf, -np.inf, -np.inf), (np.inf, np.inf, 
 def read(
     model: Model, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray, times: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Read every probe of a model's scene, (times,) each: rises, potentials, flows, currents, powers and resistances.
+    """Read every probe of a model's scene.
 
-    Arguments are rises (K) and potentials (V) as (n, times), inputs x as (inputs, times), and times (s).
+    Parameters
+    ----------
+    model : Model
+    rises, potentials : (n, times) array
+        In K and V.
+    x : (inputs, times) array
+    times : (times,) array
+        In s.
+
+    Returns
+    -------
+    dict
+        (times,) of each probe: rises, potentials, flows, currents, powers and resistances.
     """
     values, probes = dict[str, np.ndarray](), model.layout.scene.probes
     for electric, u in ((False, rises), (True, potentials)):

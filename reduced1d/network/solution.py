@@ -113,14 +113,28 @@ INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
 def solve(
     scene: AnyScene | Layout, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True
 ) -> Result:
-    """Solve a scene of boxes, or its layout, by the network of its lines.
+    """Solve a scene of boxes by the network of its lines.
 
-    The probes are read in the steady state, at the last values of the inputs, or at ascending ``times`` (s) from the
-    initial temperature on; ``steady_too`` in both. Keys of the result are the names of the probes, each value with an
-    error bound of the discretization; a scene over time that has no steady state has none there.
+    Parameters
+    ----------
+    scene : AnyScene
+    times : (n,) array, optional
+        Ascending times (s), not negative, at which the probes are read, from the initial temperature on.
+    steady_too : bool
+        Whether the steady state, at the last values of the inputs, is solved beside ``times``.
 
-    Raises SceneError for a scene on a mesh file or one that lines cannot have, RunawayError where the heating runs
-    away, and NumericsError.
+    Returns
+    -------
+    Result
+        Keys are the names of the probes, temperatures in K, potentials in V, flows in W, currents in A, each with an
+        error bound of the discretization. A scene over time that has no steady state has none in its result.
+
+    Raises
+    ------
+    SceneError
+        For a scene on a mesh file or one that lines cannot have.
+    RunawayError, NumericsError
+        Where the heating runs away, or the numerics fail.
     """
     shape = scene if isinstance(scene, Layout) else layout(scene)
     estimates: dict[str, Estimate] = {}
