@@ -22,15 +22,16 @@ T = TypeVar("T")
 class Analysis(ABC, Generic[T]):
     """An optional study of a run, such as the sensitivities.
 
-    If an option requests it, the pipeline calls ``prepare`` before the models and, where ``skip_reason`` is empty,
-    ``run`` after them, in the order of `compare.analyses.ANALYSES`. Reports then use section, document and figure.
+    If an option requests the analysis, the pipeline calls ``prepare`` before the models are solved, and ``run``
+    afterwards unless there is a ``skip_reason``, in the order of `compare.analyses.ANALYSES`. ``prepare`` may replace
+    the scene, as calibration does. Reports then use ``sentence``, ``section``, ``document`` and ``figure``.
 
     Attributes
     ----------
     name : its option (with underscores), its key in `Outcome.analyses` and in summary.json
     about : its line in the plan
     figure_name : the file name of its figure, empty without one
-    leads : whether its sentence stands before the answer
+    leads : whether its sentence stands before the sentence of the kind in the answer
     """
 
     name: ClassVar[str]
@@ -38,7 +39,7 @@ class Analysis(ABC, Generic[T]):
     figure_name: ClassVar[str] = ""
 
     def asked(self, options: Options) -> bool:
-        """Whether the options ask for it."""
+        """Whether the options request the analysis."""
         return bool(getattr(options, self.name))
 
     def skip_reason(self, scene: Solvable, options: Options) -> str:
@@ -46,7 +47,7 @@ class Analysis(ABC, Generic[T]):
         return ""
 
     def plan(self, scene: Solvable, options: Options) -> Step:
-        """Its line of the plan."""
+        """Return the line of the analysis in the plan."""
         return step(self.name, self.about, self.skip_reason(scene, options))
 
     def prepare(self, outcome: AnyOutcome, progress: Progress) -> None:
@@ -57,23 +58,23 @@ class Analysis(ABC, Generic[T]):
         """Compute the result; may add checks and warnings to the outcome. None: there is no result."""
 
     def sentence(self, found: T, outcome: AnyOutcome) -> str:
-        """Its sentence in the answer; the answer's own stands first unless `leads`."""
+        """Return a sentence for the answer, where the kind has one; see `leads`."""
         return ""
 
     leads: ClassVar[bool] = False
 
     @abstractmethod
     def section(self, found: T, outcome: AnyOutcome, style: Style) -> Section:
-        """Its section of the report."""
+        """Return the section of the report."""
 
     @abstractmethod
     def document(self, found: T, outcome: AnyOutcome) -> dict[str, object]:
-        """Its entry of summary.json."""
+        """Return the entry of summary.json."""
 
     def enter(self, summary: dict[str, object], found: T, outcome: AnyOutcome) -> None:
-        """Put its entry into summary.json."""
+        """Put the entry into summary.json, under ``name``."""
         summary[self.name] = self.document(found, outcome)
 
     def figure(self, found: T, outcome: AnyOutcome) -> Figure | None:
-        """Draw its figure with matplotlib; built-in figures are in `validate.report.figures`."""
+        """Draw a figure with matplotlib; those of the built-in analyses are in `validate.report.figures`."""
         return None

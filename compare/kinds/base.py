@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
+from scenes.errors import SceneError
 from scenes.result import Step, skipped_together, step
 
 if TYPE_CHECKING:
@@ -43,14 +44,16 @@ class Report(Protocol[S_contra]):
 class Kind(ABC, Generic[S]):
     """A kind of scene: how to load, solve, compare and report its scenes. Instances have no state.
 
-    `compare.pipeline.solve` calls ``refuse``, ``solve`` (3D and 1D results by model), ``checks`` and ``answer`` in this
-    order; the report calls the others. Abstract methods must be overridden, the rest have defaults.
+    The kinds are the sink, the device and free scenes. `compare.pipeline.solve` calls ``refuse``, ``solve`` (3D and 1D
+    results by model), ``checks`` and ``answer`` in this order. The plan takes ``steps`` and ``outputs``, the analyses
+    take ``quantities``, ``slopes`` and ``compact``, the commands ``load``, the pages ``report``. Abstract methods must
+    be overridden, the others have defaults.
 
     Attributes
     ----------
     name : as the scenes' ``kind``
     call : the function of the Python interface
-    builtin : the scene that is solved where none is named; empty: one must be
+    builtin : the scene that is solved where none is named; where it is empty, a scene must be named
     shown : quantities that a terminal and a figure have room for; empty: the first ones
     explains : whether checks that agree have a reason too
     free_times : whether a user's own model may be solved at other times than 3D
@@ -73,7 +76,7 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def quantities(self, scene: S) -> dict[str, tuple[str, str]]:
-        """By name of a steady quantity its word and unit."""
+        """Return the label and the unit of each steady quantity, by its name."""
 
     def refuse(self, scene: S, options: Options) -> None:
         """Raise SceneError for options that this scene cannot have."""
@@ -83,7 +86,7 @@ class Kind(ABC, Generic[S]):
         return scene
 
     def declared(self, scene: S, options: Options) -> S:
-        """The scene without expected verdicts where the run is not of the model that they are declared for."""
+        """Return the scene, without its expected verdicts where the run uses another model than they are declared for."""
         return scene
 
     @abstractmethod
@@ -132,8 +135,10 @@ class Kind(ABC, Generic[S]):
         return tuple(name for name in self.needs(scene, options) if name not in skipped)
 
     def definitions(self) -> Definitions[Outcome[S]]:
-        """Return the checks of such scenes; a kind without overrides ``comparisons``."""
-        raise NotImplementedError
+        """Return the checks of such scenes; none by default, for a kind with its own ``comparisons``."""
+        from compare.verdict import Definitions
+
+        return Definitions()
 
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks."""
@@ -219,7 +224,7 @@ class Kind(ABC, Generic[S]):
 
     def exported(self, scene: S, options: Options) -> AnyScene:
         """Return the scene of boxes that a compact model is made of. Raises SceneError where there is none."""
-        raise NotImplementedError
+        raise SceneError(f"{scene.name} is not made of boxes, as a compact model needs")
 
     def exportable(self, scene: S, options: Options) -> None:
         """Raise SceneError for a scene that has no compact model."""

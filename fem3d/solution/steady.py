@@ -1,16 +1,19 @@
 """The coupled steady state of temperature and current, by Newton's method and continuation in the drive.
 
-With u the rise, phi the potential at the whole drive and mu the square of the fraction of the drive (for heat alone
-the fraction), the discrete equations are
+With u the rise and phi the potential at the whole drive, the discrete equations are
 
     A(u) = f + mu q(u, phi),    E(u) phi = 0,    q = int sigma(u) |grad phi|^2 v,
 
 A being the heat flow by conduction and through faces, f the heat sources and E the conductor between its electrodes.
+The drive is scaled by sqrt(mu), so that the Joule heat is scaled by mu. Without a current mu scales f and the given
+temperatures instead, A(u) = mu f.
+
 The unknowns are one vector x: the rises at the free nodes, the unknown potentials, and mu. A Newton step solves the
 exact linearization by GMRES, preconditioned with the Cholesky factors of both diagonal blocks. It starts at a state of
-another mesh or at the answer to the cold Joule heat. Where its steps do not shrink fast, the path of states from mu = 0
-is followed by pseudo-arclength continuation along secants (Keller, 1977), which passes folds: the state is the first
-one on the path at mu = 1. Where the path ends before, the heating runs away, and the largest mu on it is the limit.
+another mesh, or at the state without drive with mu = 1. Where its steps do not shrink fast, the path of states from
+mu = 0 is followed by pseudo-arclength continuation along secants (Keller, 1977), which passes folds: the state is the
+first one on the path at mu = 1. Where the path turns back before, no state exists beyond the largest mu on it, and the
+heating runs away. It may also end at `HOTTEST`, at a vanishing resistivity or without convergence; the error says so.
 """
 
 from __future__ import annotations
@@ -89,8 +92,10 @@ def solve_steady(
     heat : matrices and loads of the heat equation on one mesh, linear or with nonlinear laws. A problem linearized
         near the state keeps its linearization and its quadrature of laws.
     conductor : the current equation on the same mesh with its voltages, or None for heat alone
-    drive : voltage (V) or current (A) that messages name as the drive; the inputs of the problem set the actual one
-    accuracy : relative accuracy of the solution; iteration and quadrature leave a small part as error
+    drive : voltage (V) or current (A) of the whole drive, in messages and in `RunawayError.limit`; the inputs of the
+        problem set the actual one
+    accuracy : relative accuracy of the rises. Iteration and quadrature leave a small part of it as error, or the part
+        that `SteadyState.unsettled` says.
     start : (all nodes,), rise (K) near the solution, such as the state of another mesh in the nodes of this one.
         Newton's method begins there; where it does not converge, the search begins anew without a start.
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
@@ -99,8 +104,8 @@ def solve_steady(
     the Joule heat (W) and the currents (A).
 
     Raises RunawayError where no steady state exists with a rise below `HOTTEST` (1e5 K), BeyondLawError where the
-    resistivity is not positive on the way (a finer mesh may help), and NumericsError where the scene has no steady
-    state or the iteration does not converge.
+    resistivity is not positive on the way (a finer mesh may help), and NumericsError where conditions vary in time,
+    heat has no exit, or the iteration does not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
