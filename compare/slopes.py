@@ -165,14 +165,16 @@ def _of_sink(
         return Slopes(sizes, relative)
     # A temperature is the room's and a rise; where the room is the key, both move.
     room, at, traces = sink.room_temperature, result.traces.time, dict[str, dict[str, np.ndarray]]()
-    late = np.log(np.maximum(at, times[0]))
+    # At t = 0 the rise is zero, whatever its slope.
+    later = times > 0
+    late = np.log(np.maximum(at, times[later][0]))
     for key, by_name in course.items():
         moves = (neighbour(sink, key, STEP).room_temperature - room) / STEP
         traces[key] = {}
         for name, slope in by_name.items():
             thermal = name.endswith("_K")
             rises = result.traces.values[name] - room * thermal
-            traces[key][name] = rises * np.interp(late, np.log(times), slope) + moves * thermal
+            traces[key][name] = rises * np.interp(late, np.log(times[later]), slope[later]) + moves * thermal
     return Slopes(sizes, relative, times=at, traces=traces, table=_table(times, course, model))
 
 
