@@ -86,7 +86,7 @@ class Kind(ABC, Generic[S]):
         return scene
 
     def declared(self, scene: S, options: Options) -> S:
-        """Return the scene, without its expected verdicts where the run uses another model than they are declared for."""
+        """Return the scene, without expected verdicts where the run uses another model than they are for."""
         return scene
 
     @abstractmethod
