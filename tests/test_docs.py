@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +166,15 @@ def test_commands_of_a_page_run_in_one_folder(page, tmp_path, monkeypatch, capsy
         assert (status, complaints) == (0, []), f"{command}: {output.err}"
         if target:
             Path(target).write_text(output.out, encoding="utf-8")
+
+
+def test_scene_snippets_of_pages_are_toml():
+    blocks = [
+        b for page in PRINTING for b in re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    ]
+    assert len(blocks) > 5
+    for block in blocks:
+        assert tomllib.loads(block)
 
 
 # The commands by which a page's Python blocks find their files, in the folder that follows.
