@@ -42,11 +42,12 @@ class Report(Protocol[S_contra]):
 
 
 class Kind(ABC, Generic[S]):
-    """A kind of scene: how to load, solve, compare and report its scenes. Instances have no state.
+    """A kind of scene: how to solve, compare and report its scenes. Instances have no state.
 
-    The kinds are the sink, the device and free scenes. `compare.pipeline.solve` calls ``refuse``, ``solve`` (3D and 1D
-    results by model), ``checks`` and ``answer`` in this order. The plan takes ``steps`` and ``outputs``, the analyses
-    take ``quantities``, ``slopes`` and ``compact``, the commands ``load``, the pages ``report``. Abstract methods must
+    The kinds are the sink, the device and free scenes. `compare.pipeline.solve` calls ``refuse``, ``declared``,
+    ``open_model``, ``solve`` (3D and 1D results by model), ``ask`` (the user's own model), ``checks``, ``alarms``,
+    ``warnings``, and after the analyses ``answer``. The plan takes ``steps`` and ``outputs``, the analyses take
+    ``quantities``, ``comparisons``, ``slopes``, ``nearby`` and ``compact``, the pages ``report``. Abstract methods must
     be overridden, the others have defaults.
 
     Attributes

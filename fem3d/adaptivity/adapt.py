@@ -71,8 +71,9 @@ def adapt(
     Each steady level solves a(u, v) = l(v) for v in nested spaces of degrees p and p - 1, and for each quantity J the
     dual problem a(v, z) = J(v), linearized about u(p). The residual r = l - a(u(p-1), .) and the dual weights z_i give
     the contributions z_i r_i of degree p. A linear solution of degree p - 2, where that space exists, gives those of
-    degree p - 1 and so the rate. `Estimator.indicators` extrapolates them to all higher degrees; their sum estimates
-    the error of J. `goal_errors.examined` adds the errors of iteration, extremes and heat balance. The next mesh has
+    degree p - 1 and so the rate. `Estimator.indicators` extrapolates them to all higher degrees; their sum,
+    at least the last change of J, estimates the error of J. `goal_errors.examined` adds the errors that come by way of
+    other goals, of iteration, extremes and heat balance. The next mesh has
     higher degrees or smaller intervals where the indicators, relative to the scale of J, are largest; cells are halved.
     The transient is solved once the steady state is accurate.
 
@@ -80,19 +81,19 @@ def adapt(
     ----------
     study : scene, quantities with their scales, accuracy and times (s)
     with_transient, with_steady : solve the transient, the steady state, or both
-    progress : called with one line of text per level
+    progress : called with lines of text: for each level, each transient, and each mesh for the field
     mesh : first mesh; by default a grid of bricks
 
-    Returns the last level, with a tolerance of the field the best of a few more. Its errors exceed the accuracy where
-    the mesh is at its limit of memory or unknowns (`Mesh.refine` returns None); `Mesh.warnings` says so.
-    Raises RunawayError if no steady state exists, RunawayInTimeError if the transient runs away, BeyondLawError if
-    states stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError if refinement
-    no longer reduces the errors, a singular edge puts the accuracy out of reach, or `MOST_LEVELS` are used up.
+    Returns the last level; for a steady run with a tolerance of the field, the best of a few more. Its errors exceed
+    the accuracy where the mesh is at its limit of memory or unknowns (`Mesh.refine` returns None); `Mesh.warnings` says
+    so. Raises RunawayError if no steady state exists, RunawayInTimeError if the transient runs away, BeyondLawError if
+    states stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError if refinement no
+    longer reduces the errors, a singular edge puts the accuracy out of reach, or `MOST_LEVELS` are used up.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     mesh = mesh.begin()
-    for number in range(1, MOST_LEVELS):
+    for number in range(1, MOST_LEVELS + 1):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":
             assert verdict.answer is not None

@@ -13,7 +13,7 @@ which it is of a degree above 1: one for an edge function, two for a face, three
 energy integrals over each cell (`nested.heat`). The absolute values are added to the contribution d_p of each interval
 or cell; the next pair of spaces gives d_(p-1).
 
-If the error after degree q is C q^-a, then d_q = (q-1)^-a - q^-a, and the error after degree p is
+If the error after degree q is C q^-a, then d_q = C ((q-1)^-a - q^-a), and the error after degree p is
 d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory limits. Beside an edge of exponent s the
 error is (p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986). Away from edges, contributions fall at most by rho^-2
 per degree; rho is the sum of the half axes, over the half length, of the ellipse around the interval that passes
@@ -108,7 +108,8 @@ class Estimator:
     """Extrapolate dual-weighted residuals in the polynomial degree, to bound the error of a goal.
 
     The dual weights z and the residual r of degree p - 1 give the contribution d_p = sum |z_i r_i| of degree p to the
-    goal, on each interval of each axis of a grid or on each mesh cell; d_(p-1) likewise. An error q^-a after degree q
+    goal, on each interval of each axis of a grid; on a mesh it is the absolute energy integral over each cell, split
+    among three axes; d_(p-1) likewise. An error q^-a after degree q
     has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) / ((p-2)^-a - (p-1)^-a), which gives the rate a.
 
     Attributes
@@ -196,7 +197,7 @@ class Estimator:
     @staticmethod
     def bound(indicators: Spread) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
-        ``indicators`` over the intervals of all axes, or over cells. Both are relative to the goal's scale."""
+        ``indicators`` over all axes and their intervals or cells. Both are relative to the goal's scale."""
         return total(indicators)
 
     @property

@@ -12,8 +12,9 @@ The unknowns are one vector x: the rises at the free nodes, the unknown potentia
 exact linearization by GMRES, preconditioned with the Cholesky factors of both diagonal blocks. It starts at a state of
 another mesh, or at the state without drive with mu = 1. Where its steps do not shrink fast, the path of states from
 mu = 0 is followed by pseudo-arclength continuation along secants (Keller, 1977), which passes folds: the state is the
-first one on the path at mu = 1. Where the path turns back before, no state exists beyond the largest mu on it, and the
-heating runs away. It may also end at `HOTTEST`, at a vanishing resistivity or without convergence; the error says so.
+first one on the path at mu = 1; from a state of another mesh it is the nearest one. Where the path turns back before,
+no state exists beyond the largest mu on it, and the heating runs away. It may also end at `HOTTEST`, at a vanishing
+resistivity or without convergence; the error says so.
 """
 
 from __future__ import annotations
@@ -94,8 +95,8 @@ def solve_steady(
     conductor : the current equation on the same mesh with its voltages, or None for heat alone
     drive : voltage (V) or current (A) of the whole drive, in messages and in `RunawayError.limit`; the inputs of the
         problem set the actual one
-    accuracy : relative accuracy of the rises. Iteration and quadrature leave a small part of it as error, or the part
-        that `SteadyState.unsettled` says.
+    accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
+        `SteadyState.unsettled` is the relative error that they leave.
     start : (all nodes,), rise (K) near the solution, such as the state of another mesh in the nodes of this one.
         Newton's method begins there; where it does not converge, the search begins anew without a start.
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
@@ -103,9 +104,10 @@ def solve_steady(
     Returns a `SteadyState`: ``rise`` (all nodes,) above the initial temperature (K), ``potential`` (functions,) (V),
     the Joule heat (W) and the currents (A).
 
-    Raises RunawayError where no steady state exists with a rise below `HOTTEST` (1e5 K), BeyondLawError where the
-    resistivity is not positive on the way (a finer mesh may help), and NumericsError where conditions vary in time,
-    heat has no exit, or the iteration does not converge.
+    Raises RunawayError where the path of states ends below the whole drive: at a fold, beyond `HOTTEST` (1e5 K), or
+    where it goes no further, which need not be a runaway (the message says which). Raises BeyondLawError where it ends
+    at a resistivity that is not positive, unless a voltage drives a falling one (a finer mesh may help), and
+    NumericsError where conditions vary in time, heat has no exit, or the iteration does not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")

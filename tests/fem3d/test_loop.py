@@ -121,7 +121,7 @@ def test_no_mesh_is_left():
         solved([None])
     # An error that falls by a twentieth from level to level, too slowly to end.
     with pytest.raises(NumericsError, match=r"isn't reached in this scene$"):
-        solved([0.5 * 0.95**n for n in range(MOST_LEVELS)])
+        solved([0.5 * 0.95**n for n in range(MOST_LEVELS + 1)])
 
 
 def test_an_error_that_does_not_fall_is_named():
