@@ -24,7 +24,7 @@ class Analysis(ABC, Generic[T]):
 
     If an option requests the analysis, the pipeline calls ``prepare`` before the models are solved, and ``run``
     afterwards unless there is a ``skip_reason``, in the order of `compare.analyses.ANALYSES`. ``prepare`` may replace
-    the scene, as calibration does. Reports then use ``sentence``, ``section``, ``document`` and ``figure``.
+    the scene, as calibration does. The answer takes ``sentence``, reports ``section``, ``document`` and ``figure``.
 
     Attributes
     ----------

@@ -75,13 +75,13 @@ def adapt(
     at least the last change of J, estimates the error of J. `goal_errors.examined` adds the errors that come by way of
     other goals, of iteration, extremes and heat balance. The next mesh has
     higher degrees or smaller intervals where the indicators, relative to the scale of J, are largest; cells are halved.
-    The transient is solved once the steady state is accurate.
+    The transient is solved once the steady state, if there is one, is accurate.
 
     Parameters
     ----------
     study : scene, quantities with their scales, accuracy and times (s)
     with_transient, with_steady : solve the transient, the steady state, or both
-    progress : called with lines of text: for each level, each transient, and each mesh for the field
+    progress : called with lines of text, for levels, transients after a steady state, and meshes for the field
     mesh : first mesh; by default a grid of bricks
 
     Returns the last level; for a steady run with a tolerance of the field, the best of a few more. Its errors exceed

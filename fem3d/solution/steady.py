@@ -106,7 +106,7 @@ def solve_steady(
 
     Raises RunawayError where the path of states ends below the whole drive: at a fold, beyond `HOTTEST` (1e5 K), or
     where it goes no further, which need not be a runaway (the message says which). Raises BeyondLawError where it ends
-    at a resistivity that is not positive, unless a voltage drives a falling one (a finer mesh may help), and
+    at a resistivity that is not positive, unless a voltage drives a falling one, or a finer quadrature meets one, and
     NumericsError where conditions vary in time, heat has no exit, or the iteration does not converge.
     """
     if heat.inputs.schedules:
