@@ -4,9 +4,7 @@ With y the 3D course and m the model's, a y((t - shift)/stretch) is fitted to m 
 alone, then with a stretch or a shift as well, whichever is nearer. A stretch c < 1 is a time constant that is short by
 1 - c.
 
-Means of noisy data over windows of a trace, and their uncertainties.
-
-Of n independent noisy distances the largest is near u sqrt(2 ln n) by chance. A trace is therefore cut into a few
+Of n independent noisy distances the largest is near u sqrt(2 ln n) by chance. A noisy trace is therefore cut into a few
 windows, and the mean over each is stated. The part of u that scatters from row to row falls with the root of the number
 of rows; the part that all rows share, such as an offset of a thermometer, does not fall. The scatter is estimated from
 second differences of the data at distances of 1, 2, 4 ... rows (von Neumann, Ann. Math. Stat. 12, 1941); the remainder

@@ -5,7 +5,7 @@ Towards these, intervals shrink geometrically; where an edge in the plane is sin
 the degree rises. Both together converge exponentially (Babuska and Guo, The h-p version of the finite element method,
 Computational Mechanics 1, 1986). The three axes are treated alike.
 
-Layers towards faces whose temperature jumps: heat has gone no further than sqrt(D t) from them at a time t.
+A face whose temperature jumps gets layers: heat has gone no further than sqrt(D t) from it at a time t.
 """
 
 from __future__ import annotations

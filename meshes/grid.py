@@ -1,6 +1,7 @@
-"""A grid of bricks: breakpoints and polynomial degrees along three axes, and which box owns each cell.
+"""A grid of bricks with the box that owns each cell; and the connected parts of a scene of boxes.
 
-Connected parts of a scene of boxes on its coarsest grid, whose breakpoints are the planes of the scene.
+A grid has breakpoints and polynomial degrees along three axes. The breakpoints of the coarsest grid are the planes of
+the scene; connected parts are found on it.
 """
 
 from __future__ import annotations

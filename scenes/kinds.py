@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
@@ -31,19 +32,19 @@ class Part(NamedTuple):
     times: Callable[[float], Any]
 
 
-class Kind:
+class Kind(ABC):
     """A kind of value; ``word`` stands for ``None`` in a file, where ``None`` is allowed."""
 
     word: str | None = None
 
     @property
+    @abstractmethod
     def form(self) -> str:
         """The values that a file may give, in words."""
-        raise NotImplementedError
 
+    @abstractmethod
     def read(self, path: str, given: object) -> Any:
         """Return the value; raises SceneError."""
-        raise NotImplementedError
 
     def write(self, value: Any) -> Any:
         """Return the value as a file has it."""

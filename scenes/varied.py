@@ -215,10 +215,8 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
 
     schema, folder = free.schema_of_scene(scene), getattr(scene, "folder", "")
     given = {name: table for name, table in free.as_dict(scene).items() if name != SECTION}
-    values, build = (
-        schema.read(schema.flatten(given)),
-        document.of_boxes if scene.parts == "boxes" else document.on_mesh,
-    )
+    values = schema.read(schema.flatten(given))
+    build = document.of_boxes if scene.parts == "boxes" else document.on_mesh
 
     def changed(table: str, number: int, key: str, value: Any) -> AnyScene:
         """The scene, unchecked, with another value for a key of an item."""

@@ -1,9 +1,7 @@
-"""Match the columns of a file to quantities and keys of the scene: by `--column`, or by their names and units.
+"""Match the columns of a file to quantities and keys of the scene, and pick one run of the file.
 
-Pick one run of a file: its times, its columns and its rows.
-
-A sweep has its runs below one another with a column for each parameter. Parameters that stand for keys of the scene
-decide on the run.
+Columns are matched by `--column`, or by their names and units. A run has times, columns and rows. A sweep has its runs
+below one another with a column for each parameter. Parameters that stand for keys of the scene decide on the run.
 """
 
 from __future__ import annotations

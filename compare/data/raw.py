@@ -1,13 +1,11 @@
-"""Raw files of ngspice and LTspice, as text or binary.
+"""Raw files of ngspice and LTspice, as text or binary, and the exports of COMSOL.
 
 The header of a raw file is "name: value" lines, then "Variables:" with number, name and type of each, then "Values:" or
 "Binary:" with the numbers point by point (Berkeley spice3). LTspice writes its header in UTF-16, values other than the
 time as single precision, and marks times of interpolated points with a minus sign.
 
-COMSOL's exports: data by points, sections below one another, and parameters behind an "@" in the headers.
-
-A data export has a row for each point and a column for each expression and time, "T (K) @ t=1E-3, V0=0.5". The
-sectionwise and grid formats have the same columns below one another, each under its header.
+A data export of COMSOL has a row for each point and a column for each expression and time, "T (K) @ t=1E-3, V0=0.5".
+The sectionwise and grid formats have the same columns below one another, each under its header.
 """
 
 from __future__ import annotations

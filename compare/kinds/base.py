@@ -200,7 +200,7 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def figures(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
-        """By name of a figure what it shows, then what it needs of a run."""
+        """Return the content of each figure and its needs of a run, by its name."""
 
     def drawn(self, scene: S, options: Options) -> list[str]:
         """Return the names of the figures that a run draws."""
@@ -213,11 +213,8 @@ class Kind(ABC, Generic[S]):
 
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
-        skipped, figures, absent = (
-            self._not_drawn(scene, options),
-            self.figures(scene, options),
-            self.absent(scene, options),
-        )
+        skipped, figures = self._not_drawn(scene, options), self.figures(scene, options)
+        absent = self.absent(scene, options)
         lines = [step(name, shows) for name, (shows, *_) in figures.items() if name not in skipped]
         lines += [*skipped_together("figures", skipped), step("traces.csv", self.traces, absent.get("traces", ""))]
         no_fields = absent.get("fields") or absent.get(self.field, "")

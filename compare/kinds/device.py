@@ -91,10 +91,8 @@ class DeviceKind(Kind[Device]):
 
     def runs_for(self, scene: Device, options: Options, *figures: str) -> bool:
         """Whether the runs behind any of these figures are needed, for the figure or its checks."""
-        drawn, needs = (
-            options.figures and not self.absent(scene, options).keys() >= set(figures),
-            self.needs(scene, options),
-        )
+        drawn = options.figures and not self.absent(scene, options).keys() >= set(figures)
+        needs = self.needs(scene, options)
         return drawn or any(not set(figures).isdisjoint(needs[name]) for name in self.made(scene, options))
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:

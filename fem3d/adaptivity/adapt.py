@@ -71,11 +71,11 @@ def adapt(
     Each steady level solves a(u, v) = l(v) for v in nested spaces of degrees p and p - 1, and for each quantity J the
     dual problem a(v, z) = J(v), linearized about u(p). The residual r = l - a(u(p-1), .) and the dual weights z_i give
     the contributions z_i r_i of degree p. A linear solution of degree p - 2, where that space exists, gives those of
-    degree p - 1 and so the rate. `Estimator.indicators` extrapolates them to all higher degrees; their sum,
-    at least the last change of J, estimates the error of J. `goal_errors.examined` adds the errors that come by way of
-    other goals, of iteration, extremes and heat balance. The next mesh has
-    higher degrees or smaller intervals where the indicators, relative to the scale of J, are largest; cells are halved.
-    The transient is solved once the steady state, if there is one, is accurate.
+    degree p - 1 and so the rate. `Estimator.indicators` extrapolates them to all higher degrees; their sum, at least
+    the last change of J, estimates the error of J. `goal_errors.examined` adds the errors that come by way of other
+    goals, of iteration, extremes and heat balance. The next mesh has higher degrees or smaller intervals where the
+    indicators, relative to the scale of J, are largest; cells are halved. The transient is solved once the steady
+    state, if there is one, is accurate.
 
     Parameters
     ----------

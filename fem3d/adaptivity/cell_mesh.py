@@ -6,9 +6,9 @@ rate measured in each cell, limited by the exponents of the singular edges that 
 
 `corrected` then scales the bounds by the effectivity that earlier meshes show. On cells of any shape an error bound
 adds absolute contributions and allows for slow rates: it holds, and is often ten times the error. The next mesh shows
-by how much. Let errors be the same fraction i of their estimates E on both
-meshes (the inverse of the effectivity index of Ainsworth and Oden, A Posteriori Error Estimation in Finite Element
-Analysis, Wiley 2000): then a reading moves from one mesh to the other by i times the difference of the estimates.
+by how much. Let errors be the same fraction i of their estimates E on both meshes (the inverse of the effectivity index
+of Ainsworth and Oden, A Posteriori Error Estimation in Finite Element Analysis, Wiley 2000): then a reading moves from
+one mesh to the other by i times the difference of the estimates.
 """
 
 from __future__ import annotations

@@ -109,8 +109,8 @@ class Estimator:
 
     The dual weights z and the residual r of degree p - 1 give the contribution d_p = sum |z_i r_i| of degree p to the
     goal, on each interval of each axis of a grid; on a mesh it is the absolute energy integral over each cell, split
-    among three axes; d_(p-1) likewise. An error q^-a after degree q
-    has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) / ((p-2)^-a - (p-1)^-a), which gives the rate a.
+    among three axes; d_(p-1) likewise. An error q^-a after degree q has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) /
+    ((p-2)^-a - (p-1)^-a), which gives the rate a.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Crossing, Paths, Terminal, across, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
-from scenes.model import Material
+from scenes.model import ROUNDING, Material
 
 AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
 
@@ -158,9 +158,6 @@ def _resistivity(
     return lambda rise: cold + warm * rise
 
 
-SAME = 1e-9  # relative: smaller parts of fields and distances of faces are rounding
-
-
 def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Pattern]:
     """The current fields of some potentials, without sources and orthogonal to earlier fields in the
     cold resistance, scaled to the first; fields whose independent part is relatively smaller than ``least`` are left
@@ -175,7 +172,7 @@ def independent(conductor: Conductor, potentials: Sequence[Potential], least: fl
             new = new.plus(-share, pattern, 1.0)
         new = closed(conductor, new)
         remaining = product(new.density, new.density)
-        if remaining > max(SAME, least) ** 2 * whole:
+        if remaining > max(ROUNDING, least) ** 2 * whole:
             size = product(patterns[0].density, patterns[0].density) if patterns else remaining
             patterns.append(new.plus(0.0, new, np.sqrt(size / remaining)))
     return patterns

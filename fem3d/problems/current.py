@@ -22,7 +22,7 @@ from scenes.errors import NumericsError
 
 # Relative error of a potential in the energy norm, unless a looser bound is given.
 SOLVED = 1e-12
-MOST_STEPS = 2000  # of conjugate gradients: the bound for a resistivity that changes by a factor of 1e4, to 1e-12
+MOST_CONJUGATE = 2000  # of conjugate gradients: the bound for a resistivity that changes by a factor of 1e4, to 1e-12
 # Factor on the condition number above which a preconditioner is made anew: steps grow with its root, and a
 # factorization takes as long as some 10 steps.
 WORSE = 10.0
@@ -334,7 +334,7 @@ class Conductor:
         driven = self.on.gradient(start)
         energy = float((self.on.weights * (driven**2).sum(axis=0) / resistivity).sum())
         enough = self.solved**2 * max(energy, size)
-        for _ in range(MOST_STEPS):
+        for _ in range(MOST_CONJUGATE):
             if size <= enough:
                 return change
             image = self.entering(self.expanded(direction), resistivity)
@@ -345,7 +345,7 @@ class Conductor:
             before, size = size, float(residual @ nearly)
             direction = nearly + size / before * direction
         raise NumericsError(
-            f"the potential is not found: {MOST_STEPS} steps of conjugate gradients leave a relative residual of "
+            f"the potential is not found: {MOST_CONJUGATE} steps of conjugate gradients leave a relative residual of "
             f"{np.sqrt(size / max(energy, 1e-300)):.1g}, as the resistivity varies too much with the temperature"
         )
 

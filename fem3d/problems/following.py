@@ -218,7 +218,7 @@ def terms(domain: Domain) -> tuple[Term, ...]:
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()
 
 
-MOST_STEPS = 100  # of GMRES, without restarts
+MOST_GMRES = 100  # of GMRES, without restarts
 SOLVED = 1e-6  # relative residual of a dual solution
 
 
@@ -252,7 +252,7 @@ class Rest:
         """(k, n): the solutions of (K + R) d = load for loads (k, n) and the ``inverse`` of K, to a relative residual
         of ``solved``. Raises NumericsError where that isn't reached."""
         solutions = [
-            solve_by_gmres(lambda v: v + inverse(self(v)), right, solved, MOST_STEPS)[0] if right.any() else right
+            solve_by_gmres(lambda v: v + inverse(self(v)), right, solved, MOST_GMRES)[0] if right.any() else right
             for right in inverse(loads)
         ]
         if any(solution is None for solution in solutions):

@@ -3,9 +3,9 @@
 The unknown is the rise above the scene's initial temperature. Its degrees of freedom, of a hierarchical basis, are here
 called nodes, although only those of vertices are nodal values. The free nodes are numbered first, the fixed nodes (a
 given temperature) last, so that the reactions, the heat that enters at the fixed nodes, are the last rows of the same
-equations. A field that vanishes at the fixed nodes is a vector
-of the free nodes, any other a vector of all. Sources and given rises come as channels (`statespace.channels`).
-`fem3d.problems.assembly` assembles it from a scene."""
+equations. A field that vanishes at the fixed nodes is a vector of the free nodes, any other a vector of all. Sources
+and given rises come as channels (`statespace.channels`). `fem3d.problems.assembly` assembles it from a scene.
+"""
 
 from __future__ import annotations
 

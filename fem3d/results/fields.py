@@ -19,7 +19,6 @@ import numpy as np
 from skfem import ElementHex2, ElementTetP2
 from skfem.refdom import RefTet
 
-from fem3d.problems.conductors import SAME
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths
@@ -29,6 +28,7 @@ from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.element import product_rule, rule
 from fem3d.spaces.integrals import Cells, Space
 from meshes.symmetry import Symmetry
+from scenes.model import ROUNDING
 
 
 class Step(Protocol):
@@ -209,12 +209,12 @@ class Fields:
             image = at.copy()
             image[axis] = 2 * middle - image[axis]
             at = np.concatenate([at, image], axis=1)
-        # Nodes nearer than `SAME` are one point unless a field jumps there: then a random function has two values.
+        # Nodes nearer than `ROUNDING` are one point unless a field jumps there: then a random function has two values.
         spaces = self._space, self._domain.electric.space
         values = [np.broadcast_to(self._at_nodes(s, random.normal(size=s.size)), at.shape[1:]) for s in spaces]
-        size = SAME * float(np.ptp(at, axis=(1, 2, 3)).max())
+        size = ROUNDING * float(np.ptp(at, axis=(1, 2, 3)).max())
         # Round coordinates are not at the border of two intervals of this length.
-        whole = np.floor(np.array([*(at / size), *(np.array(values) / SAME)]) + 0.1234).astype(np.int64)
+        whole = np.floor(np.array([*(at / size), *(np.array(values) / ROUNDING)]) + 0.1234).astype(np.int64)
         key = np.tensordot(random.integers(1, 2**62, size=5) * 2 + 1, whole, 1).view(np.uint64) // np.uint64(2)
         key[..., len(self._element.doflocs) :] += np.uint64(2**63)
         different, first, number = np.unique(key, return_index=True, return_inverse=True)

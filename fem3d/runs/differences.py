@@ -29,7 +29,6 @@ from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.conductors import SAME
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
@@ -39,7 +38,7 @@ from meshes import grading
 from meshes.grouped.check import Placed
 from meshes.symmetry import Symmetry
 from scenes.errors import NumericsError, SceneError
-from scenes.model import AnyScene, MeshScene, Scene
+from scenes.model import ROUNDING, AnyScene, MeshScene, Scene
 from scenes.result import Estimate
 
 TOGETHER = 1e-6
@@ -81,10 +80,10 @@ def _planes(scene: Any, other: Any, axis: int) -> tuple[np.ndarray, np.ndarray]:
     extent, largest = np.ptp(pairs[:, 0]), np.abs(pairs[:, 1] - pairs[:, 0]).max()
     at, to = [pairs[0, 0]], [pairs[0, 1]]
     for before, after in pairs[1:]:
-        if before - at[-1] > SAME * extent:
+        if before - at[-1] > ROUNDING * extent:
             at.append(before)
             to.append(after)
-        elif abs((after - before) - (to[-1] - at[-1])) > TOGETHER * largest + SAME * SAME * extent:
+        elif abs((after - before) - (to[-1] - at[-1])) > TOGETHER * largest + ROUNDING * ROUNDING * extent:
             raise SceneError(f"faces at {'xyz'[axis]} = {before:.6g} m lie in one plane and move apart")
     if (np.diff(to) <= 0).any():
         raise SceneError(f"faces across {'xyz'[axis]} move past each other")
@@ -95,7 +94,7 @@ def _faces(scene: Scene, other: Scene, axis: int) -> Iterator[tuple[float, float
     """Coordinates along an axis of all faces inside the extent of a scene's boxes, and the same in another scene."""
     extent = [c for box in scene.boxes for c in (box.lower[axis], box.upper[axis])]
     low, high = min(extent), max(extent)
-    small = SAME * (high - low)
+    small = ROUNDING * (high - low)
     extended = [(p, q) for p, q in zip(scene.probes, other.probes, strict=True) if p.lower != p.upper]
     items: list[tuple[Any, Any]] = [
         *zip(scene.boxes, other.boxes, strict=True),
@@ -117,7 +116,7 @@ STEP = 2.0**-10
 """Relative step of a key: a parabola is then off by some 1e-6 of a derivative."""
 TIGHT = 1e-2
 """Part of the accuracy to which solutions are solved: the error of iterations is divided by the step."""
-ROUNDING = 1e-8
+NOISE = 1e-8
 """Relative error that rounding in two solutions leaves in their difference over the step."""
 GENERATIONS = 4
 """More generations of Krylov fields than the traces take, because their error is divided by the step."""
@@ -258,7 +257,7 @@ class Difference:
             slope, error = self.slope(lambda values: np.log(abs(values.steady[name])))
         else:
             slope, error = self.slope(lambda values: values.steady[name] / zero)
-        rounding = ROUNDING * (1 + abs(float(slope)))
+        rounding = NOISE * (1 + abs(float(slope)))
         return Estimate(float(slope), float(error) + known.error / abs(known.value) + rounding)
 
     def of_trace(self, name: str) -> tuple[np.ndarray, np.ndarray]:

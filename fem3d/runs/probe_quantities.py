@@ -22,14 +22,13 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.conductors import SAME
 from fem3d.results.outputs import Outputs, Quantities, Study
 from meshes.symmetry import Symmetry
 from scenes import laws
 from scenes.free import graph
 from scenes.free.graph import Pair
 from scenes.free.grid import grid_of
-from scenes.model import DERIVED, AnyScene, Box, GroupProbe, MeshScene, Probe, Scene, Schedule, Value
+from scenes.model import DERIVED, ROUNDING, AnyScene, Box, GroupProbe, MeshScene, Probe, Scene, Schedule, Value
 from statespace import channels
 
 
@@ -150,7 +149,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
     rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
     rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
     farthest = max([rise, *(abs(t - start) for t in given)])
-    if rise <= SAME * farthest:  # rounding, and no measure of temperature errors
+    if rise <= ROUNDING * farthest:  # rounding, and no measure of temperature errors
         rise = farthest
     through = max((_largest(v) for n, v in out.items() if n.startswith("flow:")), default=0.0)
     made = _largest(out["power"]), _largest(out["generated"])

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from fem3d.problems.conductors import SAME
 from fem3d.results.outputs import Outputs, Quantities, Study
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
@@ -23,7 +22,7 @@ from fem3d.runs.differences import Course, Sensitivities, Table, sensitivities
 from meshes import symmetry
 from scenes import physics
 from scenes.errors import quoted
-from scenes.model import AnyScene, Probe, values
+from scenes.model import ROUNDING, AnyScene, Probe, values
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
@@ -120,4 +119,4 @@ def floor_of(scene: AnyScene, other: AnyScene) -> float:
     if not pairs:
         return other.initial_temperature
     lowest = min(min(values(a)) for a, _ in pairs)
-    return float(np.mean([min(values(b)) for a, b in pairs if min(values(a)) <= lowest * (1 + SAME)]))
+    return float(np.mean([min(values(b)) for a, b in pairs if min(values(a)) <= lowest * (1 + ROUNDING)]))

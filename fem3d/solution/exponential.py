@@ -28,7 +28,7 @@ STILL = 1e-3  # change of the states in a sweep, over the error allowed, which e
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
 # Halvings of a step in which a response runs away: they give the time to a millionth of the step.
 HALVINGS = 20
-MOST_STEPS = 20_000  # in time, those that are taken and those that fail
+MOST_IN_TIME = 20_000  # in time, those that are taken and those that fail
 SHORTEST = 1e-13  # step over the end time
 
 
@@ -105,9 +105,9 @@ def integrate(
         piece = source(time)
         while time < stop:
             trials += 1
-            if trials > MOST_STEPS:
+            if trials > MOST_IN_TIME:
                 raise NumericsError(
-                    f"the transient needs more than {MOST_STEPS:,} steps in time: they get as far as t = "
+                    f"the transient needs more than {MOST_IN_TIME:,} steps in time: they get as far as t = "
                     f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
                 )
             remaining = stop - time

@@ -33,7 +33,7 @@ from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.solution import exponential
-from fem3d.solution.exponential import HALVINGS, MOST_STEPS, SHORTEST
+from fem3d.solution.exponential import HALVINGS, MOST_IN_TIME, SHORTEST
 from fem3d.solution.steady import HOTTEST
 from fem3d.solution.transient import LEAST, resists
 from scenes.errors import NumericsError
@@ -146,7 +146,7 @@ def march_full(
     Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
 
     Raises RunawayInTimeError where the heating runs away, at the latest above `steady.HOTTEST`; BeyondLawError
-    where the heat vanishes with the resistivity; NumericsError where no step is short enough within `MOST_STEPS`.
+    where the heat vanishes with the resistivity; NumericsError where no step is short enough within `MOST_IN_TIME`.
     """
     ends = [] if like is None else [step.start + step.length for step in like.steps]
     return _March(heat, conductor, tolerance, points).run(end, earliest, ends)
@@ -261,10 +261,10 @@ class _March:
     @staticmethod
     def _check(trials: int, time: float, length: float, end: float) -> None:
         now = TIME.show(float(f"{time:.3g}"))
-        if trials > MOST_STEPS:
+        if trials > MOST_IN_TIME:
             raise NumericsError(
-                f"the response needs more than {MOST_STEPS:,} steps in time: they get as far as t = {now}; ask for an "
-                "earlier end or a larger accuracy"
+                f"the response needs more than {MOST_IN_TIME:,} steps in time: they get as far as t = {now}; ask for "
+                "an earlier end or a larger accuracy"
             )
         if length < SHORTEST * end:
             raise NumericsError(f"no step in time is short enough at t = {now}")

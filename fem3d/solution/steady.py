@@ -27,7 +27,7 @@ import numpy as np
 
 from fem3d.problems.assembly import at_films, linearized, refine_quadratures
 from fem3d.problems.current import Conductor, Potential
-from fem3d.problems.following import MOST_STEPS, solve_by_gmres
+from fem3d.problems.following import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from scenes.errors import BeyondLawError, ConvergenceError, NumericsError, RunawayError
 
@@ -355,7 +355,7 @@ class Linearization:
         def product(x: np.ndarray) -> np.ndarray:
             return preconditioned(self(x * scale), float(row @ (x * scale))) / scale
 
-        change, count = solve_by_gmres(product, preconditioned(residual, 0.0) / scale, INNER, MOST_STEPS)
+        change, count = solve_by_gmres(product, preconditioned(residual, 0.0) / scale, INNER, MOST_GMRES)
         return None if change is None else change * scale, count
 
 

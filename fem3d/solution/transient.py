@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.conductors import SAME, independent
+from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
+from scenes.model import ROUNDING
 
 State = tuple[np.ndarray, np.ndarray]
 """The rise (all nodes, K) of a state, and the values (channels,) of what drives the scene then."""
@@ -164,7 +165,7 @@ class Krylov:
                 v = new - self._made @ (new @ self._weighted)
                 weighted = self._mass @ v
                 size = np.sqrt(max(v @ weighted, 0.0))
-                if not size > SAME * np.sqrt(max(new @ (self._mass @ new), 0.0)):
+                if not size > ROUNDING * np.sqrt(max(new @ (self._mass @ new), 0.0)):
                     continue
                 self._made = np.column_stack([self._made, v / size])
                 self._weighted = np.column_stack([self._weighted, weighted / size])

@@ -1,6 +1,6 @@
-"""Check that a scene fits its mesh: the groups, the materials, and the rules of `scenes.free.rules`.
+"""Check that a scene fits its mesh, and lay it on the cells and facets.
 
-A scene on the cells and facets of its mesh.
+The checks are of groups and materials, and the rules of `scenes.free.rules`.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
 """The input decks of solid codes: Abaqus, CalculiX, Nastran.
 
-Abaqus and CalculiX input files: nodes, cells, element sets and surfaces of one part, placed as its instance is.
-
-Nastran bulk data: nodes with their coordinate systems, cells, and properties as groups.
-
-A card is a line of fields and its continuations, in the small (8 columns), large (16 columns) or free (commas) format.
+Of Abaqus and CalculiX input files the nodes, cells, element sets and surfaces of one part are read, placed as its
+instance is. Of Nastran bulk data the nodes with their coordinate systems, cells, and properties as groups are read. A
+card is a line of fields and its continuations, in the small (8 columns), large (16 columns) or free (commas) format.
 """
 
 from __future__ import annotations

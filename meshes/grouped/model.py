@@ -1,11 +1,8 @@
-"""A mesh with groups, and the search for the cell at a point.
+"""The content of a mesh file, the mesh with groups that is built of it, and its refinement.
 
-The content of a mesh file before the solver's mesh is built, common to all formats.
-
-Refinement of a mesh with groups, on the cells' own curved shape: of all cells into eight, or of chosen tetrahedra by
-scikit-fem's bisection of longest edges, which goes on in the neighbours until no node hangs.
-
-scikit-fem cuts the cells as if their edges were straight; the nodes then go where the maps of the old cells take them.
+A mesh is refined on the cells' own curved shape: all cells into eight, or chosen tetrahedra by scikit-fem's bisection
+of longest edges, which goes on in the neighbours until no node hangs. scikit-fem cuts the cells as if their edges were
+straight; the nodes then go where the maps of the old cells take them.
 """
 
 from __future__ import annotations

@@ -3,9 +3,8 @@
 Own readers take Gmsh's format 4.1, Nastran and Abaqus; meshio reads all other formats. Physical groups and element sets
 keep their names; a group without one, such as a Nastran property, is called by its number.
 
-Gmsh's format 4.1, in text or binary (https://gmsh.info/doc/texinfo/gmsh.html, "MSH file format").
-
-meshio cannot read files of this format where some entities are in a physical group and others are not.
+Gmsh's format 4.1, in text or binary (https://gmsh.info/doc/texinfo/gmsh.html, "MSH file format"), has its own reader
+because meshio refuses files with some entities in a physical group and others in none.
 """
 
 from __future__ import annotations

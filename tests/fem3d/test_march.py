@@ -101,7 +101,7 @@ def test_response_is_that_of_radau(name):
 
 
 def test_steps_have_a_budget(monkeypatch):
-    monkeypatch.setattr(march, "MOST_STEPS", 5)
+    monkeypatch.setattr(march, "MOST_IN_TIME", 5)
     scene, last = SCENES["a ramp"]
     heat = problem(scene, bar_grid(scene, 2, 2))
     with pytest.raises(NumericsError, match="needs more than 5 steps in time"):
