@@ -3,7 +3,9 @@ released with the result, without waiting for Python's search for cycles."""
 
 import gc
 import random
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from typing import Any
 
 import pytest
@@ -106,10 +108,17 @@ def kept(scene: Any, names: list[str]) -> int:
         gc.enable()
 
 
+def kept_alone(scene: Any, names: list[str]) -> int:
+    """The same in a process of its own: a list of all objects holds tuples that another thread is still making, which
+    ends this thread in an error."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+        return process.submit(kept, scene, names).result()
+
+
 @pytest.mark.parametrize(("scene", "names"), [("plate", []), ("hotplate", ["heat to the left"])])
 def test_a_run_on_bricks_leaves_nothing_behind(scene, names):
-    assert kept(load_free(scene), names) == 0
+    assert kept_alone(load_free(scene), names) == 0
 
 
 def test_a_run_on_tetrahedra_leaves_nothing_behind():
-    assert kept(on_tetrahedra(), ["out"]) == 0
+    assert kept_alone(on_tetrahedra(), ["out"]) == 0
