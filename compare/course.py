@@ -67,7 +67,8 @@ class Course:
 
         def reason() -> str:
             values = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D"
-            return f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}; {note()}".removesuffix("; ")
+            parts = f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}", note()
+            return "; ".join(filter(None, parts))
 
         return Check(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
 
