@@ -37,6 +37,20 @@ TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 SCHEMES = ((1e-6, 25, 10), (5e-7, 50, 10), (2.5e-7, 100, 10))
 Say = Callable[[str], None]
 Row = dict[str, Any]
+BARE = (sys.executable, "-c", "import skfem")
+PLAIN = ("sink", "--no-figures")
+SKIPS = {
+    "figures (`--no-figures`)": (PLAIN, ("sink",)),
+    "transient (`--steady`)": ((*PLAIN, "--steady"), PLAIN),
+    "3D model (`--only 1d`)": ((*PLAIN, "--only", "1d"), PLAIN),
+    "fields (not written without `--fields`)": (PLAIN, (*PLAIN, "--fields")),
+}
+STARTS = {"cold run without figures": PLAIN, "cold run with its four figures": ("sink",)}
+PEAK = """
+import resource, subprocess, sys
+subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
 
 
 def own(transient: bool, accuracy: float) -> Entry:
@@ -118,22 +132,6 @@ def growth(rounds: int, quick: bool, say: Say) -> dict[str, Any]:
         logs = np.log([[row["unknowns"], row["median_s"], row["peak_MB"]] for row in good]).T
         exponents[name] = [float(np.polyfit(logs[0], log, 1)[0]) for log in logs[1:]] if len(good) > 1 else None
     return {"rows": rows, "exponents": exponents}
-
-
-BARE = (sys.executable, "-c", "import skfem")
-PLAIN = ("sink", "--no-figures")
-SKIPS = {
-    "figures (`--no-figures`)": (PLAIN, ("sink",)),
-    "transient (`--steady`)": ((*PLAIN, "--steady"), PLAIN),
-    "3D model (`--only 1d`)": ((*PLAIN, "--only", "1d"), PLAIN),
-    "fields (not written without `--fields`)": (PLAIN, (*PLAIN, "--fields")),
-}
-STARTS = {"cold run without figures": PLAIN, "cold run with its four figures": ("sink",)}
-PEAK = """
-import resource, subprocess, sys
-subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
-"""
 
 
 def _seconds(arguments: Sequence[str], folder: str) -> float:

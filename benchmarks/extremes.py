@@ -22,6 +22,7 @@ ACCURACY, FINER = 1e-3, 2e-4
 BALANCE = 1e-8  # of the power: heat that may be missing
 CONTRASTED = 1e-6  # the same where entries of the matrix differ by 1e8, so that their sums lose that many digits
 TRUE = "true error over the error bound"
+VOLTS, SLOW = 2.0, bars.SLOW / 4  # SLOW: the diffusion time of half the bar's length
 
 
 def steady(sink: Sink) -> Result:
@@ -118,9 +119,6 @@ def _limit(sink: Sink) -> float:
             return error.limit
         volts *= 3
     raise ArithmeticError("no runaway up to 1e19 V")
-
-
-VOLTS, SLOW = 2.0, bars.SLOW / 4  # SLOW: the diffusion time of half the bar's length
 
 
 def drives(quick: bool) -> Iterator[Row]:

@@ -35,6 +35,16 @@ MORE = 1.1
 """A difference over time larger than this many times the steady one has a cause of its own."""
 SHOWN = 3
 """Quantities that a sentence has room for."""
+QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
+WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
+"""The quantities by their words in an answer."""
+EXPLAINED = 2 / 3
+"""Assumptions explain a difference where their parts are at least this share of it."""
+REST = "what lines cannot say"
+FELT = 1e-3
+"""Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
+LEAST = 0.02
+"""Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
 
 
 def _size(claim: Check) -> str:
@@ -105,13 +115,6 @@ def bound(ratio: float) -> str:
         return percent(ratio)
     step = 10.0 ** (math.floor(math.log10(ratio)) - 1)
     return percent(math.ceil(ratio / step - 1e-9) * step)
-
-
-QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
-WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
-"""The quantities by their words in an answer."""
-EXPLAINED = 2 / 3
-"""Assumptions explain a difference where their parts are at least this share of it."""
 
 
 @dataclass(frozen=True)
@@ -287,13 +290,6 @@ def _cause(claim: Check, budget: Budget) -> str:
     guilty, against = ([AT_FAULT[p.blame] for p in chosen if p.value * whole.total * s > 0] for s in (1, -1))
     offset = f", offset in part by {' and '.join(against)}," if against else ""
     return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
-
-
-REST = "what lines cannot say"
-FELT = 1e-3
-"""Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
-LEAST = 0.02
-"""Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
 
 
 def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:

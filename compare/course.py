@@ -36,6 +36,23 @@ LEAST = 0.005
 NO_CHANGE = "its shape is another: no change of size or of time brings it nearer"
 JUMP = 2e-9
 """Rows closer in time than this part of the run are the values just before and just after a jump."""
+MOST_WINDOWS = 16
+"""The most windows of a trace: each stays a small part of the rise, and the worst one's factor below 3."""
+_LESS, _MORE = 0.2, 0.05
+"""A scatter from row to row that is as small, or as large, in so many cases by chance is not taken for that of u. Small
+ones are doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide. With
+0.1 intervals of 60 rows that share a quarter of the variance hold in 87 %, with 0.2 in 90 %, with 0.3 in 92 %, those
+of noise that only scatters in 96.7, 96.9 and 97.1 % (`pytest -m long tests/compare/data/test_against.py`)."""
+_ROWS = 1.25
+"""Rows per independent value of noise that is independent at a distance of h rows but not yet of h/2: 1.25 h. Where
+correlations fall exponentially, the sum over all distances is then within 5 % of the variance of a mean."""
+_PER_DEGREE = 35 / 18
+"""Second differences that tell as much of the scatter as one independent number, as they share rows: the sum of the
+squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
+_SHARED = np.linspace(0, 6, 121)
+"""Values (standard deviations) of the shared error at which an integral over it, of an even function, is summed."""
+_LEAST = 0.05
+"""The smallest scatter, as a part of u, in the integral: below it nothing changes, and the sum would not resolve it."""
 
 
 @dataclass(frozen=True)
@@ -157,25 +174,6 @@ def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
     return h**2 / 8 * larger
-
-
-MOST_WINDOWS = 16
-"""The most windows of a trace: each stays a small part of the rise, and the worst one's factor below 3."""
-_LESS, _MORE = 0.2, 0.05
-"""A scatter from row to row that is as small, or as large, in so many cases by chance is not taken for that of u. Small
-ones are doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide. With
-0.1 intervals of 60 rows that share a quarter of the variance hold in 87 %, with 0.2 in 90 %, with 0.3 in 92 %, those
-of noise that only scatters in 96.7, 96.9 and 97.1 % (`pytest -m long tests/compare/data/test_against.py`)."""
-_ROWS = 1.25
-"""Rows per independent value of noise that is independent at a distance of h rows but not yet of h/2: 1.25 h. Where
-correlations fall exponentially, the sum over all distances is then within 5 % of the variance of a mean."""
-_PER_DEGREE = 35 / 18
-"""Second differences that tell as much of the scatter as one independent number, as they share rows: the sum of the
-squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
-_SHARED = np.linspace(0, 6, 121)
-"""Values (standard deviations) of the shared error at which an integral over it, of an even function, is summed."""
-_LEAST = 0.05
-"""The smallest scatter, as a part of u, in the integral: below it nothing changes, and the sum would not resolve it."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.verdict import Check
+PLUGINS: dict[str, Callable[..., Any]] = {}
+"""By name: "write" writes a results folder, "sweep" solves many designs."""
 
 
 def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
@@ -115,10 +117,6 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
         if each.name in outcome.analyses:
             each.enter(summary, outcome.analyses[each.name], outcome)
     return summary
-
-
-PLUGINS: dict[str, Callable[..., Any]] = {}
-"""By name: "write" writes a results folder, "sweep" solves many designs."""
 
 
 def plugin(name: str) -> Callable[..., Any]:

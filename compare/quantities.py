@@ -35,6 +35,8 @@ EDGE = 1e-5
 """Nothing is compared within this part of the run to either side of a drive's jump."""
 AT_REST = np.array([np.inf])
 """The time (s) of data of a steady state: it is reached after infinite time."""
+NEAR = 0.2
+"""Values are called degrees Celsius or rises where that leaves less than this part of their difference."""
 
 
 @dataclass(frozen=True)
@@ -108,10 +110,6 @@ def of(scene: Any, fem3d: Result | None = None) -> Quantities:
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     traces, edges = None if fem3d is None else fem3d.traces, physics.jumps(physics.driving(scene))
     return Quantities(units, scene.initial_temperature, scene.end_time, 0.0, traces, edges, steady=scene.steady)
-
-
-NEAR = 0.2
-"""Values are called degrees Celsius or rises where that leaves less than this part of their difference."""
 
 
 class Probes:

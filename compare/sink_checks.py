@@ -42,6 +42,17 @@ COURSE = *EQUATION, "transient", "10 us", "1D"
 
 
 CHECKS: Definitions[Outcome[Sink]] = Definitions()
+ROW = {
+    "peak_inner": ("inner peak", "span{inner}_peak_rise_K"), "peak_outer": ("outer peak", "span1_peak_rise_K"),
+    "mean": ("mean", "mean_rise_K"), "current": ("current", "current_A"),
+}  # fmt: skip
+"""Words and steady quantities of a row of spans, by the ends of its checks' ids; the highest span is an innermost."""
+FOLLOWED = {**{f"islands_{end}": word for end, (word, _) in ROW.items()}, "islands_equivalent": "spans alike"}
+"""The checks whose dependence on the row is drawn, with the curve's name."""
+SPANS = (2, 3, 5, 10, 30, 100)
+"""Numbers of spans for which the row is solved, to draw how its differences follow them."""
+LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Island lengths that are solved, in units of the sink's own; those longer than a span are left out."""
 
 
 def equation(
@@ -246,15 +257,6 @@ def energy(outcome: Outcome[Sink]) -> Check:
     return Check("imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, reason, relative_to="the 3D power")
 
 
-ROW = {
-    "peak_inner": ("inner peak", "span{inner}_peak_rise_K"), "peak_outer": ("outer peak", "span1_peak_rise_K"),
-    "mean": ("mean", "mean_rise_K"), "current": ("current", "current_A"),
-}  # fmt: skip
-"""Words and steady quantities of a row of spans, by the ends of its checks' ids; the highest span is an innermost."""
-FOLLOWED = {**{f"islands_{end}": word for end, (word, _) in ROW.items()}, "islands_equivalent": "spans alike"}
-"""The checks whose dependence on the row is drawn, with the curve's name."""
-
-
 def _of_row(end: str, late: bool, outcome: Outcome[Sink]) -> Check | None:
     """Compare a quantity of the row by the 1D model with 3D, steady or over time."""
     (word, key), whole = ROW[end], "itself" if end == "current" else "final rise"
@@ -307,12 +309,6 @@ class Varied:
     original: float
     values: tuple[float, ...]
     differences: tuple[dict[str, float], ...]
-
-
-SPANS = (2, 3, 5, 10, 30, 100)
-"""Numbers of spans for which the row is solved, to draw how its differences follow them."""
-LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""Island lengths that are solved, in units of the sink's own; those longer than a span are left out."""
 
 
 def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:

@@ -37,6 +37,9 @@ FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validat
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
 # error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
+REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
+DEGREE = 4  # least degree of the layers
+FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of what the first diffusion length conducts
 
 
 @dataclass(frozen=True)
@@ -278,11 +281,6 @@ def raised(grid: Grid) -> Grid:
     breaks = [np.union1d(b, ((b[1:] + b[:-1]) / 2)[h]) for (b, _), h in zip(axes, halved, strict=True)]
     degrees = [np.repeat(np.minimum(p + 1, HIGHEST_DEGREE), 1 + h) for (_, p), h in zip(axes, halved, strict=True)]
     return grid.with_axes(breaks, degrees)
-
-
-REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
-DEGREE = 4  # least degree of the layers
-FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of what the first diffusion length conducts
 
 
 def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:

@@ -26,6 +26,8 @@ from scenes.sink import Sink
 from scenes.units import LENGTH
 
 Values = TypeVar("Values", float, np.ndarray)
+_TERMS = 40
+"""Terms of each sum per ratio of plate to source. The rest falls as their square, which half as many terms tell."""
 
 
 def room_resistivity(material: Material, room_temperature: float) -> tuple[float, float]:
@@ -154,10 +156,6 @@ def air_conductance(sink: Sink) -> float:
 def gap_conductance(sink: Sink) -> float:
     """Compute the conductance (W/K) of the gap's gas from the beam to a substrate at room temperature."""
     return sink.gap_coefficient * sink.length * sink.width
-
-
-_TERMS = 40
-"""Terms of each sum per ratio of plate to source. The rest falls as their square, which half as many terms tell."""
 
 
 def plate_resistance(

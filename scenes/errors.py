@@ -13,6 +13,11 @@ from typing import Any, TextIO
 _LONGEST = 60  # Characters of a user's text that a message repeats at most.
 _LONGEST_REASON = 200  # Characters of another library's message that a message repeats at most.
 _MOST = 4  # Names that a list in a message has at most.
+DEEPEST = 32
+"""Parts of a TOML key at most. Scenes have four; the standard library's parser takes memory that grows with the square
+of their number, 9.6 GB for 50,000."""
+_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 class SceneError(ValueError):
@@ -127,13 +132,6 @@ def listed(names: Sequence[str], most: int = _MOST) -> str:
 
 class ConvergenceError(NumericsError):
     """An iteration that does not converge, for no reason in the scene."""
-
-
-DEEPEST = 32
-"""Parts of a TOML key at most. Scenes have four; the standard library's parser takes memory that grows with the square
-of their number, 9.6 GB for 50,000."""
-_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
-_DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def check_regular(path: Path, called: str) -> None:

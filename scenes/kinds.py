@@ -21,6 +21,7 @@ from scenes.parameters import quantity
 from scenes.units import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, UnitError, called
 
 _MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
+_ENDS = "with a letter or digit at either end"
 
 
 class Part(NamedTuple):
@@ -244,7 +245,6 @@ def _metres(given: Any) -> float | None:
     return value if not fault and 1e-12 <= value <= 1e6 else None
 
 
-_ENDS = "with a letter or digit at either end"
 NAME = Converted(
     f"text of 1 to 60 letters, digits, spaces, dots, - and _, {_ENDS}", "cannot name a results folder",
     _matching(r"\w([\w .-]*\w)?"),

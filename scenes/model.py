@@ -23,6 +23,18 @@ Point = tuple[float, float, float]
 ROUNDING = 1e-9
 """Relative: lengths that differ by less than this part of the extent are equal. Sums of a file's numbers are off by
 some 1e-15 of it, and no structure has details a millionth of a micrometre apart."""
+UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A", "resistance": "ohm", "power": "W"}
+"""The unit of each quantity that a probe may ask for."""
+ELECTRIC = ("potential", "current", "resistance", "power")
+FLOWS = ("heat_flow", "current")
+DERIVED = ("resistance", "power")
+"""The quantities of the electric problem; those of a surface; and those that are products or ratios of others."""
+OVER_TIME = "_over_time"
+"""How ids of checks over time end; those of the steady state are the probes' names."""
+SLOPES = "slope"
+"""Stands for the checks of how a model follows each key, slope_<key>."""
+SLOPE_TOLERANCE = 0.1
+"""Tolerance of slopes where the scene gives none, relative to the largest one."""
 
 
 @dataclass(frozen=True)
@@ -206,12 +218,6 @@ class Contact:
 
 
 Quantity = Literal["temperature", "potential", "heat_flow", "current", "resistance", "power"]
-UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A", "resistance": "ohm", "power": "W"}
-"""The unit of each quantity that a probe may ask for."""
-ELECTRIC = ("potential", "current", "resistance", "power")
-FLOWS = ("heat_flow", "current")
-DERIVED = ("resistance", "power")
-"""The quantities of the electric problem; those of a surface; and those that are products or ratios of others."""
 
 
 @dataclass(frozen=True)
@@ -265,14 +271,6 @@ class Declared:
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else that of slopes or of the paper's figures."""
         return self.tolerances.get(check, SLOPE_TOLERANCE if check == SLOPES else 0.05)
-
-
-OVER_TIME = "_over_time"
-"""How ids of checks over time end; those of the steady state are the probes' names."""
-SLOPES = "slope"
-"""Stands for the checks of how a model follows each key, slope_<key>."""
-SLOPE_TOLERANCE = 0.1
-"""Tolerance of slopes where the scene gives none, relative to the largest one."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,8 @@ from scenes.units import PLAIN, Powers, UnitError, called, dimension_of, is_unit
 SECTION = "parameters"
 _NAME = re.compile(r"(?<![\w.])[A-Za-z]\w{0,59}(?!\w)", re.ASCII)
 _FORM = 'give a number with a unit, such as "20 um", or an expression of other parameters, such as "w/2"'
+_NONE: Mapping[str, Measure] = MappingProxyType({})
+_KNOWN: ContextVar[Mapping[str, Measure]] = ContextVar("parameters of the scene that is read", default=_NONE)
 
 
 class Names(dict[str, Measure]):
@@ -102,10 +104,6 @@ def _finite(given: Any) -> float:
     if not math.isfinite(value):
         raise UnitError("is not a finite number")
     return value
-
-
-_NONE: Mapping[str, Measure] = MappingProxyType({})
-_KNOWN: ContextVar[Mapping[str, Measure]] = ContextVar("parameters of the scene that is read", default=_NONE)
 
 
 @contextmanager

@@ -59,6 +59,7 @@ _WORDS = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "
           "siemens": "S", "minute": "min", "minutes": "min"}  # fmt: skip
 """Common words for units, in lower case, that this module spells differently."""
 _LONGEST = 100  # characters of a quantity
+_SHOWN = ((0, ""), (-3, "m"), (-6, "u"), (-9, "n"))
 
 
 class UnitError(ValueError):
@@ -175,9 +176,6 @@ def is_unit(name: str) -> bool:
 def _combine(a: Powers, b: Powers, times: int) -> Powers:
     m, kg, s, ampere, kelvin = (x + times * y for x, y in zip(a, b, strict=True))
     return m, kg, s, ampere, kelvin
-
-
-_SHOWN = ((0, ""), (-3, "m"), (-6, "u"), (-9, "n"))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,10 @@ from scenes.errors import SceneError, quoted, reason
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors of the operating system for a full disk, quota or file size, and for failed writing."""
+PICTURE = "scene.png"
+"""The picture of a scene that is not solved yet."""
+SCHEMA = 1
+"""The version of summary.json."""
 
 
 @dataclass(frozen=True)
@@ -252,11 +256,6 @@ def _exchange(a: Path, b: Path) -> bool:
     current_directory, exchange = -100, 2
     return rename(current_directory, os.fsencode(a), current_directory, os.fsencode(b), exchange) == 0
 
-
-PICTURE = "scene.png"
-"""The picture of a scene that is not solved yet."""
-SCHEMA = 1
-"""The version of summary.json."""
 
 RUN = Content(
     "a run of this program", "output", "--out",

@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from compare.slopes import Slopes
     from scenes.result import Result
     from scenes.uncertain import Uncertain
+NOTHING = 1e-6
+"""Uncertainties below this part of u_val are shown as 0."""
+V20 = (
+    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, has an uncertainty u_val by the "
+    "numerics, the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and "
+    "the last: the model's own error lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
+)
 
 
 class Against(Analysis["Data"]):
@@ -75,15 +82,6 @@ def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
         return {c: part(off, abs(scale)) for c, (off, scale, _) in distances.items()}
 
     return by_differences(checks, outcome, differences)
-
-
-NOTHING = 1e-6
-"""Uncertainties below this part of u_val are shown as 0."""
-V20 = (
-    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, has an uncertainty u_val by the "
-    "numerics, the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and "
-    "the last: the model's own error lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
-)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ _NEAR_INITIAL = 0.05
 """Part of the initial temperature (K), or of the change in degC, within which a trace starts there."""
 _ZERO = 0.005
 """Part of its change within which a rise starts at zero."""
+_CLOSE = 1e-4
+"""Relative distance within which a parameter of a run is the scene's: tables round to five digits."""
 
 
 @dataclass(frozen=True)
@@ -195,10 +197,6 @@ def refusal(table: Table, reasons: Mapping[str, str], target: Target) -> str:
         f"none of its columns is {target.called}: {listed}; name them {target.example}, or say which they are: "
         f'--column "{first} ({unit})=NAME"'
     )
-
-
-_CLOSE = 1e-4
-"""Relative distance within which a parameter of a run is the scene's: tables round to five digits."""
 
 
 @dataclass(frozen=True)

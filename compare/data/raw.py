@@ -21,6 +21,7 @@ from scenes.errors import SceneError, quoted
 
 _UNITS = {"time": "s", "power": "W", "temperature": "K"}
 _VARIABLES = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOTALL | re.MULTILINE)
+_MOST_POINTS = 200  # Points of a data export at most: more are a field.
 
 
 def is_raw(data: bytes) -> bool:
@@ -90,9 +91,6 @@ def _read_values(text: str, width: int) -> np.ndarray:
     except ValueError:
         return np.empty((0, width))
     return values[: len(values) // width * width].reshape(-1, width)
-
-
-_MOST_POINTS = 200  # Points of a data export at most: more are a field.
 
 
 def read_sections(text: str) -> list[Column]:

@@ -24,6 +24,10 @@ from scenes.units import TIME
 
 MOST = 30
 """Rows of a part that a terminal has room for; the page and summary.json have all."""
+NAME = 30
+"""Characters of a probe's name that a table has room for."""
+PER_BLOCK, MOST_TIMES, FIRST = 4, 20, 3
+"""Probes beside one another in a terminal, output times in a table, and probes in the first line."""
 
 
 def network_entries(scene: AnyScene) -> dict[str, list[Entry]]:
@@ -56,10 +60,6 @@ def _known(row: Entry, unit: str) -> bool:
     return value is not None
 
 
-NAME = 30
-"""Characters of a probe's name that a table has room for."""
-PER_BLOCK, MOST_TIMES, FIRST = 4, 20, 3
-"""Probes beside one another in a terminal, output times in a table, and probes in the first line."""
 AnyProbe = Probe | GroupProbe
 
 

@@ -51,6 +51,16 @@ ROUNDING = 1e-8  # relative: smaller errors, and readings that move less, show r
 # A reading that moves by more than its estimate falls is wrong by more than estimated. Its bound is then twice its
 # fraction, where the estimate fell to this part or less: by less it may fall by chance.
 FELL = 0.8
+AIM = 0.7  # of the target: estimates foresee the next error to a factor
+# Largest number of unknowns of a refined mesh unless run.memory is given: about a minute of one processor, for a
+# transient and for a steady state. A larger mesh is solved as it is.
+FEWER, MOST_UNKNOWNS = 60_000, 150_000
+LEAST_GROWTH = 1.5  # a finer mesh with less than this factor times the unknowns changes little
+MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
+# A cell is halved only along axes on which indicator times size is at least VARIES times the largest product, and there
+# only along axes longer than SHORTER times the longest: cells may stay long along an edge.
+VARIES, SHORTER = 0.05, 0.5
+MARKED = 0.9  # part of all indicators that the refined cells hold
 
 
 def corrected(level: Level, history: Sequence[Record]) -> Level:
@@ -102,18 +112,6 @@ def _fractions(now: Record, history: Sequence[Record]) -> tuple[float, Mapping[s
     if not fractions:
         return 1.0, larger
     return min(max((1 + len(fractions) ** -0.5) * max(fractions.values()), LEAST), 1.0), larger
-
-
-AIM = 0.7  # of the target: estimates foresee the next error to a factor
-# Largest number of unknowns of a refined mesh unless run.memory is given: about a minute of one processor, for a
-# transient and for a steady state. A larger mesh is solved as it is.
-FEWER, MOST_UNKNOWNS = 60_000, 150_000
-LEAST_GROWTH = 1.5  # a finer mesh with less than this factor times the unknowns changes little
-MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
-# A cell is halved only along axes on which indicator times size is at least VARIES times the largest product, and there
-# only along axes longer than SHORTER times the longest: cells may stay long along an edge.
-VARIES, SHORTER = 0.05, 0.5
-MARKED = 0.9  # part of all indicators that the refined cells hold
 
 
 class Layout(Protocol):

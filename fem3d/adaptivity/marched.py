@@ -37,6 +37,11 @@ QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of
 ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 SOONEST = 1e-3  # part of the first requested time: sooner after a jump only values before the jump matter
+ROUGH = 1e-3  # accuracy of a response that only locates hot instants
+ROUNDS = 5
+# A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
+# value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
+BEFORE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,13 +224,6 @@ def spread(times: np.ndarray, most: int) -> np.ndarray:
 def distance(a: Quantities, b: Quantities) -> dict[str, float]:
     """Return the largest difference of each quantity."""
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
-
-
-ROUGH = 1e-3  # accuracy of a response that only locates hot instants
-ROUNDS = 5
-# A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
-# value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
-BEFORE = 0.95
 
 
 class Hot(NamedTuple):

@@ -28,6 +28,16 @@ from meshes.grid import Grid
 from scenes.errors import NumericsError
 from scenes.result import Step
 
+# Largest ratio of the error to the difference of the two degrees: the worst of 1,200 steady scenes has 1.85, below the
+# coldest boundary (`validate stress`, "field away from the probes").
+CAUTION = 2.0
+# Intervals with at least this fraction of the largest difference are refined: one more layer at a re-entrant edge
+# reduces it by this factor.
+CAUSES = RATIO ** (2 / 3)
+POINTS = 6  # points along each axis of a cell at which two fields are compared
+MOST_LEVELS = 6  # levels for the field, after those that the probes need
+MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
+
 
 class Indicators(NamedTuple):
     """Error indicators that steer the refinement of a mesh.
@@ -144,17 +154,6 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
     return [
         f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on {reason}"
     ]
-
-
-# Largest ratio of the error to the difference of the two degrees: the worst of 1,200 steady scenes has 1.85, below the
-# coldest boundary (`validate stress`, "field away from the probes").
-CAUTION = 2.0
-# Intervals with at least this fraction of the largest difference are refined: one more layer at a re-entrant edge
-# reduces it by this factor.
-CAUSES = RATIO ** (2 / 3)
-POINTS = 6  # points along each axis of a cell at which two fields are compared
-MOST_LEVELS = 6  # levels for the field, after those that the probes need
-MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
 
 
 def most(size: int) -> float:

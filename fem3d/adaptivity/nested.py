@@ -40,6 +40,7 @@ from scenes.model import bends
 
 Tested = Callable[[np.ndarray], np.ndarray]
 """From a dual solution (functions,) to the product of each cell, in parts of its sign for the three axes (3, cells)."""
+SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
 
 def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:
@@ -97,9 +98,6 @@ def current(conductor: Conductor, change: np.ndarray) -> Tested:
         return _parts(products, on.beside(rows[0], count) if isinstance(on, Paths) else 0.0)
 
     return tested
-
-
-SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,8 @@ from scenes import laws
 from scenes.model import ROUNDING, Material
 
 AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
+# Faces pass for one plane where their normals sum to at least this fraction of their lengths (a bend of 36 degrees).
+PLANE = 0.95
 
 
 def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
@@ -196,10 +198,6 @@ def closed(conductor: Conductor, pattern: Pattern) -> Pattern:
 def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
     """The current density with coefficients c."""
     return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
-
-
-# Faces pass for one plane where their normals sum to at least this fraction of their lengths (a bend of 36 degrees).
-PLANE = 0.95
 
 
 @dataclass(frozen=True, eq=False)

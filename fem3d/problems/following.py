@@ -34,6 +34,8 @@ COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no l
 # so cold.
 SWING = 0.5
 MORE = 1  # points along each axis beyond those of the linear problem; finer quadratures tell what they leave
+MOST_GMRES = 100  # of GMRES, without restarts
+SOLVED = 1e-6  # relative residual of a dual solution
 
 
 class Term(Protocol):
@@ -216,10 +218,6 @@ def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> 
 def terms(domain: Domain) -> tuple[Term, ...]:
     """Return the terms of a conductivity that follows the temperature."""
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()
-
-
-MOST_GMRES = 100  # of GMRES, without restarts
-SOLVED = 1e-6  # relative residual of a dual solution
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,14 @@ from fem3d.spaces.integrals import Cells, Space
 from meshes.symmetry import Symmetry
 from scenes.model import ROUNDING
 
+MOST_ROWS, FEWEST = 50_000, 40
+# VTK's order of the corners of a hexahedron, of its edges by their corners, and of the middles of its faces, doubled.
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+FACES = ((0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2))
+# The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
+BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
+
 
 class Step(Protocol):
     """A step in time."""
@@ -41,9 +49,6 @@ class Step(Protocol):
     @property
     def length(self) -> float:
         """Its length (s)."""
-
-
-MOST_ROWS, FEWEST = 50_000, 40
 
 
 def choose(
@@ -113,14 +118,6 @@ def _piece(
         rows = {name: np.insert(y, coarse, at_added[name]) for name, y in rows.items()}
         behind = coarse + np.arange(len(coarse))
         new = np.sort(np.concatenate([behind - 1, behind]))
-
-
-# VTK's order of the corners of a hexahedron, of its edges by their corners, and of the middles of its faces, doubled.
-CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
-FACES = ((0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2))
-# The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
-BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,12 @@ from scenes.model import Value
 from statespace import channels
 
 Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
+ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
+# Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
+POINTS = 5
+JUST = 1e-12  # relative distance of the last one from the end of the step, where inputs may jump
+# Tables may be exceeded by this fraction of the span of temperatures, the accuracy of given temperatures at their ends.
+CLOSE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +79,6 @@ class Study:
     from_start: bool = False
 
 
-ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
-# Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
-POINTS = 5
-JUST = 1e-12  # relative distance of the last one from the end of the step, where inputs may jump
-# Tables may be exceeded by this fraction of the span of temperatures, the accuracy of given temperatures at their ends.
-CLOSE = 1e-3
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
 Response = Transient | FullResponse
 """A response in a reduced space or at full order."""

@@ -28,6 +28,7 @@ from skfem.helpers import dot, grad
 from skfem.refdom import RefHex
 
 Degrees = tuple[int, int, int]
+NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
 
 
 class ElementHexTrunk(ElementH1):
@@ -168,9 +169,6 @@ def film(u: Any, v: Any, w: Any) -> Any:
 def joule_heat(v: Any, w: Any) -> Any:
     """sigma |grad phi|^2 v."""
     return w.conductivity * dot(grad(w.potential), grad(w.potential)) * v
-
-
-NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
 
 
 class Rule(NamedTuple):

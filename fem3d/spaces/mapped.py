@@ -34,6 +34,7 @@ LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetra
 AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
+S = TypeVar("S", bound=Space)
 
 
 class ElementTetNested(ElementH1):
@@ -245,9 +246,6 @@ def _side(kind: Kind, number: int, more: int) -> Side:
     reference, order = _element(kind).refdom, _order(kind) + 2 * more
     points = _collapsed(order, 2) if kind[0] else get_quadrature(reference.brefdom, order)
     return side(reference, number, points, partial(_values, kind))
-
-
-S = TypeVar("S", bound=Space)
 
 
 def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = None) -> S:

@@ -18,6 +18,9 @@ from scenes.free import rules
 from scenes.free.graph import CellGraph
 from scenes.model import FLOWS, Contact, GroupBoundary, GroupProbe, Material, MeshScene, is_zero
 
+_KINDS: dict[str, tuple[str, ...]] = {**dict.fromkeys((*FLOWS, "resistance"), ("surface",)), "power": ("volume",)}
+CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"
+
 
 def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     """Place a scene on its mesh.
@@ -64,9 +67,6 @@ def named(scene: MeshScene, mesh: GroupedMesh) -> None:
             _refuse(mesh, f"probe {quoted(probe.name)}.group", probe.group, kinds)
         if probe.side:
             _refuse(mesh, f"probe {quoted(probe.name)}.side", probe.side, ("volume",))
-
-
-_KINDS: dict[str, tuple[str, ...]] = {**dict.fromkeys((*FLOWS, "resistance"), ("surface",)), "power": ("volume",)}
 
 
 def _refuse(mesh: GroupedMesh, path: str, group: str, kinds: tuple[str, ...]) -> None:
@@ -232,6 +232,3 @@ class Placed(CellGraph):
             f"the mesh has {count} {'parts' if count > 1 else 'part'} that share no faces{where}, so that neither heat "
             f"nor current passes between them: if they should touch, {CONFORMING}; as it is, {sentence}"
         )
-
-
-CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"

@@ -30,6 +30,17 @@ _REFUSED = {
     "TIE": "merge the meshes, so that the tied parts share nodes",
     **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"), "write all nodes and elements out"),
 }  # fmt: skip
+# The kind of cell of a card for each count of nodes, by meshio's names.
+_CELLS = {
+    "CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
+    "CPENTA": {6: "wedge", 15: "wedge15"}, "CPYRAM": {5: "pyramid", 13: "pyramid13"},
+    "CTRIA3": {3: "triangle"}, "CTRIAR": {3: "triangle"}, "CTRIA6": {3: "triangle", 6: "triangle6"},
+    "CQUAD4": {4: "quad"}, "CQUADR": {4: "quad"}, "CQUAD8": {4: "quad", 8: "quad8"},
+    "CQUAD": {4: "quad", 8: "quad8", 9: "quad9"},
+}  # fmt: skip
+_SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM")
+# Nastran has the upright edges of a hexahedron before those of its top.
+_HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 
 
 @dataclass
@@ -182,19 +193,6 @@ def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
     # Rodrigues' rotation formula.
     along = np.outer(r @ axis, axis) * (1 - np.cos(angle))
     return a + r * np.cos(angle) + np.cross(axis, r) * np.sin(angle) + along
-
-
-# The kind of cell of a card for each count of nodes, by meshio's names.
-_CELLS = {
-    "CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
-    "CPENTA": {6: "wedge", 15: "wedge15"}, "CPYRAM": {5: "pyramid", 13: "pyramid13"},
-    "CTRIA3": {3: "triangle"}, "CTRIAR": {3: "triangle"}, "CTRIA6": {3: "triangle", 6: "triangle6"},
-    "CQUAD4": {4: "quad"}, "CQUADR": {4: "quad"}, "CQUAD8": {4: "quad", 8: "quad8"},
-    "CQUAD": {4: "quad", 8: "quad8", 9: "quad9"},
-}  # fmt: skip
-_SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM")
-# Nastran has the upright edges of a hexahedron before those of its top.
-_HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 
 
 def read_nastran(text: str) -> MeshData:

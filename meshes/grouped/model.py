@@ -22,6 +22,10 @@ Piece = tuple[str, int, np.ndarray]
 """Name and dimension of a group, and some of its cells."""
 Element = tuple[str, list[int], list[str]]
 """A cell of a file: its kind by meshio's name, the numbers of its nodes in meshio's order, and its groups."""
+INSIDE = 1e-6  # reference coordinates; coordinates in files have six or more digits
+STEPS = 30  # iterations at most; Newton's method doubles the digits in each
+# A place is on a facet where its distance in the coordinates of the reference cell is less; parts of a cell are larger.
+ON_FACET = 1e-7
 
 
 class MeshFileError(ValueError):
@@ -169,10 +173,6 @@ class GroupedMesh:
         return nodes.min(axis=1), nodes.max(axis=1)
 
 
-INSIDE = 1e-6  # reference coordinates; coordinates in files have six or more digits
-STEPS = 30  # iterations at most; Newton's method doubles the digits in each
-
-
 def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = None) -> tuple[int, np.ndarray] | None:
     """Find the cell, among chosen ones (cells,), and the reference coordinates (3,) of a point (m).
 
@@ -204,10 +204,6 @@ def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = Non
     outside = np.where(off < 1e-6 * size[cells], outside, np.inf)
     best = int(outside.argmin())
     return (int(cells[best]), at[:, best]) if outside[best] <= INSIDE else None
-
-
-# A place is on a facet where its distance in the coordinates of the reference cell is less; parts of a cell are larger.
-ON_FACET = 1e-7
 
 
 def refine(given: GroupedMesh, times: np.ndarray | None = None) -> GroupedMesh:

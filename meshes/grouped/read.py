@@ -47,6 +47,14 @@ _ORDER = {
     "tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], "hexahedron20": _EDGES,
     "hexahedron27": [*_EDGES, 22, 23, 21, 24, 20, 25, 26],
 }  # fmt: skip
+KINDS = {
+    "tetra": (4, 4), "tetra10": (4, 10), "hexahedron": (8, 8), "hexahedron20": (8, 20), "hexahedron27": (8, 27),
+}  # fmt: skip
+"""meshio's names of the cells that are solved on: their corners and nodes."""
+_TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
+# The nodes of a straight cell in the order of its mirror image.
+_INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
+_CORNERS = {"tria": 3, "quad": 4}
 
 
 def is_gmsh_41(data: bytes) -> bool:
@@ -139,14 +147,6 @@ def _read_cells(numbers: _Numbers) -> list[tuple[int, int, str, np.ndarray]]:
         rows = numbers.take("size", count * (1 + nodes)).reshape(count, 1 + nodes)
         blocks.append((dim, tag, kind, rows[:, 1:]))
     return blocks
-
-
-KINDS = {
-    "tetra": (4, 4), "tetra10": (4, 10), "hexahedron": (8, 8), "hexahedron20": (8, 20), "hexahedron27": (8, 27),
-}  # fmt: skip
-"""meshio's names of the cells that are solved on: their corners and nodes."""
-
-_TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
 
 
 def read(path: Path, unit: float) -> GroupedMesh:
@@ -300,10 +300,6 @@ def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
         raise SceneError(f"{shown} is flat, its nodes lie in one plane: give a mesh of volumes")
 
 
-# The nodes of a straight cell in the order of its mirror image.
-_INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
-
-
 def _determinants(mesh: Any) -> np.ndarray:
     """Return (cells, points) the determinants of the maps of cells at their nodes and middles, positive in order."""
     reference = mesh.elem().doflocs.T
@@ -346,9 +342,6 @@ def _add_groups(grouped: GroupedMesh, data: MeshData, of_cell: np.ndarray, verti
             grouped.others.setdefault(name, "a surface with faces that are no faces of the volume cells")
         else:
             grouped.others.setdefault(name, "a group of lines" if dim == 1 else "a group of points")
-
-
-_CORNERS = {"tria": 3, "quad": 4}
 
 
 def _facets(mesh: Any, corners: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -33,6 +33,9 @@ from statespace.march import CEILING, March, march
 from statespace.result import QUANTITIES, DeviceResult, device_result
 from statespace.stability import Stability
 
+LESS = 3
+"""The run that estimates the error in space has elements of a degree lower by this."""
+
 
 class UnstableStepError(ValueError):
     """The scheme's time step is beyond its stability limit, which the message names."""
@@ -223,10 +226,6 @@ def runge_kutta_step(
     t = rise + dt * k3
     k4 = flow - loss * t + heat / (1 + change * t)
     return rise + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-
-
-LESS = 3
-"""The run that estimates the error in space has elements of a degree lower by this."""
 
 
 def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:

@@ -46,6 +46,11 @@ from reduced1d.numerics import Elements
 from scenes.checks import FIRST_TIME
 from scenes.sink import Sink, different, start
 
+_HALF_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
+"""Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
+PLATE_STATES = 24
+"""With so many fields the projection equals the plate to 1e-5 at all times that are compared."""
+
 
 @dataclass(frozen=True)
 class Anchor:
@@ -160,10 +165,6 @@ def warnings(sink: Sink, remainder: float, one_node: float | None = None) -> lis
     return [sentence for sentence, broken in said.items() if broken]
 
 
-_HALF_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
-"""Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
-
-
 def fin(
     sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0
 ) -> FewStates:  # fmt: skip
@@ -237,10 +238,6 @@ def _elements(sink: Sink) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     lengths, numbers, islands = zip(*pieces, strict=True)
     counts = [len(each) for each in lengths]
     return np.concatenate(lengths), np.repeat(numbers, counts), np.repeat(islands, counts)
-
-
-PLATE_STATES = 24
-"""With so many fields the projection equals the plate to 1e-5 at all times that are compared."""
 
 
 def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray | None:

@@ -26,6 +26,9 @@ from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble, facto
 from scenes.result import Result
 from scenes.sink import Sink
 
+_WITHOUT_CIRCUIT = "fin-massless, no current in the pads"
+_WITH_ISLANDS = "anchored, islands in the circuit"
+
 
 @dataclass(frozen=True, eq=False)
 class Level:
@@ -183,8 +186,6 @@ def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | Non
     return result(rung.name, levels.sink, fine, coarse, steady_only, times)
 
 
-_WITHOUT_CIRCUIT = "fin-massless, no current in the pads"
-_WITH_ISLANDS = "anchored, islands in the circuit"
 _PLATE = Rung(
     "plate", "rest (thin plate)", "the silicon layer is averaged over its thickness",
     "the average over the layer's thickness",

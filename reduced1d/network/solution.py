@@ -27,6 +27,20 @@ from scenes.model import AnyScene, Probe, Quantity
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink, face
 
+BELOW = 1e-2
+"""The part of the scene's accuracy that the network's own error may be, so that it hardly counts beside that of 3D."""
+DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
+"""Of the coarse and the fine elements, turn by turn."""
+GROWTHS = ((6.0, 4.0), (2.5, 2.0), (1.5, 1.3))
+"""By what factor a step ends later than it begins, in the coarse and in the fine run over time, turn by turn: each turn
+has an error some hundred times smaller (13th order), and the first serves accuracies of a per cent. The hot plate's
+traces are then 5e-5, 6e-6; 4e-7, 2e-7 and below 1e-8 off, of which the elements make the last three."""
+EARLY = 1e-3
+"""For this part of the end time, after the start and after a jump, errors of traces are not judged; 3D has the same.
+The first step, and the elements that follow it, are for a tenth of it."""
+INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
+"""Names of the probes of heat flows; a boundary's name follows the first."""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -89,25 +103,6 @@ def _side(layout: Layout, key: tuple[str, int], touch: Touch, number: int) -> Pr
     boxes = (line.box.name,) if any(link.contact for link in layout.heat) else ()
     (a, b, c), (d, e, f) = lower, upper
     return Probe(f"{key[0]} {key[1]} side {number}", (a, b, c), (d, e, f), quantity, boxes=boxes)
-
-
-BELOW = 1e-2
-"""The part of the scene's accuracy that the network's own error may be, so that it hardly counts beside that of 3D."""
-
-DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
-"""Of the coarse and the fine elements, turn by turn."""
-
-GROWTHS = ((6.0, 4.0), (2.5, 2.0), (1.5, 1.3))
-"""By what factor a step ends later than it begins, in the coarse and in the fine run over time, turn by turn: each turn
-has an error some hundred times smaller (13th order), and the first serves accuracies of a per cent. The hot plate's
-traces are then 5e-5, 6e-6; 4e-7, 2e-7 and below 1e-8 off, of which the elements make the last three."""
-
-EARLY = 1e-3
-"""For this part of the end time, after the start and after a jump, errors of traces are not judged; 3D has the same.
-The first step, and the elements that follow it, are for a tenth of it."""
-
-INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
-"""Names of the probes of heat flows; a boundary's name follows the first."""
 
 
 def solve(

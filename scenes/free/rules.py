@@ -21,6 +21,7 @@ from scenes.model import FLOWS, ROUNDING, Boundary, Box, GroupBoundary, Point, P
 from scenes.units import extent, point
 
 Explain = Callable[[str], str]
+T = TypeVar("T", Box, Boundary, Probe)
 
 
 def check(graph: CellGraph, explain: Explain) -> None:
@@ -247,9 +248,6 @@ def _called(graph: CellGraph, mask: np.ndarray) -> tuple[str, bool]:
     names = graph.names(mask)
     one = len(names) == 1
     return f"{graph.part_word if one else _plural(graph.part_word)} {listed(names)}", one
-
-
-T = TypeVar("T", Box, Boundary, Probe)
 
 
 def checked(scene: Scene) -> Scene:

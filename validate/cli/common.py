@@ -44,6 +44,13 @@ OF_A_TABLE = {
     "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
     "--json": "print the table as JSON",
 }  # fmt: skip
+_STAGES = {
+    "fem3d": "3D", "device": "runs", "device in 3D": "runs in 3D", "design": "designer's questions", "why": "why",
+    "left out": "left out", "sensitivities": "sensitivities", "fit": "fit",
+    "export": "export", "files": "files", "figures": "figures",
+}  # fmt: skip
+MARKS = {"as predicted": "unresolved", "skipped": ""}
+VERDICTS = ("agrees", "differs", "unresolved", "as predicted", "skipped")
 
 
 def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
@@ -149,13 +156,6 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     return DIFFERS if against else FINE
 
 
-_STAGES = {
-    "fem3d": "3D", "device": "runs", "device in 3D": "runs in 3D", "design": "designer's questions", "why": "why",
-    "left out": "left out", "sensitivities": "sensitivities", "fit": "fit",
-    "export": "export", "files": "files", "figures": "figures",
-}  # fmt: skip
-
-
 def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> str:
     """Return the results folder of a run, its files and times, and the steps that differ from the printed plan."""
     from compare.report.table import wrapped
@@ -233,10 +233,6 @@ def table(
     else:
         show(f"{text(rows, style())}\n\n{seconds:.0f} s")
     return rows
-
-
-MARKS = {"as predicted": "unresolved", "skipped": ""}
-VERDICTS = ("agrees", "differs", "unresolved", "as predicted", "skipped")
 
 
 def counts(rows: Sequence[Row]) -> dict[str, int]:

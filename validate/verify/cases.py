@@ -14,6 +14,9 @@ from scenes.sink import OF_A_SINK, Sink
 from validate.verify import exact, orders, orders_in_time, published, second_path, surroundings
 from validate.verify.manufactured import CAPACITIES, LAYERS, ONE_CAPACITY, ONE_K, conduction, heating, joule
 
+NGSOLVE_ORDERS, NGSOLVE_MESH = (3, 4), (1e-6, 3.0)
+ACCURACY = 1e-4  # of this toolkit beside NGSolve
+
 
 class Case(NamedTuple):
     """A family of rows, a name for progress and messages, and the function that makes the rows."""
@@ -26,10 +29,6 @@ class Case(NamedTuple):
 def _cases(family: str, *functions: Callable[[], Iterator[Row]]) -> Iterator[Case]:
     """Yield the cases of functions, named after them."""
     yield from (Case(family, function.__name__.replace("_", " "), function) for function in functions)
-
-
-NGSOLVE_ORDERS, NGSOLVE_MESH = (3, 4), (1e-6, 3.0)
-ACCURACY = 1e-4  # of this toolkit beside NGSolve
 
 
 def second_code() -> Iterator[Row]:

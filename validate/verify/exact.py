@@ -26,6 +26,11 @@ from scenes.sink import OXIDE, SILICON
 from validate.verify.expected import ACCURACY, Expected, rows
 
 TERMS = 400
+FAMILY = "exact solutions"
+ONE = Layer(LENGTH, SILICON.thermal_conductivity, SILICON.heat_capacity)
+TIMES = tuple((SLOW * np.array([0.005, 0.02, 0.1, 0.4, 1.0])).tolist())
+INSTANTS = np.array(TIMES)
+NUMBERS = INSTANTS * 4 / SLOW  # alpha t/l^2 of half the length
 
 
 def cooling(position: np.ndarray | float, number: float) -> np.ndarray:
@@ -107,12 +112,7 @@ def convective_rectangle(
     return float((start * np.cos(b * x) * falling(height - y) / falling(height)).sum())
 
 
-FAMILY = "exact solutions"
-ONE = Layer(LENGTH, SILICON.thermal_conductivity, SILICON.heat_capacity)
 WIDTH, _, DEPTH = BAR = bars.SIZE
-TIMES = tuple((SLOW * np.array([0.005, 0.02, 0.1, 0.4, 1.0])).tolist())
-INSTANTS = np.array(TIMES)
-NUMBERS = INSTANTS * 4 / SLOW  # alpha t/l^2 of half the length
 
 
 def slab_step() -> Iterator[Row]:

@@ -29,6 +29,7 @@ ONE_CAPACITY, CAPACITIES = (1.5, 1.5), (1.2, 2.0)  # J/(m3 K)
 
 Field = Callable[..., Any]  # of x, y, z, arrays of one shape
 Pair = tuple[float, float]  # of the lower and the upper layer
+RHO, ALPHA = 0.5, 0.3  # ohm m, 1/K: of the conductor
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,6 @@ def conduction(k: Pair) -> Manufactured:
     name = "constant k" if k[0] == k[1] else "k in layers"
     scene = _scene(materials, _sides("convection", "temperature"))
     return Manufactured(name, scene, lambda x, y, z: across(x, y) * (up(z) - 1), f, _weight)
-
-
-RHO, ALPHA = 0.5, 0.3  # ohm m, 1/K: of the conductor
 
 
 def joule() -> Manufactured:

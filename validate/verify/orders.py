@@ -51,6 +51,9 @@ TRANSIENT_CUTS = {1: (4, 8), 2: (3, 6), 3: (3, 4), 4: (2, 3)}
 HEX_CUTS = {1: (3, 6), 2: (3, 5)}
 HEX_TRANSIENT = {1: ((2, 4), (4, 8)), 2: ((2, 3), (4, 6))}  # cuts, and steps in time
 MEANS = (1, 2, 4)  # degrees: those of twice their order take finer meshes at 3, and drown in rounding from 5 on
+CASE = "L-shaped conductor, tetrahedra of degree 3"
+WIDTH, ARM = 1e-5, 4  # m; in widths
+FIRST, LAST = 1_000, 10_000  # unknowns: on fewer all cells are refined; from LAST on a mesh is the last
 
 
 def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
@@ -230,11 +233,6 @@ def second_path_of(solution: Manufactured, degree: int, cuts: int) -> tuple[Prob
 def _on_quadrature(problem: Problem, finer: On, temperature: np.ndarray, solution: Manufactured) -> Errors:
     rise = temperature - problem.start
     return solution.distances(finer.weights, finer.places, finer.value(rise), finer.slope(rise))
-
-
-CASE = "L-shaped conductor, tetrahedra of degree 3"
-WIDTH, ARM = 1e-5, 4  # m; in widths
-FIRST, LAST = 1_000, 10_000  # unknowns: on fewer all cells are refined; from LAST on a mesh is the last
 
 
 def rows() -> Iterator[Row]:

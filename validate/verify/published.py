@@ -31,6 +31,10 @@ NAFEMS = "The Standard NAFEMS Benchmarks, rev. 3, 1990"
 ISO = "ISO 10211:2017, annex C"
 _CASE = f"{Path(__file__).parent}/iso_10211_case_{{}}.toml"
 STEPS = 320  # straight lines for the sine of NAFEMS T3
+CASE_1 = (
+    (9.7, 13.4, 14.7, 15.1), (5.3, 8.6, 10.3, 10.8), (3.2, 5.6, 7.0, 7.5), (2.0, 3.6, 4.7, 5.0),
+    (1.3, 2.3, 3.0, 3.2), (0.7, 1.4, 1.8, 1.9), (0.3, 0.6, 0.8, 0.9),
+)  # fmt: skip
 
 
 def nafems_t3() -> Iterator[Row]:
@@ -71,12 +75,6 @@ def nafems_t4() -> Iterator[Row]:
         Expected("E", "K", ZERO + 18.25, 100.0, 0.005, "E, printed 18.25 C", None, NAFEMS),
         Expected("E", "K", ZERO + exact, 100.0, 0.0, "E, series", note="separation of variables"),
     ])  # fmt: skip
-
-
-CASE_1 = (
-    (9.7, 13.4, 14.7, 15.1), (5.3, 8.6, 10.3, 10.8), (3.2, 5.6, 7.0, 7.5), (2.0, 3.6, 4.7, 5.0),
-    (1.3, 2.3, 3.0, 3.2), (0.7, 1.4, 1.8, 1.9), (0.3, 0.6, 0.8, 0.9),
-)  # fmt: skip
 
 
 def iso_case_1() -> Iterator[Row]:

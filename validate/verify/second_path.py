@@ -35,6 +35,10 @@ from validate.verify.newton import Electrode, Law, On, Part, Problem, State
 
 Pair = frozenset[int]
 """The numbers of two boxes."""
+FAMILY, CASE = "second paths", "silicon on a foot: laws, contact, radiation, given current"
+BEAM = Path(__file__).with_name("beam.toml")
+# Of the length between two planes: along x and z intervals next to edges are short.
+GRADED, EVEN = np.array([0.0, 0.12, 0.88, 1.0]), np.array([0.0, 1.0])
 
 
 def split_contacts(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair]) -> MeshHex:
@@ -230,12 +234,6 @@ def readings(scene: Scene, basis: Basis, state: State) -> dict[str, float]:
     """Return the means that probes read: temperatures (K) and potentials (V)."""
     fields = dict(zip(("temperature", "potential"), state, strict=True))
     return {p.name: float(mean(basis, p) @ fields[p.quantity]) for p in scene.probes if p.quantity in fields}
-
-
-FAMILY, CASE = "second paths", "silicon on a foot: laws, contact, radiation, given current"
-BEAM = Path(__file__).with_name("beam.toml")
-# Of the length between two planes: along x and z intervals next to edges are short.
-GRADED, EVEN = np.array([0.0, 0.12, 0.88, 1.0]), np.array([0.0, 1.0])
 
 
 def rows() -> Iterator[Row]:

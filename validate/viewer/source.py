@@ -18,6 +18,16 @@ from validate.report.fields import ARRAYS
 
 SINGLE = (".vtu", ".vtk")
 """Files that hold one field."""
+QUANTITIES = {
+    "rise": ("rise", "K"),
+    "temperature": ("temperature", "K"),
+    "potential": ("potential", "V"),
+    "current_density": ("current density", "A/m2"),
+    "heat_source": ("heat source", "W/m3"),
+}
+"""What can be shown: the data's name, its label and unit."""
+_CUTS = {"": "x", "x": "y", "y": "z", "z": ""}
+FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 @dataclass
@@ -168,19 +178,6 @@ def _consistent(grid: Any) -> bool:
         if cell is not None and sizes[grid.celltypes == kind].min() < cell.GetNumberOfPoints():
             return False
     return True
-
-
-QUANTITIES = {
-    "rise": ("rise", "K"),
-    "temperature": ("temperature", "K"),
-    "potential": ("potential", "V"),
-    "current_density": ("current density", "A/m2"),
-    "heat_source": ("heat source", "W/m3"),
-}
-"""What can be shown: the data's name, its label and unit."""
-
-_CUTS = {"": "x", "x": "y", "y": "z", "z": ""}
-FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,10 @@ _SEEN = 0.005
 """Errors smaller than this part of a panel's longest bar are no wider than a line."""
 _MARKS = 40
 """Data points that have error bars."""
+_LEAST = 0.1
+"""Percent below which the axis is linear."""
+_COLOURS = LINES["peak_K"], LINES["end_K"], INK
+_THICK = 0.26  # Height of a bar, of a row of 1.
 
 
 def why(outcome: Outcome[Any]) -> Figure | None:
@@ -228,12 +232,6 @@ def _at_rest(results: Validated, keys: list[str], said: str, colours: dict[str, 
         ax.set(xlim=(-0.6, len(statements) - 0.4), ylabel=with_mu(f"E = S - D ({unit})"))
         ax.set_title(cut(statements[0].called, 24), fontsize=10)
     return figure
-
-
-_LEAST = 0.1
-"""Percent below which the axis is linear."""
-_COLOURS = LINES["peak_K"], LINES["end_K"], INK
-_THICK = 0.26  # Height of a bar, of a row of 1.
 
 
 def left_out(outcome: Outcome[Any]) -> Figure:

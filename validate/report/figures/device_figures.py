@@ -41,6 +41,9 @@ _START = 0.02
 """s: the least time of a start that is shown."""
 _SHOWN, _BEFORE = 0.1, 0.02
 """s: what is shown after and before a step."""
+IN_1D: dict[str, Any] = {"color": "black", "lw": 0.9, "ls": ":", "drawstyle": "steps-post"}
+SETTLED = 0.02
+"""What is shown ends where both powers stay within this part of the sink's change."""
 
 
 def power(outcome: Outcome[Device]) -> Figure:
@@ -230,11 +233,6 @@ def ground(outcome: Outcome[Device]) -> Figure:
     off.set_title(with_mu(f"the paper's meter tells power and resistance from {limits} on"), fontsize=9, color=INK)
     legend(figure, off, reach, columns=3, fontsize=9)
     return figure
-
-
-IN_1D: dict[str, Any] = {"color": "black", "lw": 0.9, "ls": ":", "drawstyle": "steps-post"}
-SETTLED = 0.02
-"""What is shown ends where both powers stay within this part of the sink's change."""
 
 
 def shielding(outcome: Outcome[Device]) -> Figure:

@@ -45,6 +45,8 @@ _MEANS = {
     "fig6_end": "the 1D end is off by up to {} of the final rise",
     "fig7_current": "the 1D current is off by up to {} of its final change",
 }
+VISIBLE = 0.004
+"""Error bands narrower than this part of an axis are no wider than a line."""
 
 
 def style() -> Any:
@@ -93,10 +95,6 @@ def logarithmic(ax: Any, name: str) -> None:
     axis = getattr(ax, f"{name}axis")
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
-
-
-VISIBLE = 0.004
-"""Error bands narrower than this part of an axis are no wider than a line."""
 
 
 def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:

@@ -26,6 +26,18 @@ MOST_NAME = 24
 _PANEL = 2.4  # Inches of a panel.
 _EARLY = 0.05  # A trace that has half its change within this part of the run is drawn on a logarithmic axis.
 _SEEN = 0.01  # A change below this part of a trace's range can't be seen.
+_ROW = 0.32
+"""Inches of a bar's row."""
+_OF = {"in the steady state": LINES["end_K"], "at its worst over time": LINES["mean_K"]}  # Colours of the bars.
+_BEYOND = 10.0
+"""Bars are cut at this relative difference, as relative to a scale near zero a difference says nothing."""
+_NAMES = 30
+"""The most lines that are named."""
+_UM = 1e6  # Micrometres per metre.
+_WIDE, _TALLEST, _SIDE, _BETWEEN = 7.35, 5.0, 1.4, 0.2
+"""Inches: width; height of the view from above at most; height of that from the side at least; gap."""
+_ROOM = 1.06
+"""Extent of the axes over that of the geometry."""
 
 
 def traces(outcome: Outcome[AnyScene]) -> Figure:
@@ -102,13 +114,6 @@ def _first(scene: AnyScene, traces: Traces) -> float:
     return max(10.0 ** np.floor(np.log10(min(starts))), 1e-6 * scene.end_time)
 
 
-_ROW = 0.32
-"""Inches of a bar's row."""
-_OF = {"in the steady state": LINES["end_K"], "at its worst over time": LINES["mean_K"]}  # Colours of the bars.
-_BEYOND = 10.0
-"""Bars are cut at this relative difference, as relative to a scale near zero a difference says nothing."""
-
-
 def differences(outcome: Outcome[AnyScene]) -> Figure:
     """A bar for every check, in percent of its scale, with the error of the difference."""
     checks = [c for c in outcome.checks if not c.id.startswith("slope_") and np.isfinite(c.difference)]
@@ -132,15 +137,6 @@ def differences(outcome: Outcome[AnyScene]) -> Figure:
     ax.set_xlabel("difference (%); of a temperature relative to its rise; grey is the tolerance")
     legend(figure, ax)
     return figure
-
-
-_NAMES = 30
-"""The most lines that are named."""
-_UM = 1e6  # Micrometres per metre.
-_WIDE, _TALLEST, _SIDE, _BETWEEN = 7.35, 5.0, 1.4, 0.2
-"""Inches: width; height of the view from above at most; height of that from the side at least; gap."""
-_ROOM = 1.06
-"""Extent of the axes over that of the geometry."""
 
 
 def network(outcome: Outcome[AnyScene]) -> Figure:
