@@ -12,7 +12,7 @@ from compare.kinds import KINDS
 from compare.options import Options
 from compare.outcome import Outcome
 from compare.pipeline import solve as answer
-from compare.verdict import Check, contradicts, expected, judge
+from compare.verdict import Check, judge
 from fem3d.runs import sink as sink_run
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.errors import SceneError
@@ -163,27 +163,6 @@ def test_reference_temperature_other_than_room():
 )  # fmt: skip
 def test_judge(difference, u_num, verdict):
     assert judge(difference, 0.02, u_num) == verdict
-
-
-CHECK = Check("", 1.0, 2.0, "K/W", -0.5, 1e-4, id="eq14", tolerance=0.02, verdict="differs")
-
-
-@pytest.mark.parametrize(
-    ("verdict", "declared", "tolerances", "loose", "strict"),
-    [
-        ("differs", None, {}, False, True), ("agrees", None, {}, False, False), ("unresolved", None, {}, False, True),
-        ("differs", None, {"eq14": 0.1}, True, True), ("unresolved", None, {"eq14": 0.1}, False, True),
-        ("differs", None, {"eq13": 0.1}, False, True),
-        ("differs", ("eq14",), {}, False, False), ("agrees", ("eq14",), {}, True, True),
-        ("unresolved", ("eq14",), {}, False, True), ("differs", ("eq18",), {}, True, True),
-        ("differs", (), {}, True, True), ("differs", ("eq14",), {"eq14": 0.1}, False, False),
-    ],
-)  # fmt: skip
-def test_what_contradicts_the_scene(verdict, declared, tolerances, loose, strict):
-    sink = Sink(tolerances=tolerances, expected_to_differ=declared)
-    check = replace(CHECK, verdict=verdict, expected=expected(sink, "eq14"))
-    assert contradicts(check, sink, strict=False) is loose
-    assert contradicts(check, sink, strict=True) is strict
 
 
 ROW = Sink(spans=3, accuracy=1e-2)

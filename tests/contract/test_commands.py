@@ -16,10 +16,14 @@ from typing import Any
 import pytest
 
 import compare
+from scenes import free
+from scenes.keys import DEVICE, SINK
+from scenes.loading import as_dict, from_dict
 from validate.cli import main
 
 RECORD = Path(__file__).with_name("commands.json")
 RECORDED: dict[str, dict[str, Any]] = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else {}
+TYPES = {"sink": SINK, "device": DEVICE}
 MODEL = "def bridge(scene, times):\n    return {'middle': 310.0, 'current': 0.01}\n"
 
 
@@ -32,14 +36,19 @@ def prepare(folder: Path) -> None:
     shutil.copy(Path(__file__).parents[2] / "examples" / "lumped.py", folder / "plate.py")
 
 
-def run(command: str) -> tuple[int, str, dict[str, Any]]:
-    """Exit status, standard error and summary.json (empty without one) of a command line."""
+def run(command: str) -> tuple[int, str, str, dict[str, Any]]:
+    """Exit status, standard output and error, and summary.json (empty without one) of a command line."""
     shutil.rmtree("results", ignore_errors=True)
     out, error = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(error):
         status = main(shlex.split(command))
     found = next((f for name in ("summary.json", "sweep.json") for f in Path().glob(f"results/*/{name}")), None)
-    return status, error.getvalue(), {} if found is None else json.loads(found.read_text(encoding="utf-8"))
+    return (
+        status,
+        out.getvalue(),
+        error.getvalue(),
+        {} if found is None else json.loads(found.read_text(encoding="utf-8")),
+    )
 
 
 def numbers(summary: dict[str, Any]) -> dict[str, list[Any]]:
@@ -81,11 +90,14 @@ def _folder(tmp_path_factory):
 def test_command_line_keeps_its_contract(command):
     """Numbers stay within the sum of the recorded and the new error; a verdict changes only through "unresolved"."""
     expected = RECORDED[command]
-    status, error, summary = run(command)
+    status, out, error, summary = run(command)
     assert status == expected["status"], error
     if status >= 2:
         assert error.startswith("validate: ")
         assert error.count("\n") == 1
+    if "--dry-run" in command:
+        assert out.startswith("Plan\n")
+        assert not Path("results").exists()
     found = numbers(summary)
     assert found.keys() == expected["numbers"].keys()
     for name, (value, bound, verdict) in expected["numbers"].items():
@@ -97,6 +109,13 @@ def test_command_line_keeps_its_contract(command):
         assert verdict_now == verdict or "unresolved" in (verdict, verdict_now), name
     if "schema" in expected:
         assert schema(summary) == expected["schema"]
+    if "scene" in summary:
+        assert summary["command"] == f"validate {command}"
+        (folder,) = Path("results").iterdir()
+        assert set(summary["files"]) == {entry.name for entry in folder.iterdir()}
+        kind = command.split()[0]
+        again = free.from_dict(summary["scene"]) if kind == "solve" else from_dict(summary["scene"], TYPES[kind])
+        assert (free.as_dict if kind == "solve" else as_dict)(again) == summary["scene"]
 
 
 def test_python_interface_keeps_its_shape():
@@ -117,7 +136,7 @@ def record() -> None:
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         prepare(Path())
         for command, entry in RECORDED.items():
-            status, error, summary = run(command)
+            status, _, error, summary = run(command)
             entry |= {"status": status, "numbers": numbers(summary)}
             entry |= {"schema": schema(summary)} if "schema" in entry else {}
             print(status, command, error.strip()[:100])

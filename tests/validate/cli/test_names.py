@@ -13,7 +13,8 @@ SAME = {"--help", "--out", "--no-figures", "--explain", "--dry-run", "--strict",
 
 DIFFERENT = {
     "sink": [
-        "", "--voltage 2", "--set sink.width=20um", "--accuracy 1e-4", "--steady", "--only 3d", "--only 1d",
+        "", "--voltage 2", "--voltage -2V", "--voltage 0.002", "--set sink.width=20um",
+        "--accuracy 1e-4", "--steady", "--only 3d", "--only 1d",
         "--reduction fin", "--reduction moments:3", "--why", "--sensitivities", "--uncertain materials",
         "--uncertain oxide_width=1%", "--uncertain oxide_width=1% --uncertain pad_width=1%",
         "--uncertain oxide_width=1% --uncertain pad_width=1% --correlated oxide_width,pad_width=0.5",
@@ -81,7 +82,10 @@ def test_different_results_have_different_folders(command, monkeypatch):
     assert len(set(folders)) == len(folders), sorted(folders)
     assert all(found.parent == Path("results") for found in folders)
     plain = {"sink": "sink-1V", "device": "device-273K", "solve": "bridge"}[command]
-    assert command != "sink" or Path("results/sink-1V-width20um") in folders
+    if command == "sink":
+        names = ("sink-2V", "sink-minus2V", "sink-2mV", "sink-1V-width20um")
+        assert [found.name for found in folders[1:5]] == list(names)
+        assert folder(command, "--voltage 2mV", monkeypatch) == folders[3]
     assert folders[0].name == plain
     for option in SAME - {"--help", "--out"}:
         if (command, option) != ("solve", "--strict") and option != "--dry-run":
@@ -121,22 +125,3 @@ def test_what_replaces_an_earlier_run_says_so(capsys):
     )
     main([*first, "--steady"])
     assert "Replaces the earlier run of the same command." in " ".join(capsys.readouterr().out.split())
-
-
-def test_the_command_line_of_device_and_solve():
-    for command in (
-        "device --figure 10 --set run.end_time=0.3s --no-figures --quiet",
-        "solve plate --no-figures --quiet",
-    ):
-        assert main([*command.split(), "--out", "there"]) == 0
-        assert summary("there")["command"] == f"validate {command} --out there"
-        assert f"validate {command} --out there" in Path("there/report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("command", ["sink", "device", "solve bridge"])
-def test_a_dry_run_prints_the_plan_alone(command, capsys):
-    assert main([*command.split(), "--dry-run"]) == 0
-    out = capsys.readouterr().out
-    assert out.startswith("Plan\n")
-    assert "Results in" not in out
-    assert not Path("results").exists()

@@ -2,7 +2,6 @@
 
 import csv
 import html
-import json
 import re
 from pathlib import Path
 
@@ -11,11 +10,8 @@ import pytest
 import pyvista
 
 from compare.course import at
-from scenes.free import from_dict
 from scenes.loading import builtin_text
-from scenes.loading import load_free as load
 from scenes.result import Traces
-from scenes.sink import Sink
 from tests.validate.cli import summary
 from validate.cli import main
 
@@ -24,26 +20,6 @@ pytestmark = pytest.mark.usefixtures("no_solver")
 
 def solve(*arguments: str, figures: bool = False) -> int:
     return main(["solve", *arguments, *([] if figures else ["--no-figures"])])
-
-
-def test_steady_summary_has_the_contract(capsys):
-    assert solve("bridge") == 0
-    found = summary("results/bridge")
-    assert {"schema", "scene", "plan", "provenance", "fem3d", "timing_s", "warnings", "files"} <= set(found)
-    assert found["schema"] == 1
-    assert from_dict(found["scene"]) == load("bridge")
-    assert found["fem3d"]["steady"]["middle"] == {"value": 1.0, "error": 1e-3}
-    assert list(found["fem3d"]["steady"]) == [p.name for p in load("bridge").probes]
-    assert {"energy_imbalance", "dofs", "steps", "levels"} <= set(found["fem3d"])
-    assert "transient" not in found["fem3d"]
-    assert (
-        set(found["files"])
-        == {entry.name for entry in Path("results/bridge").iterdir()}
-        == {"report.html", "summary.json"}
-    )
-    assert {"step": "traces.csv", "state": "skipped", "reason": "only the steady state was asked for (run.steady)"} in (
-        found["plan"]
-    )
 
 
 def test_transient_has_a_column_per_probe_by_its_name(capsys):
@@ -107,13 +83,6 @@ def test_terminal_reads_at_80_columns(capsys):
     assert any(line.split() == ["current", "3.0000", "±", "0.0030", "A"] for line in lines)
 
 
-def test_quiet_and_json(capsys):
-    assert solve("plate", "--quiet") == 0
-    assert len(capsys.readouterr().out.splitlines()) == 1
-    assert solve("plate", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["fem3d"]["steady"]["E"]["value"] == 1.0
-
-
 def test_overrides_name_the_folder_and_reach_the_scene(capsys):
     assert solve("bridge", "--set", "boundary.left electrode.voltage=-3V", "--accuracy", "1e-4") == 0
     found = summary("results/bridge-left-electrode.voltageminus3V-accuracy1e-4")["scene"]
@@ -144,24 +113,6 @@ def test_fields(capsys):
     grid = reader.read()[0]
     # The stand-in is coldest at 293 K, below the scene's 20 degC.
     assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
-
-
-def test_every_example_is_printed_and_solved_as_a_file(capsys):
-    for name in ("bridge", "plate", "hotplate"):
-        assert main(["scene", name]) == 0
-        text = capsys.readouterr().out
-        assert text.rstrip() == builtin_text(name).rstrip()
-        Path("mine.toml").write_text(text, encoding="utf-8")
-        assert solve("mine.toml", "--quiet") == 0
-        capsys.readouterr()
-
-
-def test_the_sink_is_printed_as_boxes_and_solved(capsys):
-    assert main(["scene", "sink", "--boxes"]) == 0
-    Path("mine.toml").write_text(capsys.readouterr().out, encoding="utf-8")
-    assert load("mine.toml") == Sink().scene()
-    assert solve("mine.toml") == 0
-    assert main(["scene", "device", "--boxes"]) == 2
 
 
 def test_nothing_to_report(capsys):
