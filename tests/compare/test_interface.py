@@ -13,7 +13,7 @@ import pytest
 
 import compare
 import scenes
-from compare.options import check, folder_name, of_kind, read, settings
+from compare.options import of_kind, read
 from compare.testing import assert_reduction_agrees, assert_traces_agree
 from scenes import load
 from scenes.errors import SceneError
@@ -171,12 +171,6 @@ def test_a_free_scene_and_the_device():
     assert list(Path().iterdir()) == []
 
 
-def test_what_the_package_says_it_has():
-    assert {"run", "solve", "device", "sweep"} <= set(dir(compare))
-    assert all(getattr(compare, name) for name in dir(compare))
-    assert len(compare.__doc__.splitlines()) <= 12
-
-
 def test_any_scene_loads_by_its_name_or_file():
     from scenes.loading import builtin_text
 
@@ -206,26 +200,6 @@ def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter():
     assert "nothing was declared" in compare.run("sink", reduction="fin", steady=True).report()
 
 
-@pytest.mark.parametrize(("kind", "given", "said"), [
-    ("sink", {"why": True, "only": "3d"}, "--why does not go with --only 3d: leave out --only 3d"),
-    ("sink", {"fields": True, "only": "1d"}, "--fields does not go with --only 1d: leave out --only 1d"),
-    ("sink", {"monte_carlo": "9"}, "--monte-carlo 9 needs --uncertain: give --uncertain, too"),
-    ("device", {"about": ["9"], "largest_power": "1W"}, "does not go with --figure: leave out"),
-    ("free", {"steady": True, "end_time": "1ms"}, "--end-time 1ms does not go with --steady"),
-    ("free", {"modl": "x"}, 'there is no option "modl".*did you mean "model"'),
-])  # fmt: skip
-def test_options_that_exclude_each_other_are_refused(kind, given, said):
-    with pytest.raises(SceneError, match=said):
-        check(kind, given)
-
-
-def test_an_option_and_an_override_of_one_key_are_refused():
-    with pytest.raises(SceneError, match=r"--voltage 1 and --set voltage=2 both set drive\.voltage"):
-        settings("sink", {"voltage": "1"}, ["voltage=2"])
-    assert settings("sink", {"voltage": 2}, []) == ["drive.voltage=2.0"]
-    assert settings("free", {"steady": True}, []) == ["run.steady=true"]
-
-
 def test_values_are_read_with_the_scene():
     sink = load("sink")
     options = read("sink", {"reduction": "moments", "field_times": "1ms,2ms", "fields": True}, sink)
@@ -234,12 +208,6 @@ def test_values_are_read_with_the_scene():
     assert (options.figures, options.uncertain, options.models) == (True, None, ("fem3d", "reduced1d"))
     with pytest.raises(SceneError, match="the end of the run"):
         read("sink", {"field_times": "1s", "fields": True}, sink)
-
-
-def test_a_folder_is_named_by_its_options():
-    sink = load("sink", ["voltage=2"])
-    given = {"why": True, "steady": True, "reduction": "plate", "figures": True}
-    assert folder_name("sink", given, read("sink", given, sink), sink, []).name == "sink-2V-plate-steady-why"
 
 
 def test_the_python_interface_has_the_options_of_the_table():

@@ -18,7 +18,6 @@ from scenes.varied import varied
 from tests.validate.inputs.test_validation import in_1d
 from validate.cli import main
 from validate.sweep.design import base, parse
-from validate.sweep.monte_carlo import Sampled, Spread
 
 TEXT = """
 [parameters]
@@ -104,23 +103,3 @@ def test_a_room_that_is_a_parameter_moves_temperatures(mine):
     assert found.at("parameters.T0", "peak_K", times) == pytest.approx(same, rel=1e-9)
     assert same == pytest.approx([293.0, 293.0], rel=0.02)
     assert abs(found.at("parameters.w", "peak_K", times)[0]) < 1
-
-
-def test_rounding_is_no_spread():
-    """Samples of a quantity without inputs differ by rounding, which linear propagation leaves out."""
-    assert Sampled(10, 0, {"peak": Spread(20.0, 1e-13, 1e-14, 0.0)}, {}, {}).warnings() == ()
-    assert "infinite" in Sampled(10, 0, {"peak": Spread(20.0, 1e-3, 1e-4, 0.0)}, {}, {}).warnings()[0]
-
-
-@pytest.mark.parametrize("given", [
-    ["sink", "--uncertain", "parameters.w=2%", "--uncertain", "sink.width=1%", "--monte-carlo", "16", "--steady"],
-    ["sink", "--set", "parameters.x=1um"], ["sink", "--set", "parameters.w=1K"],
-    ["sink", "--uncertain", "parameters.x=2%"],
-    ["sink", "--set", "sink.length=v*w"], ["sink", "--set", "sink.length=w/0"],
-    ["sweep", "--vary", "parameters.w=1K,2K"], ["sweep", "--vary", "parameters.w=1um,2um", "--set", "parameters.w=3um"],
-    ["map", "--vary", "parameters.x=1:2", "--vary", "parameters.w=1um:2um", "--check", "fig4"],
-])  # fmt: skip
-def test_bad_input_is_one_sentence(given, mine, capsys):
-    assert main([given[0], str(mine), *given[1:], "--out", str(mine.parent / "run")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not (mine.parent / "run").exists()

@@ -171,23 +171,6 @@ def test_what_may_be_of_another_scene_is_warned_of(tmp_path):
     assert "only that is compared" in said
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Elapsed time (ms);Tmax [degC];\n0;19,85;\n1;29,85;\n5;37,85;\n20;39,85;\n",
-        '"t (ms)","Tmax (K)"\n"0","293"\n"1","303"\n"5","311"\n"20","313"\n',
-        "t (ms);Tmax [K];\n0;293\n1;303\n5;311\n20;313\n",
-        "t (ms);Tmax [K];remark;\n0;293;;\n1;303;;\n;;;\n5;311;;\n20;313;;\n;;;\n\n",
-        "\tt (ms)\tTmax [K]\n0\t0\t293\n1\t1\t303\n2\t5\t311\n3\t20\t313\n",
-    ],
-)
-def test_what_spreadsheets_write(text, tmp_path):
-    """Separators behind the last cell, other words for the time, quotes around numbers."""
-    data = found(tmp_path, text)
-    assert data.time == pytest.approx(1e-3 * TIMES)
-    assert data.values["peak_K"] == pytest.approx(293 + RISES)
-
-
 def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path):
     """Rows of the compared columns; a column that is left out, or unknown, costs no row."""
     text = "t (ms);Tmax [K];Tend [K];remark\n0;293;293;\n1;;294;1\n5;311;;2\n;312;296;3\n17;313;297;\n18;314;298;4\n"

@@ -55,50 +55,6 @@ def test_what_ngspice_prints(tmp_path):
     assert set(data.values) == {"peak_K", "mean_K"}
 
 
-REFUSED = {
-    "": "no rows",
-    "time (s),peak (K)\n": "no rows",
-    "1,2\n3,4\n5,6\n": 'there are "column 1", "column 2"',
-    "time,peak (K)\n0,1\n1,2\n2,3\n": "covers 0 s to 2.00 s",
-    "Time,peak (K)\n0,1\n1,2\n2,3\n".replace("Time", "Clock"): "no column is the time",
-    "time (s),peak (K)\n,1\n,2\n,3\n": "the time, is empty",
-    "time (s);peak (K);end (K)\n0;;1\n1;2;\n2;3;\n": 'every row is empty in one of "peak .K.", "end .K."',
-    'time (s),peak (K)\n0,"' + "1" * 140_000 + '"\n': "is no table of numbers: field larger",
-    "time (s),p (K)\n0,1\n1,2\n2,3\n": "names no place",
-    "time (s),peak stress\n0,1\n1,2\n2,3\n": "has no unit",
-    "time (s),peak (V)\n0,1\n1,2\n2,3\n": "no temperature",
-    "time (s),peak (K),max (K)\n0,1,1\n1,2,2\n2,3,3\n": "both",
-    "time (s),peak (K)\n0,1\n1,abc\n2,3\n": "row 3",
-    "time (s),peak (K)\n0,1\n1\n2,3\n": "columns",
-    "time (s),peak (K)\n0,1\n1,inf\n2,3\n": "finite",
-    "time (s),peak (K)\n0,1\n1,2\n": "three",
-    "% Model: a\n% Time (s)  T (K)\n0 1 2\n1 2 3\n2 3 4\n": "another number of columns",
-}
-
-
-@pytest.mark.parametrize("text", REFUSED)
-def test_refusals_say_what_was_found(text, tmp_path):
-    with pytest.raises(SceneError, match=REFUSED[text]) as caught:
-        found(tmp_path, text)
-    assert "\n" not in str(caught.value)
-    assert "a.csv" in str(caught.value)
-
-
-@pytest.mark.parametrize("points", ["\N{SUPERSCRIPT TWO}", "0"])
-def test_a_raw_file_of_nothing(points, tmp_path):
-    with pytest.raises(SceneError, match="a run with 4 variables and"):
-        found(tmp_path, raw("ascii").decode().replace("No. Points: 3", f"No. Points: {points}").encode("latin-1"))
-
-
-def test_binary_that_is_no_raw_file(tmp_path):
-    with pytest.raises(SceneError, match="binary"):
-        found(tmp_path, bytes(range(256)))
-    with pytest.raises(SceneError, match="save the table as text or CSV"):
-        found(tmp_path, b"PK\3\4" + bytes(100))
-    with pytest.raises(SceneError, match="cannot be read"):
-        read(tmp_path / "none.csv", SINK)
-
-
 def test_what_is_left_out_is_said(tmp_path):
     data = found(tmp_path, "time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
     assert data.left_out == {"stress (MPa)": "has no unit that is known"}

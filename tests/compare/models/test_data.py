@@ -112,16 +112,6 @@ def test_the_command(at_rest, steady, transient, model, ran):
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("no_field")
-def test_the_figure(transient, steady):
-    for scene, times in ((transient, TIMES), (steady, quantities.AT_REST)):
-        file = written(scene.parent / "mine.csv", times, K, 2.0)
-        out = scene.parent / "pictures"
-        compare.solve(scene, against=file, data_uncertainty="0.1K", out=out, figures=True)
-        assert (out / "validation.png").stat().st_size > 10_000
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("at_rest", [False, True])
 def test_a_key_is_fitted_in_3d(at_rest, steady, transient, ran):
     scene = steady if at_rest else transient

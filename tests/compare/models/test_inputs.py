@@ -181,26 +181,3 @@ def test_a_sinks_own_model_at_a_design(tmp_path):
     alone = compare.run("sink", voltage=2, reduction=model, steady=True, accuracy=1e-2)
     assert float(row["fig4_difference"]) == pytest.approx(alone.check("fig4").difference, rel=1e-6)
     assert (float(row["reduced1d_peak_rise_K"]), row["blame"]) == (40.0, "")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "why"),
-    [
-        (["sweep", "{scene}", "--model", "{file}:nothing", "--vary", f"{K}=40,50"], "has no function"),
-        (
-            ["sweep", "{scene}", "--model", "{file}:tip", "--check", "tipp", "--vary", f"{K}=40,50"],
-            'did you mean "tip"',
-        ),
-        (["sweep", "sink", "--model", "{file}:tip", "--vary", "sink.width=10um,20um"], "--reduction"),
-        (["sweep", "sink", "--reduction", "paper,{file}:tip", "--vary", "sink.width=10um,20um"], "is judged alone"),
-        (["sweep", "sink", "--reduction", "network", "--check", "eq14", "--vary", "sink.width=10um"], "no use of"),
-        (["map", "{scene}", "--check", "tip", "--vary", f"{K}=40:50", "--vary", f"{G}=1:2"], "give --model"),
-    ],
-)
-def test_what_cannot_be_swept_is_said(steady, bent, arguments, why, tmp_path, capsys):
-    given = [part.format(scene=steady, file=bent) for part in arguments]
-    assert main([*given, "--out", str(tmp_path / "o")]) == 2
-    said = capsys.readouterr().err
-    assert why in said
-    assert said.count("\n") == 1
-    assert not (tmp_path / "o").exists()

@@ -2,18 +2,28 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import compare
 from compare import pipeline
+from compare.blame import REST, network_budget
 from compare.course import bends
 from compare.models import open_model, runs_code
 from compare.options import Options
+from compare.outcome import Outcome
+from fem3d.runs.scene import solve as solve_3d
+from reduced1d.network import solve
+from reduced1d.network.lines import layout
 from scenes.errors import RunawayError, SceneError
-from scenes.model import MeshScene
+from scenes.loading import load
+from scenes.model import MeshScene, Scene
+from statespace.runtime import CompactModel
+from tests.reduced1d.network.scenes import COLD, at, box, flat, material, over, scene
 from validate.cli import main
+from validate.report.figures.scene_figures import network as draw
 
 
 def test_the_bridge_is_judged():
@@ -70,3 +80,89 @@ def test_a_network_of_a_mesh_is_refused_before_3d_is_solved():
     for ask in (pipeline.plan, pipeline.solve):
         with pytest.raises(SceneError, match="is on a mesh file, and a network is made of boxes"):
             ask(scene, Options(model="network"))
+
+
+def test_the_table_and_the_parts_of_the_differences_are_printed_and_kept(ran):
+    summary, said = ran("solve bridge --model network --why --accuracy 1e-2")
+    said = " ".join(said.split())
+    assert "32 W/(m K) x 20 um2 / 200 um = 3.200 uW/K; 2e-05 ohm m x 200 um / 20 um2 = 200.0 ohm" in said
+    network = summary["reduced1d"]["network"]
+    assert [row["what"] for row in network["joints"]] == ["left foot | beam", "right foot | beam"]
+    assert network["lines"][0]["W/K"]["value"] == pytest.approx(32 * 20e-12 / 200e-6)
+    middle = summary["why"]["steady"]["middle"]
+    assert sum(part["value"] for part in middle["parts"]) == pytest.approx(middle["difference"]["value"], rel=1e-9)
+    assert middle["parts"][-1]["assumption"] == "what lines cannot say"
+    # Joints by their whole names, and shares of the same sign as the checks' differences, also of heat that leaves.
+    assert "left foot | beam" in [part["assumption"] for part in middle["parts"]]
+    for check in summary["checks"]:
+        why = summary["why"]["steady"][check["id"]]
+        assert why["difference"]["value"] / why["scale"] == pytest.approx(check["difference"], rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
+def test_the_view_from_above_has_every_line_and_joint_in_true_proportions(name, tallest):
+    """And is no taller than its content, also for a long bridge."""
+    scene = load(name)
+    figure, shape = draw(Outcome(scene, Options())), layout(scene)
+    assert all(len(ax.patches) == len(shape.lines) for ax in figure.axes)
+    if name == "bridge":
+        assert len(figure.axes) == 2
+        for ax in figure.axes:
+            joints, conditions = ax.lines[len(shape.lines) :]
+            assert len(joints.get_xdata()) == sum(link.other is not None for link in shape.heat)
+            assert len(conditions.get_xdata()) == sum(not link.other for link in (*shape.heat, *shape.current))
+        assert [float(x) for x in figure.axes[0].lines[0].get_xdata()] == pytest.approx([0, 200])
+    frame = figure.axes[0].get_position()
+    wide, tall = figure.get_size_inches() * (frame.width, frame.height)
+    (left, right), (low, high) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+    assert (right - left) / wide == pytest.approx((high - low) / tall, rel=1e-9)
+    assert figure.get_figheight() <= tallest * figure.get_figwidth() + 0.1
+
+
+@pytest.mark.long
+def test_the_network_is_exported(tmp_path, ran):
+    """As JSON, Python and SPICE, by the export of compact models."""
+    folder = tmp_path / "few"
+    summary, _ = ran(f"solve plate --model network --export {folder}")
+    assert {"model.json", "model.py", "model.cir"} <= {entry.name for entry in folder.iterdir()}
+    document = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+    one = summary["reduced1d"]["steady"]["E"]["value"]
+    assert CompactModel(document).steady()["E"] == pytest.approx(one, rel=1e-7)
+    assert "the network of its boxes" in (folder / "model.cir").read_text(encoding="utf-8")
+
+
+UM = 1e-6
+
+
+def stepped() -> Scene:
+    """A wide bar, then a narrow one that heat enters through a constriction, which lines know nothing of."""
+    return scene(
+        [box((0, 0, 0), (100 * UM, 40 * UM, 2 * UM), "wide"),
+         box((100 * UM, 15 * UM, 0), (200 * UM, 25 * UM, 2 * UM), "narrow")],
+        [flat("cold", (0, 0, 0), (0, 40 * UM, 2 * UM), temperature=COLD),
+         flat("heat", (200 * UM, 15 * UM, 0), (200 * UM, 25 * UM, 2 * UM), heat_flux=1e8)],
+        [at("tip", 200 * UM, 20 * UM, UM), over("through", (0, 0, 0), (0, 40 * UM, 2 * UM), quantity="heat_flow")],
+        [material()], accuracy=1e-4,
+    )  # fmt: skip
+
+
+def test_a_constriction_is_all_there_is():
+    given = stepped()
+    three, one = solve_3d(given), solve(given)
+    found = network_budget(given, three, one)
+    tip = next(split for split in found.steady if split.quantity == "tip")
+    names = [part.blame for part in tip.parts]
+    assert names == ["wide | narrow", REST]
+    assert sum(part.value for part in tip.parts) == pytest.approx(tip.total, rel=1e-9)
+    # In series the flow is the same as in lines: 3D's resistance at the only joint leaves nothing.
+    assert tip.parts[0].value < -10 * tip.parts[0].error
+    assert abs(tip.parts[1].value) <= tip.parts[1].error
+    # The accuracy of 3D is 3e-3 of the rise, a tenth of the total, and its bound a tenth of the accuracy.
+    assert tip.parts[1].error < 0.02 * abs(tip.total)
+    assert "the joint wide | narrow" in found.sentence
+    # The same by hand: that resistance gives 3D's tip, one a fifth larger does not.
+    flow = 1e8 * 20 * UM**2
+    shape, extra = layout(given), -tip.parts[0].value / flow
+    for factor, near in ((1.0, True), (1.2, False)):
+        put_in = solve(replace(shape, measured=((("heat", 0), factor * extra),)))
+        assert (abs(put_in.steady["tip"].value - three.steady["tip"].value) <= tip.parts[1].error) is near

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -96,29 +95,6 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps():
     by_voltage = (peak(1.001) - peak(0.999)) / 0.002
     assert float(followed["drive.voltage"]["peak_rise_K"]) == pytest.approx(by_voltage, rel=1e-6)
     assert by_voltage != pytest.approx(2 * peak(1.0), rel=1e-3)
-
-
-@pytest.mark.parametrize(("reduction", "more", "said"), [
-    ("own.py:sink", ["--why"], "leave out --why"),
-    ("own.py:sink", ["--only", "1d"], "leave out --only 1d"),
-    ("own.py:sink", ["--monte-carlo", "20", "--uncertain", "width=1%"], "leave out --monte-carlo"),
-    ("own.py:other", [], "has no function"), ("none.py:sink", [], "is no file"), ("netwrk", [], "no reduction"),
-    ("network", ["--set", "spans=3"], "sink.spans is 3"), ("network", ["--set", "emissivity=0.7"], "radiates"),
-    ("own.py:wrong", ["--accuracy", "1e-2"], "line 5: ZeroDivisionError"),
-])  # fmt: skip
-def test_refused(
-    reduction, more, said, tmp_path, monkeypatch,
-    capsys,
-):  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    Path("own.py").write_text(
-        "def sink(scene, times):\n    return {}\n\ndef wrong(scene, times):\n    return 1 / 0\n", encoding="utf-8"
-    )
-    assert main(["sink", "--reduction", reduction, "--no-figures", "--out", "run", *more]) == 2
-    message = capsys.readouterr().err
-    assert said in message
-    assert message.count("\n") == 1
-    assert Path("run").exists() == ("own.py:wrong" in reduction)  # which is asked after 3D has been solved
 
 
 def test_a_function_is_asked_not_guessed():

@@ -1,7 +1,6 @@
 """The terminal: completion scripts, run by the shells where they are installed, progress, and lines that are longer
 than the terminal is wide."""
 
-import io
 import os
 import struct
 import subprocess
@@ -13,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from compare.report.table import wrapped
-from scenes.errors import columns
 from validate.cli.arguments import COMMANDS
 from validate.cli.completion import script
 from validate.cli.terminal import progress
@@ -160,8 +158,3 @@ def test_sentences_are_broken_where_the_terminal_ends():
         lines = wrapped("The 3D model has its peak 20.33 K and its ends 4.405 K above room.").splitlines()
     assert max(map(len, lines)) <= 20
     assert any("20.33 K" in line for line in lines)
-
-
-def test_elsewhere_a_line_has_80_columns(capsys):
-    assert columns(io.StringIO(), 80) == 80
-    assert 60 < max(map(len, wrapped("word " * 100).splitlines())) <= 80

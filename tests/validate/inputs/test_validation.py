@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from scenes.result import Result
 from scenes.sink import Sink
 from scenes.uncertain import read
 from scenes.varied import varied
-from validate.cli import main
 
 TIMES, FEWER = np.linspace(2e-4, 0.02, 60), np.linspace(2e-4, 0.02, 40)
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
@@ -244,13 +242,3 @@ def test_the_command_that_fits(tmp_path, ran):
     assert found["start"] == 1.38
     assert found["interval"][0] < 1.2 < found["interval"][1]
     assert summary["scene"]["materials"]["oxide"]["thermal_conductivity"] == found["value"]
-
-
-@pytest.mark.parametrize("given", [
-    ["--data-uncertainty", "0.5K"], ["--calibrate", OXIDE], ["--against", "mine.csv", "--calibrate", OXIDE]
-])  # fmt: skip
-def test_without_data_or_their_uncertainty_it_is_refused(given, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    Path("mine.csv").write_text("time (ms),peak (K)\n0,293\n1,303\n2,306\n3,308\n", encoding="utf-8")
-    assert main(["sink", *given]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

@@ -12,7 +12,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from compare.blame import Budget, Part, Split
 from compare.options import Options
 from compare.outcome import Outcome
 from compare.sink_checks import profile
@@ -23,9 +22,7 @@ from scenes.result import Result, Traces
 from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures import scene_figures
-from validate.report.figures.analysis_figures import seen_parts
-from validate.report.figures.drawing import Label, columns, new_figure, spread
-from validate.report.figures.offscreen import round_length
+from validate.report.figures.drawing import new_figure, spread
 from validate.report.figures.sink_figures import without_kinks
 from validate.viewer.boxes import THIN, parts
 
@@ -63,24 +60,6 @@ def test_the_kink_between_cells_goes_and_the_curve_stays():
     assert np.abs(drawn - raw).max() < 0.5 * error
     bumped = raw + 3 * error * np.exp(-(((um - 75) / 10) ** 2))
     assert np.abs(without_kinks(um, bumped, error / 20) - bumped).max() < 0.5 * error
-
-
-@pytest.mark.parametrize(("wanted", "found"), [(260.0, 200.0), (5.0, 5.0), (1.99, 1.0), (0.06, 0.05)])
-def test_round_lengths(wanted, found):
-    assert round_length(wanted) == pytest.approx(found)
-
-
-def budget(*values: float, over_time: np.ndarray | None = None) -> Budget:
-    parts = tuple(Part(f"part {n}", value, 0.01) for n, value in enumerate(values))
-    split = Split("peak", "K", 10.0, sum(values), 0.02, parts)
-    times = None if over_time is None else np.array([1e-5, 1e-3])
-    return Budget("paper", (split,), (), times, {} if over_time is None else {"peak": over_time}, "so it is")
-
-
-def test_the_legend_has_what_can_be_seen():
-    assert seen_parts(budget(-1.0, 0.3, 0.001)) == [0, 1]
-    # Parts that show only on the way are in the legend too.
-    assert seen_parts(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
 
 
 END = 0.1
@@ -133,15 +112,6 @@ def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted, apart)
                 assert ((free - wanted) ** 2).sum() <= ((other - wanted) ** 2).sum() + 1e-12
 
 
-def test_columns_have_all_names_in_order():
-    labels = [Label(str(n), "black", (float(n % 7), float(n))) for n in range(20)]
-    left, right = columns(labels, 12)
-    assert sorted((*left, *right), key=lambda label: int(label.text)) == labels
-    assert max(len(left), len(right)) <= 14
-    assert max(label.at[0] for label in left) <= min(label.at[0] for label in right)
-    assert [label.at[1] for label in left] == sorted((label.at[1] for label in left), reverse=True)
-
-
 @pytest.mark.long
 def test_a_picture_without_solving(tmp_path, capsys):
     from matplotlib.image import imread
@@ -160,32 +130,6 @@ def test_a_picture_without_solving(tmp_path, capsys):
     assert (tmp_path / "dry" / "scene.png").exists()
     assert (tmp_path / "dry" / "summary.json").read_text(encoding="utf-8") == before
     assert "scene.png" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("given", "said"), [
-    (["bridge", "--time", "3ms"], "--time is for fields"), (["bridge", "--movie", "x.gif"], "--movie is for fields"),
-    (["bridge", "--off-screen"], "--off-screen shows nothing"), (["none.toml"], "is no file"),
-    (["bridge", "--set", "parameters.x=3"], "sets nothing"), (["bridge", "--screenshot", "x.bmp"], "ends in .png"),
-    (["run", "--set", "a=b"], "--set is for a scene"),
-])  # fmt: skip
-def test_bad_input_is_one_sentence(
-    given, said, tmp_path, monkeypatch, capsys
-):  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "run").mkdir()
-    assert main(["view", *given]) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-    assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
-
-
-def test_a_users_folder_takes_no_picture(tmp_path, capsys):
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("mine", encoding="utf-8")
-    assert main(["solve", "bridge", "--dry-run", "--out", str(tmp_path / "mine")]) == 2
-    assert "files that are not a run" in capsys.readouterr().err
-    assert [entry.name for entry in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 
 
 def test_window_shows_all_parts():

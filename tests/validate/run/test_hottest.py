@@ -82,32 +82,22 @@ def test_what_is_below_absolute_zero_is_said():
         assert bool(hottest.impossible(scene, result)) == bool(said)
 
 
-SINK = Sink()
-END, PEAK = 3.0, 19.0
-
-
-def at(y: float, z: float = 1e-6, sink: Sink = SINK) -> float:
-    return float(paint(sink, np.array([[0.0, y, z]]), END, PEAK)[0])
-
-
-def test_beam_and_pad_meet_and_both_ends_are_alike():
-    assert at(SINK.length / 2) == pytest.approx(PEAK)
-    assert at(0.0) == pytest.approx(END)
-    assert at(-1e-12) == pytest.approx(END, rel=1e-6)
-    for y in (-120e-6, -20e-6, 100e-6):
-        assert at(SINK.length - y) == pytest.approx(at(y))
-
-
-def test_the_anchor_is_eq_14_s_two_prisms():
+def test_the_painted_field_meets_at_the_beams_end_and_falls_in_eq_14_s_two_prisms():
     """Where the pad reaches the oxide the rise is the oxide's part of eq 14; below the oxide it is zero."""
-    thick, area = SINK.oxide_thickness, SINK.oxide_length * SINK.oxide_width
-    oxide = thick / (SINK.oxide.thermal_conductivity * area) / anchor_series_resistance(SINK)
-    assert at(-SINK.anchor_distance) == pytest.approx(END * oxide)
-    assert at(-140e-6) == pytest.approx(END * oxide)
-    assert at(-75e-6, -1e-6) == pytest.approx(END * oxide / 2)
+    end, peak, sink = 3.0, 19.0, Sink()
+
+    def at(y: float, z: float = 1e-6, sink: Sink = sink) -> float:
+        return float(paint(sink, np.array([[0.0, y, z]]), end, peak)[0])
+
+    assert at(sink.length / 2) == pytest.approx(peak)
+    assert at(0.0) == pytest.approx(end)
+    assert at(-1e-12) == pytest.approx(end, rel=1e-6)
+    for y in (-120e-6, -20e-6, 100e-6):
+        assert at(sink.length - y) == pytest.approx(at(y))
+    thick, area = sink.oxide_thickness, sink.oxide_length * sink.oxide_width
+    oxide = thick / (sink.oxide.thermal_conductivity * area) / anchor_series_resistance(sink)
+    assert at(-sink.anchor_distance) == pytest.approx(end * oxide)
+    assert at(-140e-6) == pytest.approx(end * oxide)
+    assert at(-75e-6, -1e-6) == pytest.approx(end * oxide / 2)
     assert at(-75e-6, -2e-6) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_sink_whose_oxide_begins_at_the_beam():
-    sink = replace(SINK, oxide_offset=0.0)
-    assert at(-10e-6, sink=sink) == pytest.approx(END)
+    assert at(-10e-6, sink=replace(sink, oxide_offset=0.0)) == pytest.approx(end)

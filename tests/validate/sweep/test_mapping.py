@@ -1,10 +1,7 @@
 """A map against the truth in every cell, with formulas in the place of the solver."""
 
-import signal
 from collections.abc import Callable, Iterable
-from multiprocessing import get_context
 from pathlib import Path
-from time import sleep
 
 import numpy as np
 import pytest
@@ -149,29 +146,5 @@ def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path):
     rows.write_text("".join(lines[:97]) + lines[97][:20], encoding="utf-8")
     again, rest, _ = mapped(formula, tmp_path / "part")
     assert rest.solved == all_.solved - 97
-    assert set(again.solved) == set(whole.solved)
-    assert np.array_equal(again.value, whole.value)
-
-
-@pytest.mark.long
-def test_a_map_that_is_killed_again_and_again_goes_on_to_the_same_cells(tmp_path):
-    """At random instants: before a row is written, while it is, and after."""
-    random = np.random.default_rng(5)
-
-    def formula(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        sleep(0.005)  # so that a map outlasts its first kills on any machine
-        return SURFACES["a slope"](x, y)
-
-    whole, _, _ = mapped(formula, tmp_path / "whole", 120)
-    ends: list[int | None] = []
-    while 0 not in ends and len(ends) < 12:
-        run = get_context("fork").Process(target=mapped, args=(formula, tmp_path / "killed", 120))
-        run.start()
-        run.join(random.uniform(0.02, 0.2))
-        run.kill()
-        run.join()
-        ends.append(run.exitcode)
-    assert ends.count(-signal.SIGKILL) >= 3
-    again, _, _ = mapped(formula, tmp_path / "killed", 120)
     assert set(again.solved) == set(whole.solved)
     assert np.array_equal(again.value, whole.value)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.errors import SceneError
-from validate.sweep.design import Design, base, parse, settings
+from validate.sweep.design import Design, base, parse
 from validate.sweep.point import Row
 from validate.sweep.store import ROWS, Store
 
@@ -113,12 +113,3 @@ def test_a_sample_fills_its_ranges_and_is_drawn_again_by_its_seed():
     # A scrambled Sobol' sequence has one of every 64 in each 64th; random points would leave a third of these empty.
     assert sorted(np.floor(places * 64).astype(int)) == list(range(64))
     assert sum(word == "pad-edge" for _, word in points) == 32
-
-
-def test_keys_that_move_together(tmp_path):
-    free = base("bridge")
-    axis = parse(free, "box.beam.upper.x+probe.beam mean.upper.x=8um:10um:2", "grid")
-    given = settings(free, (axis.key,), (axis.values[0],))
-    scene = free.at(given)
-    assert scene.boxes[0].upper[0] == 8e-6
-    assert scene.probes[1].upper[0] == 8e-6

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+from matplotlib.figure import Figure
 
 from compare.worker import pool
 from scenes.loading import builtin_text
@@ -22,9 +23,12 @@ from tests.validate.report.test_figures import inside
 from validate.cli import main
 from validate.cli.arguments import parse
 from validate.cli.sweep import scene
+from validate.report.figures.drawing import style
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Axis, Design, base
+from validate.sweep.figures import draw
 from validate.sweep.point import Job, Row, Scope, Work, solve
+from validate.sweep.table import Table
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -201,35 +205,29 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path):
     assert (tmp_path / "none" / "report.html").exists()
 
 
-def test_every_panel_of_a_free_sweep_has_its_probes_unit():
-    from validate.sweep import figures, table
-
-    key = "boundary.left electrode.voltage"
-    job = Job(base("bridge"), Design((Axis(key, (1.0, 2.0)),)), Scope())
-    columns = {"status": np.array(["ok", "ok"], object)}
-    for name, values in (("middle", [400.0, 700.0]), ("current", [4e-3, 8e-3])):
-        columns |= {f"fem3d_{name}": np.array(values), f"fem3d_{name}_error": np.zeros(2)}
-    figure = figures.draw(table.Table(job, {key: np.array([1.0, 2.0])}, columns))["figure_lines"]
-    assert [ax.get_ylabel() for ax in figure.axes] == ["K", "mA"]
-    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
-
-
-def test_no_label_of_a_free_sweep_is_cut():
-    """The longest keys are in lines, the colours have their probe's unit."""
-    from validate.report.figures.drawing import style
-    from validate.sweep import figures, table
-
-    keys = ("boundary.left electrode.voltage", "material.polysilicon.thermal_conductivity")
-    job = Job(base("bridge"), Design(tuple(Axis(key, (20.0, 30.0)) for key in keys)), Scope())
-    values = {"fem3d_middle": np.array([400.0, 500.0]), "fem3d_middle_error": np.zeros(2)}
-    columns = {"status": np.array(["ok", "ok"], object), **values}
-    drawn = table.Table(job, {key: np.array([20.0, 30.0]) for key in keys}, columns)
+def drawn(values: dict[str, Any], columns: dict[str, list[float]], name: str) -> Figure:
+    """A figure of a sweep of the bridge, of two points."""
+    axes = tuple(Axis(key, tuple(given)) for key, given in values.items())
+    found = {"status": np.array(["ok", "ok"], object)}
+    for probe, of_probe in columns.items():
+        found |= {f"fem3d_{probe}": np.array(of_probe), f"fem3d_{probe}_error": np.zeros(2)}
+    rows = {key: np.array(given) for key, given in values.items()}
     with style():
-        figure = figures.draw(drawn)["figure_pairs"]
-    assert inside(figure)
-    assert figure.axes[-1].get_ylabel() == "middle (K)"
-    figure.axes[0].set_ylabel(figure.axes[0].get_ylabel().replace("\n", ""))
-    assert not inside(figure)
+        return draw(Table(Job(base("bridge"), Design(axes), Scope()), rows, found))[name]
+
+
+def test_every_panel_of_a_free_sweep_has_its_probes_unit_and_no_label_is_cut():
+    """The longest keys are in lines, the colours have their probe's unit."""
+    volts = {"boundary.left electrode.voltage": (1.0, 2.0)}
+    lines = drawn(volts, {"middle": [400.0, 700.0], "current": [4e-3, 8e-3]}, "figure_lines")
+    assert [ax.get_ylabel() for ax in lines.axes] == ["K", "mA"]
+    assert lines.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
+    two = volts | {"material.polysilicon.thermal_conductivity": (20.0, 30.0)}
+    pairs = drawn(two, {"middle": [400.0, 500.0]}, "figure_pairs")
+    assert inside(pairs)
+    assert pairs.axes[-1].get_ylabel() == "middle (K)"
+    pairs.axes[0].set_ylabel(pairs.axes[0].get_ylabel().replace("\n", ""))
+    assert not inside(pairs)
 
 
 @pytest.mark.long

@@ -6,16 +6,13 @@ Laplacian of theta, and solutions for constant properties hold for theta.
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.polynomial import chebyshev, legendre
+from numpy.polynomial import legendre
 from scipy.constants import Stefan_Boltzmann
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 Curve = Callable[[np.ndarray], np.ndarray]
 """A property as a function of the temperature (K)."""
 POINTS = 40  # of Gauss on each smooth piece, far more than a power law needs over a few hundred kelvin
-NODES = 20  # nodes of the method of lines; with so many the polynomials' error is below that of the time steps
-IN_TIME = 1e-9
 
 
 def integral(curve: Curve, start: float, end: float, bends: Sequence[float] = ()) -> float:
@@ -52,33 +49,3 @@ def radiating_slab(conductivity: float, thickness: float, hot: float, emissivity
         return conductivity / thickness * (hot - T) - emissivity * Stefan_Boltzmann * (T**4 - ambient**4)
 
     return float(brentq(excess, min(hot, ambient), max(hot, ambient), xtol=1e-11, rtol=1e-14))
-
-
-def heating_bar(
-    conductivity: Curve, capacity: Curve, cold: float, source: float, length: float, times: Sequence[float],
-) -> np.ndarray:  # fmt: skip
-    """(times,): the temperature (K) in the middle of a bar between cold ends whose uniform source (W/m3) sets in at 0.
-
-    The method of lines for C(T) dT/dt = theta_yy + q on the half from the cold end (x = 1) to the middle (x = 0), by
-    Chebyshev collocation in x^2, so that the middle is a mirror.
-    """
-    x = np.cos(np.pi * np.arange(NODES + 1) / (2 * NODES + 1))[: NODES + 1]  # the positive half of an even number
-    even = np.array([np.eye(2 * NODES + 2)[2 * n] for n in range(NODES + 1)])
-    values = np.array([chebyshev.chebval(x, c) for c in even]).T
-    second = np.array([chebyshev.chebval(x, chebyshev.chebder(c, 2)) for c in even]).T @ np.linalg.inv(values)
-    middle = np.array([chebyshev.chebval(0.0, c) for c in even]) @ np.linalg.inv(values)
-    curvature = second * (2 / length) ** 2
-
-    def primitive(T: np.ndarray) -> np.ndarray:
-        g, w = legendre.leggauss(POINTS)
-        half = (T - cold)[:, None] / 2
-        return (w * half * conductivity(cold + half * (1 + g))).sum(axis=1)
-
-    def rate(_: float, inner: np.ndarray) -> np.ndarray:
-        T = np.r_[cold, inner]
-        return ((curvature @ primitive(T))[1:] + source) / capacity(T[1:])
-
-    solution = solve_ivp(
-        rate, (0.0, max(times)), np.full(NODES, cold), "Radau", times, rtol=IN_TIME, atol=IN_TIME * cold
-    )
-    return middle @ np.vstack([np.full(len(times), cold), solution.y])

@@ -72,47 +72,12 @@ def test_the_hottest_place_of_a_conductor_is_kohlrausch_s(coefficient):
     assert errors[0] > 10 * errors[1]  # quadratic elements are of order 4 at their corners
 
 
-@pytest.mark.long
-def test_a_given_current_and_a_series_resistance_make_the_state_of_the_voltage():
-    cold = [end(0, "temperature", ROOM), end(1, "temperature", ROOM)]
-    ends = [*cold, end(0, "voltage", 5.0), end(1, "voltage", 0.0)]
-    driven, _ = of_bar(ends, newton.law(FALLING), 8, material=SILICON)
-    state = newton.steady(driven, 4)
-    plus, ground = driven.electrodes
-    current = newton.current(driven, state, plus)
-    behind = replace(plus, voltage=5.0 + 100.0 * current, series=100.0)
-    for other in (replace(plus, current=current), behind):
-        same = newton.steady(replace(driven, electrodes=(other, ground)), 4)
-        assert np.abs(same[0] - state[0]).max() < 1e-9 * (state[0].max() - ROOM)
-        assert np.abs(same[1] - state[1]).max() < 1e-9 * 5.0
-
-
 def test_radiation_between_given_temperatures():
     problem, places = of_bar([end(0, "temperature", 1400.0), end(1, "heat_flux", 0.0)], newton.law(130.0), 1)
     ((face, _),) = problem.faces
     problem = replace(problem, faces=((face, newton.radiating(0.8, ROOM)),))
     expected = kirchhoff.radiating_slab(130.0, BAR[1], 1400.0, 0.8, ROOM)
     assert abs(at(places, newton.steady(problem), BAR[1]) - expected) < 1e-9 * (1400.0 - expected)
-
-
-@pytest.mark.long
-def test_a_transient_against_the_method_of_lines_of_the_kirchhoff_variable():
-    law, source, times = newton.law(FALLING), 1e11, [1e-4, 1e-3]
-    warms = newton.law(PowerLaw(2330.0 * 712.0, 293.0, 0.3))
-    expected = kirchhoff.heating_bar(curve(law), curve(warms), ROOM, source, BAR[1], times)
-    problem, places = of_bar([end(0, "temperature", ROOM), end(1, "temperature", ROOM)], law, 8, source)
-    problem = replace(problem, parts=tuple(replace(part, capacity=warms) for part in problem.parts))
-    errors = []
-    for steps in (2, 4):
-        instants = np.r_[0.0, np.cumsum(np.repeat(np.diff([0.0, *times]) / steps, steps))]
-        states = list(newton.transient(problem, instants))[steps::steps]
-        errors.append(np.abs([at(places, state, BAR[1] / 2) for state in states] - expected))
-    rise = expected - ROOM
-    assert (errors[1] < 1e-4 * rise).all()
-    assert errors[0][1] > 6 * errors[1][1]  # of order 3 in time, later on
-    plain = replace(problem, parts=tuple(replace(p, capacity=newton.law(2330.0 * 712.0)) for p in problem.parts))
-    states = list(newton.transient(plain, np.linspace(0.0, times[0], 5)))
-    assert abs(at(places, states[-1], BAR[1] / 2) - expected[0]) > 1e-3 * rise[0]
 
 
 def halves(resistance, electrical=None, **material):
