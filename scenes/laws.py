@@ -43,42 +43,38 @@ class PowerLaw:
 
 @dataclass(frozen=True)
 class Table:
-    """A monotone cubic through ``values`` at rising ``temperatures`` (K), constant outside of them.
-
-    Between two rows the cubic has no larger and no smaller value than these rows, and its slope is continuous from row
-    to row (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984; SciPy's PCHIP). A table of two rows is a line.
-    """
+    """Linear between ``values`` at rising ``temperatures`` (K), constant outside of them."""
 
     temperatures: tuple[float, ...]
     values: tuple[float, ...]
 
     @cached_property
-    def _cubics(self) -> tuple[Any, Any, Any]:
-        """The interpolant, its derivative and its integral from the first temperature on."""
-        from scipy.interpolate import PchipInterpolator
+    def _slopes(self) -> Any:
+        """The slope between each two rows (per K), and zero outside of the table, in front and behind."""
+        import numpy as np
 
-        cubic = PchipInterpolator(self.temperatures, self.values)
-        return cubic, cubic.derivative(), cubic.antiderivative()
+        return np.pad(np.diff(self.values) / np.diff(self.temperatures), 1)
 
     def __call__(self, temperature: Any) -> Any:
         """The property at a temperature (K), a number or an array."""
-        return self._cubics[0](self._inside(temperature))
+        import numpy as np
+
+        return np.interp(temperature, self.temperatures, self.values)
 
     def slope(self, temperature: Any) -> Any:
-        """Its derivative (per K): zero outside of the table."""
-        inside = self._inside(temperature)
-        return self._cubics[1](inside) * (inside == temperature)
+        """Its derivative (per K): at a row that of the interval above."""
+        import numpy as np
+
+        return self._slopes[np.searchsorted(self.temperatures, temperature, side="right")]
 
     def integral(self, temperature: Any) -> Any:
         """Its integral over the temperature, from the first of the table on."""
-        inside = self._inside(temperature)
-        return self._cubics[2](inside) + (temperature - inside) * self._cubics[0](inside)
-
-    def _inside(self, temperature: Any) -> Any:
-        """The nearest temperature of the table."""
         import numpy as np
 
-        return np.clip(temperature, self.temperatures[0], self.temperatures[-1])
+        rows, values = np.array(self.temperatures), np.array(self.values)
+        sums = np.append(0.0, np.cumsum(np.diff(rows) * (values[1:] + values[:-1]) / 2))
+        at = np.clip(np.searchsorted(rows, temperature, side="right") - 1, 0, None)
+        return sums[at] + (temperature - rows[at]) * (values[at] + self(temperature)) / 2
 
 
 class Inverse(Table):

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.interpolate import PchipInterpolator
 
 from benchmarks import invariants, random_laws
 from fem3d.runs import sink as sinks
@@ -29,11 +28,9 @@ def theta(law, temperature):
     if "exponent" in law:
         n = law["exponent"] + 1
         return law["value"] * law["at"] / n * ((temperature / law["at"]) ** n - (COLD / law["at"]) ** n)
-    rows, values = law["temperatures"], law["values"]
-    cubic = PchipInterpolator(rows, values)
-    low, high = np.clip([COLD, temperature], rows[0], rows[-1])
-    below, above = max(rows[0] - COLD, 0.0), max(temperature - rows[-1], 0.0)
-    return float(values[0] * min(below, temperature - COLD) + cubic.integrate(low, high) + values[-1] * above)
+    rows = law["temperatures"]
+    points = [COLD, *(t for t in rows if COLD < t < temperature), temperature]
+    return float(np.trapezoid(np.interp(points, rows, law["values"]), points))
 
 
 def inverse(law, value):

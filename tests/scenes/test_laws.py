@@ -62,6 +62,14 @@ def test_a_slope_is_that_of_the_law():
     assert laws.at((PowerLaw(130.0, 293.0, -1.3), 60.0, Table((1.0, 3.0), (2.0, 4.0))), 293.0) == (130.0, 60.0, 4.0)
 
 
+def test_a_table_is_linear_between_its_rows_and_constant_outside():
+    rows, values = (300.0, 400.0, 450.0, 700.0), (130.0, 80.0, 90.0, 20.0)
+    law, at = Table(rows, values), np.linspace(250.0, 750.0, 5001)
+    assert law(at) == pytest.approx(np.interp(at, rows, values), rel=1e-12)
+    area = np.append(0.0, np.cumsum((law(at[1:]) + law(at[:-1])) / 2 * np.diff(at)))
+    assert law.integral(at) - law.integral(250.0) == pytest.approx(area, rel=1e-9, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("key", "given", "said"),
     [

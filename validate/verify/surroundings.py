@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
-from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from benchmarks.random_boxes import face
@@ -121,13 +120,12 @@ def following_conductivity() -> Iterator[Row]:
     def by_power(theta: float) -> float:
         return ROOM * (1 + (exponent + 1) * theta / (k * ROOM)) ** (1 / (exponent + 1))
 
-    cubic = PchipInterpolator(table.temperatures, table.values)
-    theta_of, last = cubic.antiderivative(), table.temperatures[-1]
+    def theta_of(temperature: float) -> float:
+        points = [ROOM, *(t for t in table.temperatures if ROOM < t < temperature), temperature]
+        return float(np.trapezoid(np.interp(points, table.temperatures, table.values), points))
 
     def by_table(theta: float) -> float:
-        if theta > theta_of(last):  # constant beyond the table
-            return float(last + (theta - theta_of(last)) / table.values[-1])
-        return float(brentq(lambda t: theta_of(t) - theta, ROOM, last, xtol=1e-9))
+        return float(brentq(lambda t: theta_of(t) - theta, ROOM, 10 * ROOM, xtol=1e-9))
 
     peak = 30_000.0  # W/m: rises of 427 K with the power and 375 K with the table, beyond where that ends
     source = 8 * peak / LENGTH**2
