@@ -65,8 +65,8 @@ def test_crosstalk_of_an_array_agrees_with_plate_series():
 
 def test_array_takes_any_conductivity_and_refuses_overlap():
     example = runpy.run_path(str(ROOT / "examples" / "array.py"))
-    anisotropic = ["substrate.thickness=0.5mm", "accuracy=1e-2", "materials.substrate.thermal_conductivity=[65,65,65]"]
-    plain = ["substrate.thickness=0.5mm", "accuracy=1e-2", "materials.substrate.thermal_conductivity=65"]
+    anisotropic = ["substrate.thickness=0.5mm", "accuracy=5e-2", "materials.substrate.thermal_conductivity=[65,65,65]"]
+    plain = ["substrate.thickness=0.5mm", "accuracy=5e-2", "materials.substrate.thermal_conductivity=65"]
     one, other = (example["crosstalk"](load("sink", settings), 2, 400e-6) for settings in (anisotropic, plain))
     assert one.value == pytest.approx(other.value, rel=1e-9)
     with pytest.raises(SceneError, match="lets pads touch"):

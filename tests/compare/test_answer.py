@@ -107,7 +107,7 @@ BLAMED = {
 
 @pytest.mark.parametrize("settings", BLAMED)
 def test_who_is_to_blame_is_computed(settings):
-    outcome = answer(load("sink", settings), Options(figures=False))
+    outcome = answer(load("sink", [*settings, "run.accuracy=1e-2"]), Options(figures=False))
     found = outcome.answer
     assert {step.state for step in outcome.plan if step.step == "blame"} == {"done"}
     for said in BLAMED[settings]:

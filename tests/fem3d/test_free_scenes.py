@@ -198,7 +198,7 @@ def _corners(box):
 
 def test_a_body_that_only_cools_is_in_balance():
     scene = bar(face("sink", "heat_flux", 0.0, -1e4), probes=(at("end", LENGTH),), steady=False, times=(50.0, 100.0))
-    assert solve(scene).details["transient_imbalance"] < 1e-8
+    assert solve(replace(scene, accuracy=1e-2)).details["transient_imbalance"] < 1e-8
 
 
 def test_a_run_that_ends_before_anything_happens_is_in_balance():

@@ -36,7 +36,7 @@ def solved(device: Device, options: Options) -> tuple[Runs, dict[str, Check]]:
 
 @pytest.fixture(scope="module")
 def found():
-    return solved(load("device", scene_type=DEVICE), Options())[1]
+    return solved(load("device", ["accuracy=1e-3"], scene_type=DEVICE), Options())[1]
 
 
 def test_every_check_is_made_once_and_as_declared(found):

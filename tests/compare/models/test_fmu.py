@@ -114,7 +114,6 @@ def few_ends(monkeypatch):
         (('unit="degC"', *CELSIUS), ('unit="uW"', "-20*(T - 300)")),
         (('declaredType="Celsius"', *CELSIUS), ('unit="mW"', "-2e-2*(T - 300)")),
         (('unit="degF"', "(T - 255.37222222222223)*1.8", "x/1.8 + 255.37222222222223"), ("", "-2e-5*(T - 300)")),
-        (('unit="K"', "T", "x"), ('unit="W"', "-2e-5*(T - 300)")),
     ],
 )
 def test_declared_units_are_converted(steady, tmp_path, tip, heat):

@@ -85,7 +85,7 @@ ENDED = [
     ("exits.py:bar", "exits.py:bar failed: it ended its process"),
     ("odd.py:gone", "odd.py:gone failed: it ended its process"),
     ("odd.py:killed", "odd.py:killed failed: it ended its process, with the signal SIGKILL"),
-    ("odd.py:endless", "odd.py:endless has not answered in 0.05 minutes, and was ended"),
+    ("odd.py:endless", "odd.py:endless has not answered in 0.02 minutes, and was ended"),
 ]
 NO_SOLUTION = [
     ("nodes.cir", "no node called as a probe"),
@@ -155,7 +155,7 @@ def test_where_a_model_fails_what_3d_found_is_kept(given, why, capsys):
 @pytest.mark.parametrize(("given", "why"), ENDED)
 def test_where_a_models_process_ends_what_3d_found_is_kept(given, why, capsys, monkeypatch):
     if given.endswith("endless"):
-        monkeypatch.setattr("compare.models.function.LONGEST", 3.0)
+        monkeypatch.setattr("compare.models.function.LONGEST", 1.2)
     refused(["--model", given], why, capsys, kept=given != "exits.py:bar")
 
 

@@ -72,7 +72,7 @@ ROOT = Path(__file__).parents[3]
 CODE = """
 import sys, time
 from validate.cli import terminal
-terminal._SLOW, terminal._EVERY = 0.2, 0.4
+terminal._SLOW, terminal._EVERY = 0.1, 0.25
 with terminal.progress(quiet={quiet}) as say:
     say("solving in 3D")
     time.sleep({seconds})
@@ -122,11 +122,11 @@ def in_a_pipe(quiet: bool, seconds: float) -> str:
 
 def test_a_pipe_is_told_every_now_and_then():
     """Whole lines, for a log: none for short steps, and none if quiet."""
-    lines = in_a_pipe(False, 1.0).splitlines()
+    lines = in_a_pipe(False, 0.6).splitlines()
     assert lines[0] == "solving in 3D (0 s)"
     assert len(lines) == 2
-    assert in_a_pipe(False, 0.1) == ""
-    assert in_a_pipe(True, 1.0) == ""
+    assert in_a_pipe(False, 0.05) == ""
+    assert in_a_pipe(True, 0.3) == ""
 
 
 pty = pytest.importorskip("pty", reason="terminals as Unix has them")

@@ -17,7 +17,7 @@ from scenes.errors import NumericsError, RunawayError
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
 
-SINK = Sink(accuracy=2e-2)
+SINK = Sink(accuracy=5e-2)
 solved = cache(solve)
 
 
