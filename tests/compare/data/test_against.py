@@ -127,11 +127,6 @@ def test_the_command(case, monkeypatch, capsys, tmp_path):
     report = Path("results/sink-1V-against-comsol.txt/report.html").read_text(encoding="utf-8")
     assert "comsol.txt" in report
     assert "Temperature (degC), Maximum" in report
-    for wrong in (["--steady"], ["--only", "1d"]):
-        assert main(["sink", "--against", "comsol.txt", *wrong]) == 2
-        assert "--against" in capsys.readouterr().err
-    assert main(["sink", "--column", "peak=2"]) == 2
-    assert "needs --against" in capsys.readouterr().err
     other = ["sink", "--against", "comsol.txt", "--column", "mean=2", "--only", "3d", "--no-figures"]
     assert main(other) == 1
     assert "against_mean" in capsys.readouterr().out

@@ -39,15 +39,6 @@ def test_ordinary_headers(header, key, values, tmp_path):
         assert data.time == pytest.approx(1e-3 * TIMES)
 
 
-@pytest.mark.parametrize(
-    "header", ["T (K), Point: (0, 2E-4, 0)", "T (K), Point: (4E-5, 5E-4, 0)", "T (K), Point: (0, 0, 9)"]
-)
-def test_points_elsewhere_are_no_place(header, tmp_path):
-    """A point on the beam in metres is not looked for in micrometres, where it would be next to the origin."""
-    with pytest.raises(SceneError, match="names no place"):
-        found(tmp_path, table(MILLISECONDS, (header, 293 + RISES)))
-
-
 POINTS = (("T (K), Point 1", 293 + RISES), ("T (K), Point 2", 293 + RISES / 4))
 
 
@@ -93,21 +84,6 @@ def test_column_gives_units_and_rises(tmp_path):
         assert data.values["peak_K"] == pytest.approx(293 + RISES)
 
 
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        (["peak"], "NAME=COLUMN"), (["top=T (K), Point 1"], "no quantity"), (["peak=T (K), Point 3"], 'mean "T'),
-        (["peak=9"], "no column"), (["peak=2", "peak=3"], "already"), (["peak=2", "end=2"], "already"),
-        (["current=2"], "can't be the current"), (["peak (V)=2"], "can't be the peak"), (["time=2"], "no unit of time"),
-        (["peak=Time (ms)"], "no column is the time"),
-    ],
-)  # fmt: skip
-def test_what_column_refuses(columns, said, tmp_path):
-    with pytest.raises(SceneError, match=said) as caught:
-        found(tmp_path, table(MILLISECONDS, *POINTS), *columns)
-    assert "\n" not in str(caught.value)
-
-
 def wrdata(names: bool, single: bool) -> str:
     """The output of ngspice 39: numbers with a sign or a space before and a space behind, names padded to 15."""
     vectors = {"v(peak)": RISES, "v(end)": RISES / 4, "i(vdrive)": -3.3e-3 + 1e-6 * RISES}
@@ -146,21 +122,6 @@ def test_two_wrdata_runs_in_one_file(tmp_path):
         found(tmp_path, unequal)
 
 
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        ((MILLISECONDS, ("peak (degC)", RISES)), r'19\.85 K below .* --column "peak rise=peak \(degC\)"'),
-        ((MILLISECONDS, ("peak rise (K)", 293 + RISES)), "293 K above"),
-        ((MILLISECONDS, ("peak (K)", 300 + RISES)), "7 K above .* --set room_temperature=300"),
-        ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), r"1 time up to .* --column \"time \(ms\)="),
-    ],
-)
-def test_what_is_of_another_scene_is_refused(columns, said, tmp_path):
-    """Each would otherwise come out as a difference of the models."""
-    with pytest.raises(SceneError, match=said):
-        found(tmp_path, table(*columns))
-
-
 def test_what_may_be_of_another_scene_is_warned_of(tmp_path):
     """COMSOL's own room temperature is 293.15 K; the paper's is 293 K."""
     assert found(tmp_path, table(MILLISECONDS, ("peak (K)", 293.05 + RISES))).warnings == ()
@@ -197,16 +158,39 @@ def test_temperature_without_unit_is_absolute_or_rise_by_its_column(name, tmp_pa
     assert data.values["peak_K"] == pytest.approx(293 + RISES)
 
 
-@pytest.mark.parametrize(
-    ("column", "reason"),
-    [
-        (("peak", 19.85 + RISES), "neither at 0 nor at 293 K"),  # degrees, or kelvins above something
-        (("peak", 100 * RISES + 20), "neither at 0 nor at 293 K"),
-        (("max stress", RISES), "has no unit that is known"),  # another quantity at the same place
-        (("peak (mV)", RISES), "is no temperature"),
-        (("peak rise", 293 + RISES), "293 K above"),
-    ],
-)
-def test_temperature_without_unit_is_refused(column, reason, tmp_path):
-    with pytest.raises(SceneError, match=reason):
-        found(tmp_path, table(MILLISECONDS, column))
+TWICE = (MILLISECONDS, *POINTS)
+REFUSED = {
+    # a point on the beam in metres is not looked for in micrometres, where it would be next to the origin
+    "a point elsewhere": ((MILLISECONDS, ("T (K), Point: (0, 2E-4, 0)", 293 + RISES)), (), "names no place"),
+    "a point beside": ((MILLISECONDS, ("T (K), Point: (4E-5, 5E-4, 0)", 293 + RISES)), (), "names no place"),
+    "a point above": ((MILLISECONDS, ("T (K), Point: (0, 0, 9)", 293 + RISES)), (), "names no place"),
+    # by --column
+    "no pair": (TWICE, ["peak"], "NAME=COLUMN"), "no quantity": (TWICE, ["top=T (K), Point 1"], "no quantity"),
+    "no such name": (TWICE, ["peak=T (K), Point 3"], 'mean "T'), "no such number": (TWICE, ["peak=9"], "no column"),
+    "a quantity twice": (TWICE, ["peak=2", "peak=3"], "already"),
+    "a column twice": (TWICE, ["peak=2", "end=2"], "already"),
+    "no current": (TWICE, ["current=2"], "can't be the current"),
+    "no volts": (TWICE, ["peak (V)=2"], "can't be the peak"),
+    "no time": (TWICE, ["time=2"], "no unit of time"),
+    "time as peak": (TWICE, ["peak=Time (ms)"], "no column is the time"),
+    # of another scene: each would otherwise come out as a difference of the models
+    "rises in degrees": ((MILLISECONDS, ("peak (degC)", RISES)), (),
+                         r'19\.85 K below .* --column "peak rise=peak \(degC\)"'),
+    "a rise of kelvins": ((MILLISECONDS, ("peak rise (K)", 293 + RISES)), (), "293 K above"),
+    "a warmer room": ((MILLISECONDS, ("peak (K)", 300 + RISES)), (), "7 K above .* --set room_temperature=300"),
+    "seconds": ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), (), r"1 time up to .* --column \"time \(ms\)="),
+    # without a unit
+    "degrees": ((MILLISECONDS, ("peak", 19.85 + RISES)), (), "neither at 0 nor at 293 K"),
+    "neither": ((MILLISECONDS, ("peak", 100 * RISES + 20)), (), "neither at 0 nor at 293 K"),
+    "a stress": ((MILLISECONDS, ("max stress", RISES)), (), "has no unit that is known"),
+    "a voltage": ((MILLISECONDS, ("peak (mV)", RISES)), (), "is no temperature"),
+    "an absolute rise": ((MILLISECONDS, ("peak rise", 293 + RISES)), (), "293 K above"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_columns_are_refused_in_a_sentence(case, tmp_path):
+    columns, told, said = REFUSED[case]
+    with pytest.raises(SceneError, match=said) as caught:
+        found(tmp_path, table(*columns), *told)
+    assert "\n" not in str(caught.value)

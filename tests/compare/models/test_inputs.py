@@ -166,18 +166,3 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady, bent, tm
     assert float(rows[50.0]["reduced1d_tip"]) == pytest.approx(400.0)
     said = json.loads((tmp_path / "s" / "sweep.json").read_text(encoding="utf-8"))["sentence"]
     assert said.startswith("the model bent.py:asleep is within 5 % of 3D at tip in 1 of 3 designs")
-
-
-@pytest.mark.long
-def test_a_sinks_own_model_at_a_design(tmp_path):
-    """It is judged in the paper's place as it is in a run, and nothing is blamed on the paper's assumptions."""
-    model = f"{tmp_path / 'own.py'}:sink"
-    (tmp_path / "own.py").write_text(
-        "def sink(scene, times):\n    return {'peak_rise_K': 20 * scene['drive']['voltage']}\n", encoding="utf-8"
-    )
-    asked = ["sweep", "sink", "--reduction", model, "--vary", "drive.voltage=2", "--steady", "--workers", "1"]
-    assert main([*asked, "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]) == 0
-    (row,) = csv.DictReader((tmp_path / "s" / "points.csv").open(encoding="utf-8"))
-    alone = compare.run("sink", voltage=2, reduction=model, steady=True, accuracy=1e-2)
-    assert float(row["fig4_difference"]) == pytest.approx(alone.check("fig4").difference, rel=1e-6)
-    assert (float(row["reduced1d_peak_rise_K"]), row["blame"]) == (40.0, "")

@@ -12,23 +12,9 @@ import pytest
 import compare
 from compare.models import open_model
 from compare.models.sampling import make_question
-from compare.options import Options, folder_name
 from scenes import load
 from scenes.errors import SceneError
 from validate.cli import main
-
-NETLIST = """the same in volts
-* one resistance and one capacity
-.param top=1 tau=1
-I1 0 rise {top*1e-3}
-R1 rise 0 1k
-C1 rise 0 {tau/1k} ic=0
-Btip tip 0 V=v(rise)+300
-Bflow flow 0 V=-2e-3*v(rise)/100
-.tran 1u 1m uic
-.end
-"""
-PUT_IN = ["model.parameters.top=100", "model.parameters.tau=0.16 ms"]
 
 
 def rises(times: np.ndarray | None) -> dict[str, Any]:
@@ -71,31 +57,6 @@ class Lump(Fmi2Slave):
 
 def judged(scene: Any, given: Any) -> dict[str, Any]:
     return compare.solve(scene, model=given).checks
-
-
-@pytest.mark.long
-def test_four_forms_of_one_model_get_the_same_checks(transient, tmp_path):
-    scene = load(transient, PUT_IN)
-    found = {"function": judged(scene, lambda _, times: rises(times))}
-    (tmp_path / "lump.cir").write_text(NETLIST, encoding="utf-8")
-    wired = load(transient, [*PUT_IN, "model.outputs.heat out=v(flow)"])
-    found["netlist"] = judged(wired, str(tmp_path / "lump.cir"))
-    found["FMU"] = judged(scene, str(fmu(tmp_path)))
-    times = np.unique(np.append(np.linspace(0, 5e-4, 400), np.geomspace(1e-7, 5e-4, 60)))
-    course = rises(times)
-    rows = zip(1e3 * times, course["tip"] - 273.15, course["heat out"], strict=True)
-    text = "time (ms);tip (degC);heat out (W)\n" + "\n".join(";".join(map(repr, map(float, row))) for row in rows)
-    (tmp_path / "lump.csv").write_text(text, encoding="utf-8")
-    found["CSV"] = judged(scene, str(tmp_path / "lump.csv"))
-    wanted = found.pop("function")
-    assert list(wanted) == ["tip", "tip_over_time", "heat out", "heat out_over_time"]
-    for form, checks in found.items():
-        # A table of times has no steady state.
-        assert list(checks) == [name for name in wanted if form != "CSV" or name.endswith("_over_time")]
-        for name, check in checks.items():
-            # Each states the error of interpolation, or of its own steps; both models' parts of u_num are 3D's.
-            assert abs(check.difference - wanted[name].difference) <= check.u_num - 0.9 * wanted[name].u_num, form
-            assert check.verdict == wanted[name].verdict
 
 
 def test_values_of_3d_agree_and_three_percent_off_differ_at_two(steady):
@@ -293,8 +254,3 @@ def test_a_models_parameters_are_made_of_the_scenes():
     assert make_question(load("bridge")).document["parameters"]["gap"] == 2e-6
     with pytest.raises(SceneError, match="nor made of its parameters"):
         make_question(load("bridge", ["model.parameters.half=width/2"]))
-
-
-def test_a_folder_has_the_function_apart_from_its_file():
-    name = folder_name("free", {"model": "lumped.py:bridge"}, Options(), load("bridge"), ()).name
-    assert name == "bridge-model-lumped.py-bridge"

@@ -182,13 +182,6 @@ def test_the_truth_is_within_the_interval_as_often_as_is_said():
     assert all(93 <= count <= 99 for count in inside.values()), inside
 
 
-@pytest.mark.long
-def test_the_spread_of_the_fits_is_their_uncertainty():
-    found = [fitted(fitting_data(Sink(), seed), OXIDE) for seed in range(60)]
-    spread = np.log([f.fitted[OXIDE] for f in found]).std(ddof=1)
-    assert spread == pytest.approx(found[0].u[OXIDE], rel=0.25)
-
-
 def test_keys_that_go_together_are_named():
     """The paper's anchor has but the oxide's thickness over its conductivity."""
     found = fitted(fitting_data(Sink(), 1), OXIDE, "oxide_thickness")
