@@ -13,9 +13,8 @@ import pytest
 
 import compare
 import scenes
-from compare.options import of_kind, read
+from compare.options import of_kind
 from compare.testing import assert_reduction_agrees, assert_traces_agree
-from scenes import load
 from scenes.errors import SceneError
 
 ROOT = Path(__file__).parents[2]
@@ -189,25 +188,8 @@ def test_any_scene_loads_by_its_name_or_file():
 
 
 def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter():
-    from compare.kinds import kind_of
-    from compare.options import Options
-
-    for name, other in (("sink", Options(reduction="fin")), ("device", Options(meter="MAX1367"))):
-        scene = scenes.load(name)
-        assert scene.expected_to_differ
-        assert kind_of(scene).declared(scene, Options()) == scene
-        assert kind_of(scene).declared(scene, other).expected_to_differ is None
     assert "nothing was declared" in compare.run("sink", reduction="fin", steady=True).report()
-
-
-def test_values_are_read_with_the_scene():
-    sink = load("sink")
-    options = read("sink", {"reduction": "moments", "field_times": "1ms,2ms", "fields": True}, sink)
-    assert options.reduction.startswith("moments:")
-    assert options.field_times == (1e-3, 2e-3)
-    assert (options.figures, options.uncertain, options.models) == (True, None, ("fem3d", "reduced1d"))
-    with pytest.raises(SceneError, match="the end of the run"):
-        read("sink", {"field_times": "1s", "fields": True}, sink)
+    assert compare.device(accuracy=1e-2, about=("figure9",), meter="MAX1367").scene.expected_to_differ is None
 
 
 def test_the_python_interface_has_the_options_of_the_table():
