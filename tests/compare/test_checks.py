@@ -14,7 +14,7 @@ from compare.outcome import Outcome
 from compare.pipeline import solve as answer
 from compare.verdict import Check, judge
 from fem3d.runs import sink as sink_run
-from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
+from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import SceneError
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
@@ -179,10 +179,6 @@ def named(checks: tuple[Check, ...]) -> dict[str, Check]:
 
 def evaluated(outcome: Outcome[Sink], fem3d: Result, single: Result) -> dict[str, Check]:
     return judged(ROW, fem3d, outcome.reduced1d, outcome.options, single)
-
-
-def test_a_row_has_the_checks_of_rows(outcome):
-    assert [check.id for check in outcome.checks] == [*ISLAND_TOLERANCES, "fig4", "energy"]
 
 
 def test_the_current_is_off_by_what_is_left_out_of_the_circuit(outcome):

@@ -16,7 +16,6 @@ from scenes.device import Device
 from scenes.errors import RunawayError, SceneError
 from scenes.free import as_dict
 from scenes.laws import PowerLaw
-from scenes.loading import distinguishes, load
 from scenes.sink import SUBSTRATE, Sink
 from tests.conftest import judged
 
@@ -233,13 +232,3 @@ def test_slopes_of_contacts_and_drives_agree_with_runs_a_percent_off(key, value)
                     model,
                 )
         assert abs(slopes["fem3d"].relative[path]["peak_rise_K"].value) > 0.01
-
-
-def test_keys_and_names():
-    assert load("sink", ["drive.current=3mA"]).current == 3e-3
-    assert distinguishes(load("sink", ["drive.current=3mA"])) == "3mA"
-    assert distinguishes(load("sink", ["series_resistance=50 ohm"])) == "1V-series_resistance50ohm"
-    with pytest.raises(SceneError, match=r"gap_gas_conductivity = \S+ is not solved beside sink.spans = 3"):
-        load("sink", ["sink.spans=3", "gap_gas_conductivity=0.026"])
-    with pytest.raises(SceneError, match="gap_gas_conductivity"):
-        load("sink", ["gap_gas_conductivity=-0.026"])

@@ -1,6 +1,5 @@
 """Parameters on the command line: overrides, uncertainties, slopes, sweeps, maps, samples and fits take them."""
 
-import csv
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +15,6 @@ from scenes.keys import SINK
 from scenes.loading import load
 from scenes.varied import varied
 from tests.validate.inputs.test_validation import in_1d
-from validate.cli import main
 from validate.sweep.design import base, parse
 
 TEXT = """
@@ -33,44 +31,12 @@ thermal_conductivity = "k"
 [environment]
 room_temperature = "T0"
 """
-FACES = ("sink.width", "anchor.oxide_width")
 
 
 @pytest.fixture
 def mine(tmp_path):
     (tmp_path / "mine.toml").write_text(TEXT, encoding="utf-8")
     return tmp_path / "mine.toml"
-
-
-@pytest.mark.long
-def test_slopes_and_uncertainties_of_a_sink(mine, tmp_path, ran):
-    given = "--sensitivities --uncertain parameters.w=2% --set parameters.w=90um"
-    found, _ = ran(f"sink {mine} --steady --accuracy 1e-2 {given}")
-    assert found["scene"]["parameters"] == {"w": 90e-6, "k": 1.38, "T0": 293.0}
-    assert found["scene"]["anchor"]["oxide_width"] == 45e-6
-    by = found["sensitivities"]
-    for model in ("fem3d", "reduced1d"):
-        for name in ("peak_rise_K", "end_rise_K", "current_A", "anchor_resistance_K_per_W"):
-            total = sum(by[key][name][model]["value"] for key in FACES)
-            largest = max(abs(of[name][model]["value"]) for of in by.values())
-            assert by["parameters.w"][name][model]["value"] == pytest.approx(total, abs=1e-3 * largest)
-    end = found["fem3d"]["steady"]["end_rise_K"]
-    assert end["u_input"] == pytest.approx(
-        0.02 * abs(by["parameters.w"]["end_rise_K"]["fem3d"]["value"]) * end["value"]
-    )
-    assert "parameters" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.long
-def test_a_sweep_over_a_parameter(tmp_path, capsys, ran):
-    given = ["sweep", "bridge", "--vary", "parameters.gap=1um,3um", "--workers", "1", "--no-figures", "--quiet"]
-    assert main([*given, "--out", str(tmp_path / "sweep")]) == 0
-    assert "parameters.gap 1.00 um" in capsys.readouterr().out
-    with (tmp_path / "sweep" / "points.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert [float(row["parameters.gap"]) for row in rows] == [1e-6, 3e-6]
-    one = ran("solve bridge --set parameters.gap=3um --accuracy 1e-2")[0]["fem3d"]["steady"]["middle"]
-    assert float(rows[1]["fem3d_middle"]) == pytest.approx(one["value"], abs=1e-9)
 
 
 def test_what_a_map_and_a_sample_are_made_of(mine):

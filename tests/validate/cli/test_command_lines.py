@@ -192,6 +192,7 @@ REFUSED = {
     "sink --voltage abc": "drive.voltage", "sink --voltage 2um": "not a voltage", "sink --voltage nan": "drive.voltage",
     "sink --voltage": "expected one argument", "sink --volts 1": '"--voltage"', "sink --accuracy 2": "run.accuracy",
     "sink --accuracy 0": "run.accuracy", "sink --set run.end_time=0": "run.end_time",
+    "sink --set sink.spans=3 --set gap_gas_conductivity=0.026": "is not solved beside sink.spans = 3",
     "sink --set sink.widht=1um": "sink.width", "sink --set sink.width": "KEY=VALUE", "sink --only 2d": "invalid choice",
     "sink nowhere.toml": "no file", "sink one two": "too many", "sink --out=": "--out",
     "sink --only 1d --no-figures --out .": "is where you are or a mount",

@@ -85,12 +85,6 @@ def test_all_figures_are_drawn():
     assert "-150.0 \N{MICRO SIGN}W/K" in Path("all/figure13.svg").read_text(encoding="utf-8")
 
 
-def test_a_sensor_without_gain_has_no_characteristic():
-    assert device(*QUICK, "--set", "sensor_gain=0", "--figure", "13", "--figure", "12", "--no-figures") == 0
-    (folder,) = Path("results").iterdir()
-    assert all(check["verdict"] == "differs" for check in summary(folder)["checks"])
-
-
 SAID = {
     # eq 21 as it is printed runs away
     "--set allow_negative_voltage=true --figure 9": ["above room temperature (ceiling 2000 K)"],
@@ -200,22 +194,3 @@ def _boxes(figure: Figure) -> list[tuple[str, Any]]:
         beyond = [tick.label1 for tick in axis.get_major_ticks() if not low <= tick.get_loc() <= high]
         texts = [text for text in texts if text not in beyond]
     return [(text.get_text(), text.get_window_extent()) for text in texts]
-
-
-@pytest.mark.long
-def test_in_3d_beside_1d(tmp_path, ran):
-    summary, said = ran("device --3d --figure 9 --set run.end_time=0.3 --accuracy 1e-2")
-    three, one = summary["fem3d"], summary["reduced1d"]
-    for part in ("steady", "steady_before", "peaks"):
-        assert set(one[part]) <= set(three[part])
-    assert all("error" in value for value in three["steady"].values())
-    assert three["steady"]["sink_power_W"]["value"] == pytest.approx(4.41e-3, rel=1e-2)
-    assert [s["quantity"] for s in three["settling"]] == [s["quantity"] for s in one["settling"]]
-    header = (tmp_path / "run" / "traces.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
-    assert {f"fem3d_{name}" for name in three["peaks"]} | {"fem3d_polymer_top_W"} <= set(header)
-    # The flow's error stands beside its values.
-    flow = f"{1e6 * three['errors']['polymer_flux_W']:.2g} uW"
-    assert f"of the heat into the polymer {flow}" in " ".join(said.split())
-    checks = {check["id"]: check["verdict"] for check in summary["checks"]}
-    assert checks["dev3d_claim_steady"] == "agrees"
-    assert checks["dev3d_sink_power"] == "differs"

@@ -105,29 +105,6 @@ def test_refused(given):
         read_uncertainty(quantities.of(Sink()), measured(Sink(), 0.1), [given])
 
 
-@pytest.mark.long
-def test_the_command_that_validates(tmp_path, ran):
-    data, file = measured(Sink(), 0.1), tmp_path / "mine.csv"
-    rows = zip(data.time, data.values["peak_K"], data.values["end_K"], np.full(60, 0.1), strict=True)
-    lines = [",".join(map(str, row)) for row in rows]
-    file.write_text("\n".join(["time (s),peak (K),end (K),sigma (K)", *lines]) + "\n", encoding="utf-8")
-    given = f"--against {file} --data-uncertainty 'sigma (K)' --uncertain {OXIDE}=5% --accuracy 1e-2"
-    # The data are none of 3D's, which the scene does not declare.
-    summary, said = ran(f"sink {given}", status=1)
-    assert "Points of the data within 2 u_val" in " ".join(said.split())
-    found, checks = summary["validation"], {check["id"]: check for check in summary["checks"]}
-    # The ends are worst late: of data / 3D - 1 it is 5 % by the sensitivity of 3D's end to the oxide's conductivity.
-    against = checks["against_end"]
-    assert against["u_input"] == pytest.approx(0.05 * 0.235 * (1 + against["difference"]), rel=0.1)
-    assert checks["energy"]["u_input"] == 0
-    end = {(s["model"], s["quantity"], s["where"]): s for s in found["statements"]}["3D", "end_K", "end"]
-    # The data are from the paper's model; in 3D the ends are 1.3 K hotter.
-    assert end["interval"][0] < 1.32 < end["interval"][1]
-    assert end["seen"]
-    assert end["u_val"] == pytest.approx(np.hypot(end["u_data"], np.hypot(end["u_input"], end["u_num"])))
-    assert "Validation" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-
-
 def test_the_figure():
     """The result is its title; every row of the data is there; a current is in mA, and its differences in uA."""
     from validate.report.figures import analysis_figures

@@ -1,15 +1,12 @@
 """`validate solve` on a mesh file, as a user runs it."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 
-from scenes.free import from_dict
-from scenes.loading import load_free as load
 from tests.validate.cli import summary
 from validate.cli import main
 
@@ -88,23 +85,6 @@ def test_wire(capsys):
     lower = written.points[written.cells[0].data].mean(axis=1)[:, 2] < 10e-6
     assert source == pytest.approx(joule + 1e12 * lower, rel=2e-3)
     assert written.field_data == {"material_metal": np.array([0])}
-
-
-@pytest.mark.long
-def test_transient_writes_traces_and_reads_back(monkeypatch):
-    monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
-    text = SCENE.replace("run.steady = true", 'run.end_time = "10 us"\nrun.output_times = ["1 us"]')
-    Path("wire.toml").write_text(text, encoding="utf-8")
-    assert main(["solve", "wire.toml", "--fields", "--quiet", "--out", "here"]) == 0
-    found = summary("here")
-    assert {"figure_traces.png", "traces.csv", "fem3d.pvd"} <= set(found["files"])
-    first, last = (meshio.read(f"here/fem3d_{k:02d}.vtu") for k in (0, 2))
-    assert np.abs(first.point_data["rise_K"]).max() < 1e-9 < last.point_data["rise_K"].max()
-    for state in (first, last):
-        assert state.cell_data["current_density_A_per_m2"][0][:, 2] == pytest.approx(5e7, rel=1e-3)
-    assert set(found["files"]) == {entry.name for entry in Path("here").iterdir()}
-    assert found["fem3d"]["transient"]["time_s"] == [1e-6, 1e-5]
-    assert from_dict(found["scene"]) == replace(load("wire.toml"), folder="")
 
 
 @pytest.mark.parametrize(
