@@ -13,7 +13,8 @@ import pytest
 
 import compare
 import scenes
-from compare.options import of_kind
+from compare.kinds import KINDS
+from compare.options import Options, of_kind
 from compare.testing import assert_reduction_agrees, assert_traces_agree
 from scenes.errors import SceneError
 
@@ -189,7 +190,9 @@ def test_any_scene_loads_by_its_name_or_file():
 
 def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter():
     assert "nothing was declared" in compare.run("sink", reduction="fin", steady=True).report()
-    assert compare.device(accuracy=1e-2, about=("figure9",), meter="MAX1367").scene.expected_to_differ is None
+    device = scenes.load("device")
+    assert KINDS["device"].declared(device, Options()) == device
+    assert KINDS["device"].declared(device, Options(meter="MAX1367")).expected_to_differ is None
 
 
 def test_the_python_interface_has_the_options_of_the_table():

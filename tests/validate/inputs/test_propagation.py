@@ -57,11 +57,11 @@ def of_both(sink: Sink, uncertain: Uncertain) -> Propagated:
 
 @pytest.fixture(scope="module")
 def samples():
-    """The propagation, and 1,000 samples of the quantities of both models."""
+    """The propagation, and 500 samples of the quantities of both models."""
     sink = Sink()
     uncertain = read(sink, GIVEN, CORRELATED)
     drawn: dict[str, list[float]] = {}
-    for deviations in samples_of.draw(uncertain, 1000):
+    for deviations in samples_of.draw(uncertain, 500):
         scene = sink
         for key, off in zip(uncertain.relative, deviations.tolist(), strict=True):
             scene = varied(scene, key, 1 + off)
@@ -235,7 +235,7 @@ def test_sensitivities_by_the_command(tmp_path, ran):
     assert checks["slope_anchor.pad_width"] == "differs"
     assert checks["slope_drive.voltage"] == "agrees"
     assert "Sensitivities" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    ran("sink --only 1d --sensitivities")
+    ran("sink --only 1d --sensitivities --set run.end_time=1ms")
     head = (tmp_path / "run" / "sensitivities.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert head[0] == "time_s"
     assert "reduced1d_end_K_by_anchor.pad_width" in head

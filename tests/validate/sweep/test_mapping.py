@@ -13,7 +13,7 @@ from validate.sweep.point import Job, Row, Scope, Work
 from validate.sweep.store import Store
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
-CELLS, U_NUM = 60, 2e-4
+CELLS, U_NUM = 40, 2e-4
 PLACES = tuple((np.arange(CELLS) + 0.5) / CELLS)
 
 
