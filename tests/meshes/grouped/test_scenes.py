@@ -124,10 +124,10 @@ def test_warns_of_an_accuracy_that_memory_does_not_allow(tmp_path):
 
 def test_degree_2_answers_where_memory_has_no_room_for_degree_3(tmp_path):
     document = bar(steady=True, accuracy=2e-3)
-    whole = on_mesh(document, "tetra", 3, tmp_path)
-    cubic = mesh_of(loaded(document, "tetra", 3, tmp_path))
-    document["run"]["memory"] = 0.9 * cubic.size.memory
-    found = on_mesh(document, "tetra", 3, tmp_path)
+    whole = on_mesh(document, "tetra", 2, tmp_path)
+    cubic = mesh_of(loaded(document, "tetra", 2, tmp_path))
+    document["run"]["memory"] = 0.95 * cubic.size.memory
+    found = on_mesh(document, "tetra", 2, tmp_path)
     assert (whole.details["mesh"]["highest_degree"], found.details["mesh"]["highest_degree"]) == (3, 2)
     assert any("elements of degree 2" in warning for warning in found.details["warnings"])
     for name, value in found.steady.items():
@@ -190,7 +190,7 @@ def jacobians(corners: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("cell", ["tetra", "hexahedron"])
 def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell, tmp_path):
-    fields = on_mesh(bar(steady=True, accuracy=1e-2), cell, 1, tmp_path).details["fields"]
+    fields = on_mesh(bar(steady=True, accuracy=5e-2), cell, 1, tmp_path).details["fields"]
     corners = fields.points[fields.hexes]
     middle = boxes.CORNERS.mean(axis=0)[None]
     assert jacobians(corners, middle).min() > 0
