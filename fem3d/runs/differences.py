@@ -10,6 +10,10 @@ solutions. The error of space is estimated in the next lower space: all solution
 difference D_a is a smooth function of the mesh, and converges as the quantities do. Steady quantities are
 differentiated in logarithms, which are straight for powers.
 
+Transients are projected on the same fields for all values of a key: Krylov fields of the loads, and of the dual
+problems of the traces. A trace is then off by the product of the errors of both solutions, and the change of the fields
+by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10, 2001, proposition 2.6).
+
 The mesh moves with the faces of another scene that has the same parts. Each axis is mapped by itself: a plane of faces
 goes where its faces go, and coordinates between two planes move in proportion. Bricks stay bricks, and cells, functions
 and unknowns stay the same.
@@ -20,18 +24,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import left
+from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
+from fem3d.results.probes import reading
 from fem3d.solution import transient
+from fem3d.solution.reduced import orthonormal
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces.domain import Domain, box_cells, boxes, groups
 from meshes import grading
@@ -118,8 +126,8 @@ TIGHT = 1e-2
 """Part of the accuracy to which solutions are solved: the error of iterations is divided by the step."""
 NOISE = 1e-8
 """Relative error that rounding in two solutions leaves in their difference over the step."""
-GENERATIONS = 4
-"""More generations of Krylov fields than the traces take, because their error is divided by the step."""
+FEWER = 2
+"""Generations of Krylov fields that the lower space takes less, to show the error of leaving out fields."""
 MARCHED = 1e-8
 """Relative error of time steps, which is divided by the step."""
 SMALL = 0.1
@@ -297,6 +305,7 @@ class _Solver:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
+            self._fields = dict[int, np.ndarray]()
             if answer.steady is None:
                 self._base, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
         self.edges = 1.0
@@ -319,11 +328,10 @@ class _Solver:
             heat.ordering.share(self._answer.heat.ordering)
             if conductor is not None and self._answer.conductor is not None:
                 conductor.ordering.share(self._answer.conductor.ordering)
-        level = len(given.heats) - 1
-        return Point(self._values(study, given, level, 0), self._values(study, given, level - 1, 2) if lower else None)
+        return Point(self._values(study, given, -1), self._values(study, given, -2) if lower else None)
 
-    def _values(self, study: Study, given: Problems, level: int, fewer: int) -> Values:
-        """Solve in one of the nested spaces; over time in ``fewer`` generations of Krylov fields."""
+    def _values(self, study: Study, given: Problems, level: int) -> Values:
+        """Solve in one of the nested spaces; over time in the fields of the base."""
         steady, profile, base, response = dict[str, float](), np.empty(0), None, self._answer.response
         if self._answer.steady is not None:
             solution = nested.solution(study, given, level, start=self._start)
@@ -333,11 +341,33 @@ class _Solver:
             base = Base.of_steady(solution.state, study.accuracy)
         if response is None:
             return Values(steady, profile, {})
-        heat, conductor = given.heats[level], given.conductors[level]
-        base = base or hold(heat, conductor, self._hot, self._base.heat)
-        reduced = base.project(Krylov(base, self._shift).fields(response.generations + GENERATIONS - fewer))
+        base = base or hold(given.heats[level], given.conductors[level], self._hot, self._base.heat)
+        if level not in self._fields:
+            self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))
+        reduced = base.project(np.column_stack([base.fields, self._fields[level]]))
         marched = transient.march(base, reduced, study.end, MARCHED)
         return Values(steady, profile, study.traces(outputs.of_transient(marched, study.part, self.times)))
+
+    def _loads_and_duals(self, study: Study, base: Base, generations: int) -> np.ndarray:
+        """(free nodes, fields): the Krylov fields of the loads of a base, and of the dual problems of the traces."""
+        heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
+        assert response is not None
+        earliest, duals = min(study.earliest, study.end), list[np.ndarray | None]()
+        # Extremes have their places at an early, a middle and the last time.
+        rises = response.transient.rises(np.geomspace(earliest, study.end, 3))
+        for probe in (heat.domain.probes[name] for name in dict.fromkeys(study.trace_goals.values())):
+            duals += [goal_row(heat, probe, rise) for rise in rises]
+            if probe.quantity == "heat_flow":
+                duals += [heat.held_rows[name][1] for name in reading(heat, probe).boundaries]
+        if conductor is not None and conductor.warms:
+            # A current follows the temperature by the resistivity times the heat of each pair of current fields.
+            cold, warm = 0 * base.heat.unit, base.heat.unit
+            for a, b in combinations_with_replacement([p.density for p in base.patterns], 2):
+                duals.append(conductor.joule_load(a, warm, b) - conductor.joule_load(a, cold, b))
+        bare = replace(base, fields=base.fields[:, :0])
+        dual = replace(bare, loads=[row for row in duals if row is not None and row.any()])
+        spaces = [Krylov(each, self._shift, earliest).fields(generations) for each in (bare, dual)]
+        return orthonormal(base.heat, np.column_stack(spaces))
 
 
 def _at_rest(scene: Any) -> Any:

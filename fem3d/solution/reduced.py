@@ -21,6 +21,7 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
@@ -257,21 +258,24 @@ def _given_currents(
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
-    """The fields (free nodes, r) made orthonormal in the mass matrix, without dependent fields.
+    """The fields (free nodes, r) made orthonormal in the mass matrix in their order, without dependent fields.
 
-    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky.
+    Cholesky QR (Yamamoto et al., Electron. Trans. Numer. Anal. 44, 2015), again where the fields were far from it.
     """
-    kept, weighted = (np.empty(fields.shape, order="F") for _ in range(2))
-    r = 0
-    for u, v in zip(fields.T, (heat.inner_mass @ fields).T, strict=True):
-        size = float(u @ v)
-        u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
-        u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
-        v = heat.inner_mass @ u
-        remaining = float(u @ v)
-        if remaining > DEPENDENT**2 * size:
-            kept[:, r], weighted[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
-            r += 1
-    basis = kept[:, :r]
-    again = np.linalg.cholesky(basis.T @ weighted[:, :r])
-    return np.linalg.solve(again, basis.T).T
+    least = 0.0
+    while least < 0.5:
+        products = fields.T @ (heat.inner_mass @ fields)
+        sizes = np.sqrt(np.maximum(products.diagonal(), 1e-300))
+        products /= np.outer(sizes, sizes)
+        kept, factor = list[int](), np.zeros_like(products)
+        for k, product in enumerate(products):
+            r = len(kept)
+            row = solve_triangular(factor[:r, :r], product[kept], lower=True) if r else np.empty(0)
+            remaining = product[k] - row @ row
+            if remaining > DEPENDENT**2:
+                factor[r, :r], factor[r, r] = row, np.sqrt(remaining)
+                kept.append(k)
+        r = len(kept)
+        fields = solve_triangular(factor[:r, :r], (fields[:, kept] / sizes[kept]).T, lower=True).T
+        least = factor.diagonal()[:r].min(initial=1.0)
+    return fields

@@ -159,19 +159,20 @@ class Krylov:
     def fields(self, generations: int) -> np.ndarray:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
         while len(self._ends) <= generations:
-            following = []
-            for new in self._next:
+            r, room = self._ends[-1], np.empty((len(self._made), len(self._next)))
+            self._made, self._weighted = (np.column_stack([each, room]) for each in (self._made, self._weighted))
+            news = np.array(self._next).reshape(room.shape[::-1])
+            for new, weighted in zip(news, (self._mass @ news.T).T, strict=True):
                 # Orthogonal well enough for the recurrence; the projection makes it exact.
-                v = new - self._made @ (new @ self._weighted)
-                weighted = self._mass @ v
-                size = np.sqrt(max(v @ weighted, 0.0))
-                if not size > ROUNDING * np.sqrt(max(new @ (self._mass @ new), 0.0)):
-                    continue
-                self._made = np.column_stack([self._made, v / size])
-                self._weighted = np.column_stack([self._weighted, weighted / size])
-                following.append(weighted / size)
-            self._next = self._solved(len(self._ends) % len(self.solves), following)
-            self._ends.append(self._made.shape[1])
+                along = self._weighted[:, :r].T @ new
+                v, left = new - self._made[:, :r] @ along, weighted - self._weighted[:, :r] @ along
+                size = np.sqrt(max(v @ left, 0.0))
+                if size > ROUNDING * np.sqrt(max(new @ weighted, 0.0)):
+                    self._made[:, r], self._weighted[:, r] = v / size, left / size
+                    r += 1
+            self._made, self._weighted = self._made[:, :r], self._weighted[:, :r]
+            self._next = self._solved(len(self._ends) % len(self.solves), list(self._weighted[:, self._ends[-1] :].T))
+            self._ends.append(r)
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 
     def dropped(self, generations: int, fewer: int) -> int:
