@@ -353,8 +353,8 @@ class _Solver:
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None
         earliest, duals = min(study.earliest, study.end), list[np.ndarray | None]()
-        # Extremes have their places at an early, a middle and the last time.
-        rises = response.transient.rises(np.geomspace(earliest, study.end, 3))
+        # The place of an extreme moves: its dual problems are of its places at some times.
+        rises = response.transient.rises(np.geomspace(earliest, study.end, 8))
         for probe in (heat.domain.probes[name] for name in dict.fromkeys(study.trace_goals.values())):
             duals += [goal_row(heat, probe, rise) for rise in rises]
             if probe.quantity == "heat_flow":
