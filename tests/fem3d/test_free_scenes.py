@@ -201,6 +201,18 @@ def test_a_body_that_only_cools_is_in_balance():
     assert solve(replace(scene, accuracy=1e-2)).details["transient_imbalance"] < 1e-8
 
 
+def test_an_insulated_block_stores_all_its_heat():
+    """Half of its rise in a second of the whole source comes from the second in which that rises from zero."""
+    clay, middle = Material("clay", 1.0, 1000.0, 800.0), (SIDE / 2,) * 3
+    for source, expected in ((4e6, [295.5, 300.5]), (2e6, [294.25, 296.75])):
+        block = Box("block", clay, (0.0, 0.0, 0.0), (SIDE,) * 3, Schedule((0.0, 1.0), (0.0, source)))
+        probes = (Probe("centre", middle, middle),)
+        found = solve(Scene("block", (block,), (), probes, 293.0, 2.0, 1e-3, False, (1.0, 2.0))).traces
+        values = found.values["centre"][np.searchsorted(found.time, (1.0, 2.0))]
+        assert values == pytest.approx(expected, abs=found.errors["centre"])
+        assert found.errors["centre"] < 1e-3 * 7.5
+
+
 def test_a_run_that_ends_before_anything_happens_is_in_balance():
     late = Schedule((200.0, 200.0), (293.0, 393.0))
     found = solve(bar(face("hot", "temperature", 0.0, late), probes=(at("end", LENGTH),), steady=False))
