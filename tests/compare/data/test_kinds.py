@@ -246,17 +246,6 @@ def test_cause_and_cure_of_what_cannot_be_read(text, said, scene):
     assert "\n" not in str(caught.value)
 
 
-def test_steady_table_on_the_command_line(scene, ran):
-    path = scene.with_name("data.txt")
-    path.write_text(STEADY["COMSOL sweep"], encoding="utf-8")
-    summary, _ = ran(f"solve {scene} --steady --against {path}")
-    checks = {check["id"]: check for check in summary["checks"]}
-    for name in ("against_mid", "against_quarter", "against_I"):
-        assert checks[name]["verdict"] == "agrees"
-        assert abs(checks[name]["difference"]) < 1e-3
-    assert "100 mV" in summary["against"]["run"]
-
-
 def test_curve_over_a_parameter_is_solved_row_by_row(scene, ran):
     """Both ends of the bar are held at T0 and its conductivity is constant: the integral of rho from T0 to the peak
     is V^2/(8 k)."""

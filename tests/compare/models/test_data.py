@@ -8,7 +8,6 @@ import pytest
 
 import compare
 from compare import quantities
-from compare.testing import assert_traces_agree
 from validate.cli import main
 
 K, LENGTH, HEAT, CAPACITY = 50.0, 1e-4, 1e12, 2500 * 800
@@ -108,19 +107,6 @@ def test_parameters_of_the_model_are_fitted_with_it(transient, ran):
         assert found["relative_u"] < 0.01
     end = {(s["model"], s["where"]): s for s in summary["validation"]["statements"]}["1D", "end"]
     assert not end["seen"]
-
-
-@pytest.mark.long
-def test_the_assertion_and_declared_tolerances(transient):
-    file = written(transient.parent / "mine.csv", TIMES, K, 5.0)
-    assert_traces_agree(transient, file, tip=0.01)
-    with pytest.raises(AssertionError, match=r"against_bar mean: .*, data \d"):
-        assert_traces_agree(transient, file, tip=0.01, **{"bar mean": 0.02})
-    declared = transient.parent / "declared.toml"
-    declared.write_text(
-        transient.read_text(encoding="utf-8") + '\n[checks.tolerances]\n"against_bar mean" = 0.2\n', encoding="utf-8"
-    )
-    assert compare.solve(declared, against=file).check("against_bar mean").verdict == "agrees"
 
 
 @pytest.mark.parametrize(("text", "more", "said"), [

@@ -61,14 +61,6 @@ def test_what_is_exported_is_said_and_kept(capsys):
     assert steps[0]["reason"].startswith("a compact model of 9 states")
 
 
-def test_the_default_scene_comes_out_as_it_declares(capsys):
-    assert device("--strict", "--figure", "9", "--figure", "10", "--no-figures", "--quiet") == 0
-    assert "as the scene declares" in " ".join(capsys.readouterr().out.split())
-    assert [check["id"] for check in summary("results/device-273K-figure9-figure10")["checks"]] == [
-        "fig9_settling", "fig9_balance", "fig10_steady",
-    ]  # fmt: skip
-
-
 def test_a_contradicted_declaration_is_status_1():
     options = (*QUICK, "--no-figures", "--figure", "10", "--quiet")
     assert device(*options, "--set", "expect_differs=fig10_steady") == 1

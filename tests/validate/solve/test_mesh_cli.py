@@ -90,10 +90,8 @@ def test_wire(capsys):
 @pytest.mark.parametrize(
     ("setting", "said"),
     [
-        ("mesh.file=nothing.msh", "is no file"),
         ("boundary.cold.group=nera", 'did you mean "near"?'),
         ("boundary.cold.group=rim", "is a group of lines, not a surface group"),
-        ("material.metal.groups=['lower']", "have no material"),
     ],
 )
 def test_bad_input_is_one_sentence(setting, said, capsys):

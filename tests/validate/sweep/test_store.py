@@ -66,13 +66,6 @@ def test_a_summary_that_somebody_changed_is_said(text, tmp_path):
         assert len(store) == 0
 
 
-def test_a_row_that_is_there_is_not_written_again(tmp_path):
-    with Store(tmp_path / "s", SUMMARY) as store:
-        store.append([row(1)])
-        with pytest.raises(ValueError, match="stored already"):
-            store.append([row(1)])
-
-
 def test_the_folder_is_of_one_sweep_and_one_process(tmp_path):
     folder = tmp_path / "s"
     with Store(folder, SUMMARY) as store:
