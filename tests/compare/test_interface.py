@@ -171,6 +171,12 @@ def test_a_free_scene_and_the_device():
     assert list(Path().iterdir()) == []
 
 
+def test_what_the_package_says_it_has():
+    assert {"run", "solve", "device", "sweep"} <= set(dir(compare))
+    assert all(getattr(compare, name) for name in dir(compare))
+    assert len(compare.__doc__.splitlines()) <= 12
+
+
 def test_any_scene_loads_by_its_name_or_file():
     from scenes.loading import builtin_text
 

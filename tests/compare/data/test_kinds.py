@@ -106,7 +106,7 @@ TRACES: dict[str, str | bytes] = {
     "column of texts": "date,time (s),mid (K),remark\n" + rows("2024-05-01 10:00,{:.9g},{:.9g},ok", TIMES, MID),
     "rise": "time (s),mid rise (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
     "rise by its column": "time (s),mid (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
-    "separators behind the last cell": "time (s);mid (K);\n" + rows("{:.9g};{:.9g};;", TIMES, MID) + ";;;\n",
+    "separators behind the last cell": "time (s);mid (K)\n" + rows("{:.9g};{:.9g};;", TIMES, MID) + ";;;\n",
     "quotes around numbers": '"time (s)","mid (K)"\n' + rows('"{:.9g}","{:.9g}"', TIMES, MID),
     "numbered index": ",time (s),mid (K)\n" + rows("{:.0f},{:.9g},{:.9g}", np.arange(6), TIMES, MID),
 }  # fmt: skip

@@ -96,6 +96,8 @@ def beam(old: str, new: str) -> str:
 
 SCENES: dict[str, tuple[str | bytes, int | str]] = {
     "beam": (BEAM, 0), "marked": (BEAM.encode("utf-8-sig"), 0), "dos": (BEAM.replace("\n", "\r\n"), 0),
+    "electric": (BEAM.replace("temperature = 293", "voltage = 1").replace("heat_flux = 1e5", "voltage = 0").replace(
+        'quantity = "temperature"', 'quantity = "potential"'), 0),
     "hebrew": (beam('name = "beam"', 'name = "\N{HEBREW LETTER GIMEL}"'), 0),
     "hebrew box": (beam('name = "b"', 'name = "\N{HEBREW LETTER GIMEL} 1"'), 0),
     "spaces in names": (beam('"end"', '"the  end"'), 0), "marks": (beam('"end"', '"the end; = all"'), 2),
@@ -324,7 +326,9 @@ REFUSED = {
     "solve bridge --uncertain box.beam.upper.w=1um": "box.beam.upper.w",
     "solve bridge --uncertain 'boundary.right electrode.voltage=1%'": "boundary.right electrode.voltage",
     "solve bridge --uncertain beam.upper.z=1V": "neither in percent nor",
+    "sink width.toml --uncertain parameters.w=2% --uncertain sink.width=1% --monte-carlo 16": "sink.width is made of",
     # models of one's own
+    "sweep bridge --model own.py:tip --check midle --vary parameters.w=8um,9um": 'did you mean "middle"',
     "sink --reduction own.py:tip --only 1d": "leave out --only 1d",
     "sink --reduction own.py:tip --monte-carlo 20 --uncertain width=1%": "leave out --monte-carlo",
     "sink --reduction own.py:other": "has no function", "sink --reduction none.py:sink": "is no file",
@@ -347,6 +351,7 @@ FILES = {f"{name}.csv": text for name, (text, _) in TABLES.items()}
 FILES |= {f"{name}.toml": text for name, (text, _) in SCENES.items()}
 FILES |= {f"{name}.toml": builtin_text(name.rpartition(" ")[2]) for name in ("my bridge", "sink", "device")}
 FILES |= {"a b.toml": BEAM, "-dash.toml": BEAM, "empty.toml": '[scene]\nname = "nothing"\n'}
+FILES |= {"width.toml": '[parameters]\nw = "100 um"\n[sink]\nwidth = "w"\n'}
 FILES |= {"own.py": "def tip(scene, times):\n    return {'middle': 300.0}\n"}
 
 

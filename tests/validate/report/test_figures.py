@@ -23,6 +23,7 @@ from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures import scene_figures
 from validate.report.figures.drawing import new_figure, spread
+from validate.report.figures.offscreen import round_length
 from validate.report.figures.sink_figures import without_kinks
 from validate.viewer.boxes import THIN, parts
 
@@ -60,6 +61,11 @@ def test_the_kink_between_cells_goes_and_the_curve_stays():
     assert np.abs(drawn - raw).max() < 0.5 * error
     bumped = raw + 3 * error * np.exp(-(((um - 75) / 10) ** 2))
     assert np.abs(without_kinks(um, bumped, error / 20) - bumped).max() < 0.5 * error
+
+
+@pytest.mark.parametrize(("wanted", "found"), [(260.0, 200.0), (5.0, 5.0), (1.99, 1.0), (0.06, 0.05)])
+def test_round_lengths(wanted, found):
+    assert round_length(wanted) == pytest.approx(found)
 
 
 END = 0.1

@@ -13,6 +13,7 @@ from fem3d.runs.scene import solve
 from meshes import symmetry
 from scenes import load
 from scenes.laws import PowerLaw
+from scenes.model import Contact
 from scenes.sink import SILICON, Sink
 from tests.fem3d import BAR, bar, bar_grid, end, plain_grid, silicon, state_on
 from validate.verify import newton, orders, second_path
@@ -63,6 +64,37 @@ def test_the_hottest_place_of_a_conductor_is_kohlrausch_s(coefficient):
         errors.append(abs(at(places, newton.steady(problem, 4), BAR[1] / 2) - expected))
     assert errors[1] < 2e-6 * (expected - ROOM)
     assert errors[0] > 10 * errors[1]  # quadratic elements are of order 4 at their corners
+
+
+def halves(resistance, electrical=None, **material):
+    """Two halves of a bar, hot at one end and cold at the other, with a contact between; and places of the nodes."""
+    ends = [end(0, "temperature", 400.0), end(1, "temperature", ROOM)]
+    if electrical is not None:
+        ends += [end(0, "voltage", 1.0), end(1, "voltage", 0.0)]
+    scene = bar(replace(PLAIN, **material), *ends)
+    (whole,) = scene.boxes
+    half = BAR[1] / 2
+    boxes = (replace(whole, name="a", upper=(BAR[0], half, BAR[2])),
+             replace(whole, name="b", lower=(0.0, half, 0.0)))  # fmt: skip
+    scene = replace(scene, boxes=boxes, contacts=(Contact("c", ("a", "b"), resistance, electrical or 0.0),))
+    basis, *owner_order = second_path.base(scene, bar_grid(scene, 3, 2))
+    return second_path.problem(scene, basis, *owner_order), basis.doflocs[1]
+
+
+def test_a_contact_s_own_heat_enters_either_side():
+    electrical, k, rho = 1e-8, 130.0, 6e-5
+    problem, places = halves(1e-6, electrical)
+    state = newton.steady(problem)
+    density = 1.0 / (rho * BAR[1] + electrical)
+    plus = problem.electrodes[0]
+    assert newton.current(problem, state, plus) == pytest.approx(density * BAR[0] * BAR[2], rel=1e-9)
+    # Each half: its own heat, and the heat at the contact; the temperatures of both sides a and b by resistances.
+    r, q = BAR[1] / 2 / k, density**2 * rho * BAR[1] / 2
+    hot, cold = 400.0 + q * r / 2, ROOM + q * r / 2
+    own = density**2 * electrical / 2
+    a, b = np.linalg.solve([[1 / r + 1e6, -1e6], [-1e6, 1 / r + 1e6]], [hot / r + own, cold / r + own])
+    sides = np.unique(np.round(state[0][np.abs(places - BAR[1] / 2) < 1e-12], 6))
+    assert sides == pytest.approx([b, a], abs=1e-6)
 
 
 def test_a_contact_inside_a_larger_body_keeps_its_edge_whole():

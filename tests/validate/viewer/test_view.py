@@ -99,6 +99,34 @@ def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "labels"),
+    [
+        (0.0, 20.33, ["0", "5", "10", "15", "20"]), (-3.1, 0.02, ["-3", "-2", "-1", "0"]),
+        (293.0, 293.004, ["293", "293.001", "293.002", "293.003", "293.004"]), (0.0, 8.7e7, ["0", "2e+07", "4e+07"]),
+        (-1.4, 1.4, ["-1", "-0.5", "0", "0.5", "1"]),
+    ],
+)  # fmt: skip
+def test_a_colour_bar_has_round_labels(low, high, labels):
+    from validate.viewer.stage import label_format, round_ticks
+
+    ticks = round_ticks(low, high, 5)
+    assert [label_format(ticks) % tick for tick in ticks][: len(labels)] == labels
+    assert ticks[0] >= low - 1e-9
+    assert ticks[-1] <= high + 1e-9
+
+
+@pytest.mark.parametrize(("least", "shown"), [(-2.838e-5, 0.0), (-0.5, -0.5)])
+def test_what_rounding_leaves_of_a_zero_is_none_on_the_colour_bar(run, least, shown):
+    from validate.viewer.stage import Stage
+
+    source = find(run / "fem3d_steady.vtu")
+    source.grid(0).point_data["rise"][7] = least
+    stage = Stage(source, True, (64, 64))
+    assert stage._range("rise", None)[0] == pytest.approx(shown)
+    stage.plotter.close()
+
+
 def test_a_films_times_are_even_and_its_states_those_stored(run):
     source = find(run)
     film = source.evenly(9, "rise")
