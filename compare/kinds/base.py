@@ -240,7 +240,8 @@ class Kind(ABC, Generic[S]):
             return compact(scene, states, accuracy, progress)
         from fem3d.runs.compact import compact as compact_3d
 
-        return compact_3d(scene, states, accuracy, progress, progress.processor_time.get("fem3d"))
+        seconds = progress.processor_time.get("fem3d")
+        return compact_3d(scene, states, accuracy, progress, seconds, outcome.fem3d)
 
     @property
     @abstractmethod

@@ -42,8 +42,8 @@ class LowerSpaceError(NumericsError):
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Traces with errors (in their units) and heat balance. If the errors are too large: ``goals``, the indicators of
-    the power and of each goal with the power."""
+    """Traces with errors (in their units) and heat balance; ``goals`` are the indicators of the power and of each goal
+    with the power."""
 
     times: np.ndarray
     traces: Quantities
@@ -97,7 +97,7 @@ def respond(
     if _worst(march, errors) > enough and not as_it_is:
         relative = {name: errors[name] / scales[name] for name in errors}
         return Response(march.checked, march.traces, errors, False, np.nan, answer, count, goals, relative)
-    response = with_rows(study, answer, errors, scales, count)
+    response = replace(with_rows(study, answer, errors, scales, count), goals=goals)
     if not study.from_start:
         return response
     early = _early(study, march, lesser[0])

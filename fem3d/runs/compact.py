@@ -43,7 +43,7 @@ from statespace.runtime import CompactModel
 FULL = "the full model"
 TRUTH, SPACE = 0.5, 0.02
 """Parts of the accuracy: for the runs of the full model, and for the fields."""
-LONGEST, ALWAYS = 10.0, 60.0
+LONGEST, ALWAYS = 7.0, 50.0
 """Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
 """
 MESH, FINER, TURNS = 3.0, 0.3, 4
@@ -92,7 +92,7 @@ class Run:
 
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None,
-    seconds: float | None = None,
+    seconds: float | None = None, rough: Result | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Make the document of a scene's compact model.
 
@@ -108,6 +108,8 @@ def compact(
         Takes progress messages.
     seconds : float, optional
         Processor time of an earlier 3D solution; by default the time of the first run.
+    rough : Result, optional
+        The earlier 3D solution, whose mesh the first run over time begins with.
 
     Returns
     -------
@@ -124,7 +126,7 @@ def compact(
     """
     check(scene)
     try:
-        return _compact(scene, states, accuracy, say, seconds)
+        return _compact(scene, states, accuracy, say, seconds, rough)
     except NumericsError:
         raise
     except (ArithmeticError, np.linalg.LinAlgError) as error:
@@ -132,7 +134,12 @@ def compact(
 
 
 def _compact(
-    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None], seconds: float | None
+    scene: AnyScene,
+    states: int | None,
+    accuracy: float,
+    say: Callable[[str], None],
+    seconds: float | None,
+    rough: Result | None,
 ) -> dict[str, Any]:
     if not physics.heat(scene):
         # Currents alone follow the voltages at once: their steady state is all.
@@ -140,7 +147,10 @@ def _compact(
         scene = replace(driven(scene, largest), steady=True, output_times=())
     inputs, start = channels(scene), process_time()
     tried = scenarios(scene, inputs)
-    runs = {OWN: _run(tried.pop(OWN), inputs, TRUTH * accuracy, say)}
+    own = _run(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough)
+    # A step of the only drive may be the scene itself.
+    runs = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
+    tried = {name: each for name, each in tried.items() if name not in runs}
     first = process_time() - start
     limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
     # Where the runs of all inputs would take more than two thirds of the time, later runs are less accurate.
@@ -211,7 +221,10 @@ def check(scene: AnyScene) -> None:
             )
 
 
-def _run(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Run:
+def _run(
+    scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None],
+    rough: Result | None = None,
+) -> Run:  # fmt: skip
     """Solve the full model of a scenario."""
     say("compact model: a run of the full model")
     finer = replace(scene, accuracy=max(accuracy, 1e-6))
@@ -225,7 +238,7 @@ def _run(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Call
             steady = scene_run.solve(replace(finer, steady=True, output_times=()))
         except (NumericsError, SceneError):
             steady = None  # over time there is no need for a steady state
-    return Run(inputs, scene_run.solve(finer), steady)
+    return Run(inputs, scene_run.solve(finer, rough=rough), steady)
 
 
 def _references(scene: AnyScene, run: Run, own: Run) -> list[Reference]:
