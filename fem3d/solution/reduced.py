@@ -21,7 +21,6 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
@@ -258,24 +257,30 @@ def _given_currents(
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
-    """The fields (free nodes, r) made orthonormal in the mass matrix in their order, without dependent fields.
+    """The fields (free nodes, r) made orthonormal in the mass matrix, without dependent fields.
 
-    Cholesky QR (Yamamoto et al., Electron. Trans. Numer. Anal. 44, 2015), again where the fields were far from it.
+    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky, which is
+    enough for fields that are nearly orthonormal.
     """
-    least = 0.0
-    while least < 0.5:
+    weighted = heat.inner_mass @ fields
+    products = fields.T @ weighted
+    if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
+        fields = _independent(fields, weighted)
         products = fields.T @ (heat.inner_mass @ fields)
-        sizes = np.sqrt(np.maximum(products.diagonal(), 1e-300))
-        products /= np.outer(sizes, sizes)
-        kept, factor = list[int](), np.zeros_like(products)
-        for k, product in enumerate(products):
-            r = len(kept)
-            row = solve_triangular(factor[:r, :r], product[kept], lower=True) if r else np.empty(0)
-            remaining = product[k] - row @ row
-            if remaining > DEPENDENT**2:
-                factor[r, :r], factor[r, r] = row, np.sqrt(remaining)
-                kept.append(k)
-        r = len(kept)
-        fields = solve_triangular(factor[:r, :r], (fields[:, kept] / sizes[kept]).T, lower=True).T
-        least = factor.diagonal()[:r].min(initial=1.0)
-    return fields
+    return np.linalg.solve(np.linalg.cholesky(products), fields.T).T
+
+
+def _independent(fields: np.ndarray, weighted: np.ndarray) -> np.ndarray:
+    """The fields made orthonormal in their order, without dependent ones, given their products with the mass matrix."""
+    kept, dual = (np.empty(fields.shape, order="F") for _ in range(2))
+    r = 0
+    for u, v in zip(fields.T, weighted.T, strict=True):
+        size = float(u @ v)
+        for _ in range(2):
+            along = dual[:, :r].T @ u
+            u, v = u - kept[:, :r] @ along, v - dual[:, :r] @ along
+        remaining = float(u @ v)
+        if remaining > DEPENDENT**2 * size:
+            kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
+            r += 1
+    return kept[:, :r]
