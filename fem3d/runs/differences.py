@@ -12,7 +12,7 @@ differentiated in logarithms, which are straight for powers.
 
 Transients are projected on the same fields for all values of a key: Krylov fields of the loads, and of the dual
 problems of the traces. A trace is then off by the product of the errors of both solutions, and the change of the fields
-by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10, 2001, proposition 2.6).
+by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10, 2001).
 
 The mesh moves with the faces of another scene that has the same parts. Each axis is mapped by itself: a plane of faces
 goes where its faces go, and coordinates between two planes move in proportion. Bricks stay bricks, and cells, functions
