@@ -36,12 +36,25 @@ class RunawayError(NumericsError):
     """Thermal runaway: the heating grows with temperature faster than the losses.
 
     No steady state exists above the ``limit``: a voltage (V), for a given current a current (A), without either a
-    fraction of the heating. ``largest`` is a sentence on the limit, or "".
+    fraction of the heating. ``error`` bounds the error of the limit; zero where it is not estimated. ``named`` is the
+    limit in words, or "", and ``unit`` its unit.
     """
 
-    def __init__(self, message: str, limit: float, largest: str = "") -> None:
-        super().__init__("; ".join(filter(None, (message, largest))))
-        self.limit, self.largest = limit, largest
+    def __init__(self, message: str, limit: float, named: str = "", unit: str = "") -> None:
+        super().__init__(message)
+        self.limit, self.error, self._named, self._unit = limit, 0.0, named, unit
+
+    @property
+    def largest(self) -> str:
+        """A sentence on the limit, or ""."""
+        from scenes.formats import with_error
+
+        value, error, unit, *_ = with_error(self.limit, self.error, self._unit)
+        shown = f"{value} ± {error} {unit}" if self.error else f"{self.limit:.4g} {self._unit}"
+        return f"{self._named} is {shown.rstrip()}" if self._named else ""
+
+    def __str__(self) -> str:
+        return "; ".join(filter(None, (super().__str__(), self.largest)))
 
 
 class RunawayInTimeError(RunawayError):

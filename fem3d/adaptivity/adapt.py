@@ -27,8 +27,8 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
-# A voltage runs away on any mesh if it exceeds the fold's voltage by this many times the fold's change from the mesh
-# before: the sum of all further changes if each is at most 2/3 of its predecessor.
+# The error of a fold's voltage over its change from the mesh before: the sum of all further changes if each is at most
+# 3/4 of its predecessor. A larger voltage runs away on any mesh.
 SURELY = 3.0
 # Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
 # believed.
@@ -194,7 +194,7 @@ class Search:
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold = runaway.limit
+        self.fold, runaway.error = runaway.limit, SURELY * change if np.isfinite(change) else 0.0
         # If heat alone drives a scene, the limit is a fraction of the heat.
         drive = abs(self.study.voltage) or 1.0
         confirmed = drive - runaway.limit > SURELY * change

@@ -481,16 +481,17 @@ class Path:
         if c is None or not self._newton.electric or not drive:
             return RunawayError(
                 f"thermal runaway: {where}, because the conductivity falls as it heats", limit,
-                f"the largest part of what heats the scene that has one is {limit:.3g}",
+                "the largest part of what heats the scene that has one",
             )  # fmt: skip
         what, unit = ("current", "A") if c.by_current else ("voltage", "V")
         if self._newton.nonlinear:
             why = "the conductivity falls or the resistance changes"
-            largest = f"the largest {what} that has one is {limit:.4g} {unit}"
+            named = f"the largest {what} that has one"
         else:
             where, why = "no steady state exists", f"the resistance {'rises' if c.by_current else 'falls'}"
-            largest = f"the largest {what} with a steady state is {limit:.4g} {unit}"
-        return RunawayError(f"thermal runaway: at {drive:g} {unit} {where}, because {why} as it heats", limit, largest)
+            named = f"the largest {what} with a steady state"
+        message = f"thermal runaway: at {drive:g} {unit} {where}, because {why} as it heats"
+        return RunawayError(message, limit, named, unit)
 
     @property
     def _initial(self) -> float:

@@ -224,6 +224,5 @@ class _Coupled:
             return NumericsError(f"the network's steady state is not found at {drive:g} {unit}")
         return RunawayError(
             f"thermal runaway: at {drive:g} {unit} no steady state of the network exists, because the resistance "
-            f"{why} as it heats", part * drive,
-            f"the largest {what} with one is {part * drive:.4g} {unit}",
+            f"{why} as it heats", part * drive, f"the largest {what} with one", unit,
         )  # fmt: skip

@@ -152,7 +152,8 @@ def test_traces_before_runaway_are_kept():
     assert (np.diff(traces.values["current"]) > 0).all()
     with pytest.raises(RunawayError) as steady:
         solve(replace(scene, steady=True, output_times=()))
-    assert f"the largest voltage with a steady state is {steady.value.limit:.4g} V" in said
+    assert steady.value.largest.startswith("the largest voltage with a steady state is ")
+    assert steady.value.largest in said
 
 
 @pytest.mark.long
