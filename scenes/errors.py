@@ -6,6 +6,7 @@ import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from math import floor, log10
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 from typing import Any, TextIO
@@ -35,9 +36,9 @@ class TooLargeError(NumericsError):
 class RunawayError(NumericsError):
     """Thermal runaway: the heating grows with temperature faster than the losses.
 
-    No steady state exists above the ``limit``: a voltage (V), for a given current a current (A), without either a
-    fraction of the heating. ``error`` bounds the error of the limit; zero where it is not estimated. ``named`` is the
-    limit in words, or "", and ``unit`` its unit.
+    No steady state below 100,000 K is found above the ``limit``: a voltage (V), for a given current a current (A),
+    without either a fraction of the heating. ``error`` estimates the error of the limit; zero where it is not
+    estimated. ``named`` is the limit in words, or "", and ``unit`` its unit.
     """
 
     def __init__(self, message: str, limit: float, named: str = "", unit: str = "") -> None:
@@ -47,11 +48,13 @@ class RunawayError(NumericsError):
     @property
     def largest(self) -> str:
         """A sentence on the limit, or ""."""
-        from scenes.formats import with_error
-
-        value, error, unit, *_ = with_error(self.limit, self.error, self._unit)
-        shown = f"{value} ± {error} {unit}" if self.error else f"{self.limit:.4g} {self._unit}"
-        return f"{self._named} is {shown.rstrip()}" if self._named else ""
+        if not self._named:
+            return ""
+        shown = f"{self.limit:.4g}"
+        if self.error:
+            places = max(1 - floor(log10(self.error)), 0)  # the error has two digits
+            shown = f"{self.limit:.{places}f} ± {self.error:.{places}f}"
+        return f"{self._named} is {shown} {self._unit}".rstrip()
 
     def __str__(self) -> str:
         return "; ".join(filter(None, (super().__str__(), self.largest)))

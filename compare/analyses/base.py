@@ -28,7 +28,7 @@ class Analysis(ABC, Generic[T]):
 
     Attributes
     ----------
-    name : its option (with underscores), its key in `Outcome.analyses` and in summary.json
+    name : its key in `Outcome.analyses`; by default also its option (with underscores) and its key in summary.json
     about : its line in the plan
     figure_name : the file name of its figure, empty without one
     leads : whether its sentence stands before the sentence of the kind in the answer
@@ -43,7 +43,7 @@ class Analysis(ABC, Generic[T]):
         return bool(getattr(options, self.name))
 
     def skip_reason(self, scene: Solvable, options: Options) -> str:
-        """Return why a requested analysis is not run; empty where it is."""
+        """Return why a requested analysis is not run; empty where it is. Asked before and after `prepare`."""
         return ""
 
     def plan(self, scene: Solvable, options: Options) -> Step:
@@ -55,7 +55,8 @@ class Analysis(ABC, Generic[T]):
 
     @abstractmethod
     def run(self, outcome: AnyOutcome, progress: Progress) -> T | None:
-        """Compute the result; may add checks and warnings to the outcome. None: there is no result."""
+        """Compute the result; may add checks and warnings to the outcome. None: there is no result. An exception ends
+        the run."""
 
     def sentence(self, found: T, outcome: AnyOutcome) -> str:
         """Return a sentence for the answer, where the kind has one; see `leads`."""
@@ -72,7 +73,7 @@ class Analysis(ABC, Generic[T]):
         """Return the entry of summary.json."""
 
     def enter(self, summary: dict[str, object], found: T, outcome: AnyOutcome) -> None:
-        """Put the entry into summary.json, under ``name``."""
+        """Put the entry into summary.json: by default under ``name``."""
         summary[self.name] = self.document(found, outcome)
 
     def figure(self, found: T, outcome: AnyOutcome) -> Figure | None:

@@ -92,10 +92,12 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
-        """Solve the models, by "fem3d" and "reduced1d". Raises SceneError and ArithmeticError."""
+        """Solve the models, by name: "fem3d", "reduced1d" unless `ask` answers it, and "single" for one span of a row.
+        Raises SceneError and ArithmeticError."""
 
     def compare(self, scene: S, options: Options) -> Outcome[S]:
-        """Solve and check the models alone, as a point of a sweep needs it. Raises as `solve` does."""
+        """Solve and check the models alone, the user's own too, as a point of a sweep needs it. The scene's expected
+        verdicts stay. Raises as `refuse`, `solve` and `ask` do."""
         self.refuse(scene, options)
         progress, model = Progress(), self.open_model(scene, options)
         outcome = Outcome(scene, options, self.solve(scene, options, progress))
@@ -122,7 +124,7 @@ class Kind(ABC, Generic[S]):
         return {}
 
     def absent(self, scene: S, options: Options) -> dict[str, str]:
-        """Return by the needs of checks, figures and files why this run lacks them."""
+        """Return why this run lacks something that checks, figures or files need, by the name of the need."""
         fields = {} if options.fields else {"fields": "not asked for (--fields)"}
         return fields | ({} if options.figures else {"figures": "no figures were asked for"})
 
@@ -131,7 +133,8 @@ class Kind(ABC, Generic[S]):
         return _lacking(self.needs(scene, options), self.absent(scene, options))
 
     def made(self, scene: S, options: Options) -> tuple[str, ...]:
-        """Return the checks that a run makes."""
+        """Return the checks of `needs` that lack nothing. A kind with its own `comparisons` may make others, and a
+        user's own model fewer."""
         skipped = self.skipped(scene, options)
         return tuple(name for name in self.needs(scene, options) if name not in skipped)
 
@@ -221,7 +224,8 @@ class Kind(ABC, Generic[S]):
         return lines + [step("field files", "fem3d.pvd with its .vtu files", no_fields)] * bool(self.field)
 
     def exported(self, scene: S, options: Options) -> AnyScene:
-        """Return the scene of boxes that a compact model is made of. Raises SceneError where there is none."""
+        """Return the scene, of boxes or on a mesh, that a compact model is made of. Raises SceneError where there is
+        none."""
         raise SceneError(f"{scene.name} is not made of boxes, as a compact model needs")
 
     def exportable(self, scene: S, options: Options) -> None:
@@ -231,7 +235,8 @@ class Kind(ABC, Generic[S]):
         check(self.exported(scene, options))
 
     def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
-        """Return the document of the compact model. Raises NumericsError where its accuracy is not reached."""
+        """Return the document of the compact model, with warnings where its accuracy is not reached; a given number of
+        states is taken whatever its error. Raises NumericsError where the scene has no solution."""
         options, scene = outcome.options, self.exported(outcome.scene, outcome.options)
         states, accuracy = options.export.states, options.export.accuracy
         if options.model == "network":

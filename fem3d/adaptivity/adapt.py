@@ -23,7 +23,7 @@ from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
-from fem3d.solution.steady import SteadyState
+from fem3d.solution.steady import ON_PATH, SteadyState
 from fem3d.solution.transient import Base
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
@@ -68,27 +68,35 @@ def adapt(
 ) -> Answer:
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
-    Each steady level solves a(u, v) = l(v) for v in nested spaces of degrees p and p - 1, and for each quantity J the
-    dual problem a(v, z) = J(v), linearized about u(p). The residual r = l - a(u(p-1), .) and the dual weights z_i give
-    the contributions z_i r_i of degree p. A linear solution of degree p - 2, where that space exists, gives those of
-    degree p - 1 and so the rate. `Estimator.indicators` extrapolates them to all higher degrees; their sum, at least
-    the last change of J, estimates the error of J. `goal_errors.examined` adds the errors that come by way of other
-    goals, of iteration, extremes and heat balance. The next mesh has higher degrees or smaller intervals where the
-    indicators, relative to the scale of J, are largest; cells are halved. The transient is solved once the steady
-    state, if there is one, is accurate.
+    Each steady level solves a(u, v) = l(v) for v in nested spaces of degrees p and p - 1, and for each goal J of the
+    study the dual problem a(v, z) = J(v). The dual problem is linearized about u(p) where a property follows a law;
+    it leaves out the feedback of a linear temperature coefficient, and uses the cold conductor for potentials. The
+    residual r = l - a(u(p-1), .) and the dual weights z_i give the contributions z_i r_i of degree p. A linear solution
+    of degree p - 2, where that space exists, gives those of degree p - 1 and so the rate. `Estimator.indicators`
+    extrapolates them to all higher degrees. On bricks their sum, at least the change of J from degree p - 1 to p,
+    estimates the error of J. On tetrahedra J itself is extrapolated, and the sum is corrected by the errors of earlier
+    meshes, to less than the change where these allow. Other quantities take their error from their change, the goals
+    and the power. `goal_errors.examined` adds the errors that come by way of other goals, of iteration, extremes and
+    heat balance; all are relative to the scales of `Study`. The next mesh has higher degrees or smaller intervals where
+    the indicators are largest; tetrahedra are halved there, and all hexahedra are cut into eight.
+
+    The transient is solved after the steady state has reached three quarters of the accuracy, or alone.
 
     Parameters
     ----------
     study : scene, quantities with their scales, accuracy and times (s)
-    with_transient, with_steady : solve the transient, the steady state, or both
+    with_transient, with_steady : solve the transient, the steady state, or both. A scene whose conditions vary in time
+        has no steady state: it takes with_steady=False.
     progress : called with lines of text, for levels, transients after a steady state, and meshes for the field
     mesh : first mesh; by default a grid of bricks
 
     Returns the last level; for a steady run with a tolerance of the field, the best of a few more. Its errors exceed
-    the accuracy where the mesh is at its limit of memory or unknowns (`Mesh.refine` returns None); `Mesh.warnings` says
-    so. Raises RunawayError if no steady state exists, RunawayInTimeError if the transient runs away, BeyondLawError if
-    states stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError if refinement no
-    longer reduces the errors, a singular edge puts the accuracy out of reach, or `MOST_LEVELS` are used up.
+    the accuracy where `Mesh.refine` returns None, as meshes of cells do at their limit of memory or unknowns;
+    `Mesh.warnings` says so. Raises RunawayError if no steady state is found at the whole drive (there is none, it is
+    hotter than `steady.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError
+    if states stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError if heat has
+    no exit, refinement no longer reduces the errors, a singular edge puts the accuracy out of reach, or `MOST_LEVELS`
+    are used up.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
@@ -194,7 +202,9 @@ class Search:
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold, runaway.error = runaway.limit, SURELY * change if np.isfinite(change) else 0.0
+        self.fold = runaway.limit
+        if np.isfinite(change):
+            runaway.error = max(SURELY * change, ON_PATH * runaway.limit)
         # If heat alone drives a scene, the limit is a fraction of the heat.
         drive = abs(self.study.voltage) or 1.0
         confirmed = drive - runaway.limit > SURELY * change

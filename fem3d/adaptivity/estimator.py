@@ -10,8 +10,8 @@ spaces. With the residual r = l - a(u(p-1), .) and the dual weights z_i, the las
 
 (Becker and Rannacher, Acta Numerica 10, 2001). On bricks the term of a function is divided equally among the axes along
 which it is of a degree above 1: one for an edge function, two for a face, three inside. On tetrahedra the terms are
-energy integrals over each cell (`nested.heat`). The absolute values are added to the contribution d_p of each interval
-or cell; the next pair of spaces gives d_(p-1).
+energy integrals over each cell (`nested.heat`), but by function where the problem is linearized about a law. The
+absolute values are added to the contribution d_p of each interval or cell; the next pair of spaces gives d_(p-1).
 
 If the error after degree q is C q^-a, then d_q = C ((q-1)^-a - q^-a), and the error after degree p is
 d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory limits. Beside an edge of exponent s the
@@ -114,7 +114,8 @@ class Estimator:
 
     Attributes
     ----------
-    degrees: per axis the degree p of each interval, or of the cells.
+    degrees: per axis the degree p of each interval, or of the cells; with ``grid`` (degrees, intervals), a row for the
+        edges of each degree.
     slowest, fastest: per axis the least and the largest rate a.
     ellipse: per axis the least factor rho^-2 between contributions of successive degrees; zero on a mesh.
     near: per axis the exponent of the singular plane at each breakpoint; empty on a mesh.
@@ -197,12 +198,14 @@ class Estimator:
     @staticmethod
     def bound(indicators: Spread) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
-        ``indicators`` over all axes and their intervals or cells. Both are relative to the goal's scale."""
+        ``indicators`` over all axes and their intervals or cells. Both are relative to the goal's scale. The error that
+        a run states is larger by the parts that `goal_errors.examined` adds, and on cells corrected by earlier meshes.
+        """
         return total(indicators)
 
     @property
     def largest_factor(self) -> float:
-        """The largest error after the last degree over its contribution."""
+        """The largest error after the last degree over its contribution, at the slowest rates."""
         return max(float(left(p, a).max()) for p, a in zip(self.degrees, self.slowest, strict=True))
 
     @property

@@ -9,12 +9,12 @@ The drive is scaled by sqrt(mu), so that the Joule heat is scaled by mu. Without
 temperatures instead, A(u) = mu f.
 
 The unknowns are one vector x: the rises at the free nodes, the unknown potentials, and mu. A Newton step solves the
-exact linearization by GMRES, preconditioned with the Cholesky factors of both diagonal blocks. It starts at a state of
-another mesh, or at the state without drive with mu = 1. Where its steps do not shrink fast, the path of states from
-mu = 0 is followed by pseudo-arclength continuation along secants (Keller, 1977), which passes folds: the state is the
-first one on the path at mu = 1; from a state of another mesh it is the nearest one. Where the path turns back before,
-no state exists beyond the largest mu on it, and the heating runs away. It may also end at `HOTTEST`, at a vanishing
-resistivity or without convergence; the error says so.
+exact linearization by GMRES, preconditioned with Cholesky factors of approximations of both diagonal blocks. It starts
+at a state of another mesh, or at the state without drive with mu = 1. Where its steps do not shrink fast, the path of
+states from mu = 0 is followed by pseudo-arclength continuation along secants (Keller, 1977), which passes folds: the
+state is the first one on the path at mu = 1, or the one to which Newton's method leads from a state of another mesh.
+Where the path turns back before, it has no state beyond the largest mu on it, and the heating counts as run away. It
+may also end at `HOTTEST`, at a vanishing resistivity or without convergence; the error says so.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ON_PATH = 1e-5  # relative error of the states of a path, whose largest drive me
 SHORTEST = 1e-6  # relative step along a path that ends it
 FOLD = 1e-3  # relative error of the place of a fold, where mu is stationary
 STEEP = 2.0  # power of mu with which the hottest rise grows from which on it runs away; without laws it is 1
-HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as run away
+HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's method alone goes to twice that
 MOST_FINER = 4  # times that the quadrature of laws is refined
 # Points along each axis that finer quadratures of laws have beyond the one in use. The error that a kink leaves jumps
 # from rule to rule. It exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two
@@ -109,9 +109,11 @@ def solve_steady(
     the Joule heat (W) and the currents (A).
 
     Raises RunawayError where the path of states ends below the whole drive: at a fold, beyond `HOTTEST` (1e5 K), or
-    where it goes no further, which need not be a runaway (the message says which). Raises BeyondLawError where it ends
+    where it goes no further, which need not be a runaway (the message says which, and `RunawayError.largest` is then
+    empty). Raises BeyondLawError where it ends
     at a resistivity that is not positive, unless a voltage drives a falling one, or a finer quadrature meets one, and
-    NumericsError where conditions vary in time, heat has no exit, or the iteration does not converge.
+    NumericsError where conditions vary in time, heat has no exit, the resistivity is not positive without a drive, or
+    the iteration does not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
