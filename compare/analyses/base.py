@@ -23,8 +23,9 @@ class Analysis(ABC, Generic[T]):
     """An optional study of a run, such as the sensitivities.
 
     If an option requests the analysis, the pipeline calls ``prepare`` before the models are solved, and ``run``
-    afterwards unless there is a ``skip_reason``, in the order of `compare.analyses.ANALYSES`. ``prepare`` may replace
-    the scene, as calibration does. The answer takes ``sentence``, reports ``section``, ``document`` and ``figure``.
+    afterwards unless there is a ``skip_reason``, which the plan shows, in the order of `compare.analyses.ANALYSES`.
+    ``prepare`` may set ``outcome.scene``, as calibration does. The answer of a kind that has one takes ``sentence``;
+    reports take ``section``, ``document`` and ``figure``.
 
     Attributes
     ----------

@@ -47,8 +47,8 @@ class Kind(ABC, Generic[S]):
     The kinds are the sink, the device and free scenes. `compare.pipeline.solve` calls ``refuse``, ``declared``,
     ``open_model``, ``solve`` (3D and 1D results by model), ``ask`` (the user's own model), ``checks``, ``alarms``,
     ``warnings``, and after the analyses ``answer``. The plan takes ``steps`` and ``outputs``, the analyses take
-    ``quantities``, ``comparisons``, ``slopes``, ``nearby`` and ``compact``, the pages ``report``. Abstract methods must
-    be overridden, the others have defaults.
+    ``quantities``, ``comparisons``, ``slopes``, ``nearby`` and ``compact``. ``report`` serves the terminal, the page,
+    summary.json and traces.csv. Abstract methods must be overridden, the others have defaults.
 
     Attributes
     ----------

@@ -68,19 +68,15 @@ def adapt(
 ) -> Answer:
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
-    Each steady level solves a(u, v) = l(v) for v in nested spaces of degrees p and p - 1, and for each goal J of the
-    study the dual problem a(v, z) = J(v). The dual problem is linearized about u(p) where a property follows a law;
-    it leaves out the feedback of a linear temperature coefficient, and uses the cold conductor for potentials. The
-    residual r = l - a(u(p-1), .) and the dual weights z_i give the contributions z_i r_i of degree p. A linear solution
-    of degree p - 2, where that space exists, gives those of degree p - 1 and so the rate. `Estimator.indicators`
-    extrapolates them to all higher degrees. On bricks their sum, at least the change of J from degree p - 1 to p,
-    estimates the error of J. On tetrahedra J itself is extrapolated, and the sum is corrected by the errors of earlier
-    meshes, to less than the change where these allow. Other quantities take their error from their change, the goals
-    and the power. `goal_errors.examined` adds the errors that come by way of other goals, of iteration, extremes and
-    heat balance; all are relative to the scales of `Study`. The next mesh has higher degrees or smaller intervals where
-    the indicators are largest; tetrahedra are halved there, and all hexahedra are cut into eight.
-
-    The transient is solved after the steady state has reached three quarters of the accuracy, or alone.
+    Each steady level solves a(u, v) = l(v) in nested spaces of degrees p and p - 1, and in the same spaces for each
+    goal J of the study the dual problem a(v, z) = J(v), linearized about u(p) where a property follows a law. The
+    residual r = l - a(u(p-1), .) and the dual weights z_i give the contributions z_i r_i of degree p; a space of degree
+    p - 2, where there is one, gives those of degree p - 1. `Estimator` extrapolates the contributions to all later
+    degrees; their sum estimates the error of J. `goal_errors.examined` makes it at least the last change of J and adds
+    the errors that come by way of other goals, the power, iteration, extremes and heat balance. On cells,
+    `cell_mesh.corrected` then lowers or raises the errors by what earlier meshes show. Errors are relative to the
+    scales of `Study`. The next mesh has higher degrees or smaller intervals or cells where the indicators of goals are
+    largest. The transient is solved once the steady state has reached three quarters of the accuracy, or alone.
 
     Parameters
     ----------

@@ -23,9 +23,10 @@ An even solution on an interval has no contribution of odd degree. Away from edg
 over every second degree, by q / (1 - q): q is the decay over two degrees of the coefficients of the solution and the
 dual solution (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
 
-On the cells of a mesh the measured rate is used, at least SLOWEST or the theoretical rate at an edge if that is slower.
-A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. The change that
-theory expects of later degrees is added to goals (`fem3d.adaptivity.nested`).
+On the cells of a mesh the measured rate is used: at least SLOWEST, or the theoretical rate at an edge if that is
+slower, and at most 4s at an edge of exponent s. A smooth contribution may hide an edge in the same cell, where the
+measured rate is then too fast. On tetrahedra the change that theory expects of later degrees is added to the values of
+quantities (`fem3d.adaptivity.nested`).
 """
 
 from __future__ import annotations
@@ -199,7 +200,7 @@ class Estimator:
     def bound(indicators: Spread) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
         ``indicators`` over all axes and their intervals or cells. Both are relative to the goal's scale. The error that
-        a run states is larger by the parts that `goal_errors.examined` adds, and on cells corrected by earlier meshes.
+        a run states begins with it: `goal_errors.examined` adds parts, and `cell_mesh.corrected` may lower it on cells.
         """
         return total(indicators)
 

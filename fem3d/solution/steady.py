@@ -108,10 +108,10 @@ def solve_steady(
     Returns a `SteadyState`: ``rise`` (all nodes,) above the initial temperature (K), ``potential`` (functions,) (V),
     the Joule heat (W) and the currents (A).
 
-    Raises RunawayError where the path of states ends below the whole drive: at a fold, beyond `HOTTEST` (1e5 K), or
-    where it goes no further, which need not be a runaway (the message says which, and `RunawayError.largest` is then
-    empty). Raises BeyondLawError where it ends
-    at a resistivity that is not positive, unless a voltage drives a falling one, or a finer quadrature meets one, and
+    Raises RunawayError where the path of states ends below the whole drive: it turns back, leads to an infinite rise,
+    or a voltage uses up a falling resistivity (a runaway, whose limit `RunawayError.largest` states); or it passes
+    `HOTTEST` (1e5 K) otherwise, or does not go on (perhaps no runaway: `largest` is empty). Raises BeyondLawError where
+    the path of another drive ends at a resistivity that is not positive, or a finer quadrature meets one, and
     NumericsError where conditions vary in time, heat has no exit, the resistivity is not positive without a drive, or
     the iteration does not converge.
     """
