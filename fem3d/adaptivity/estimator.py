@@ -200,7 +200,8 @@ class Estimator:
     def bound(indicators: Spread) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
         ``indicators`` over all axes and their intervals or cells. Both are relative to the goal's scale. The error that
-        a run states begins with it: `goal_errors.examined` adds parts, and `cell_mesh.corrected` may lower it on cells.
+        a run states begins with it: `goal_errors.examined` adds parts, and on cells `cell_mesh.corrected` may lower or
+        raise it.
         """
         return total(indicators)
 

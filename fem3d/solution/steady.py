@@ -111,9 +111,10 @@ def solve_steady(
     Raises RunawayError where the path of states ends below the whole drive: it turns back, leads to an infinite rise,
     or a voltage uses up a falling resistivity (a runaway, whose limit `RunawayError.largest` states); or it passes
     `HOTTEST` (1e5 K) otherwise, or does not go on (perhaps no runaway: `largest` is empty). Raises BeyondLawError where
-    the path of another drive ends at a resistivity that is not positive, or a finer quadrature meets one, and
-    NumericsError where conditions vary in time, heat has no exit, the resistivity is not positive without a drive, or
-    the iteration does not converge.
+    the resistivity reaches zero on the path of a given current, or of a voltage whose resistivity does not fall with
+    the temperature, or where a finer quadrature meets a resistivity that is not positive. Raises NumericsError where
+    conditions vary in time, heat has no exit, the resistivity is not positive without a drive, or the iteration does
+    not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
