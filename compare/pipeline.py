@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.verdict import Check
+
 PLUGINS: dict[str, Callable[..., Any]] = {}
 """By name: "write" writes a results folder, "sweep" solves many designs."""
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from compare.slopes import Slopes
     from scenes.result import Result
     from scenes.uncertain import Uncertain
+
 NOTHING = 1e-6
 """Uncertainties below this part of u_val are shown as 0."""
 V20 = (

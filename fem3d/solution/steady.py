@@ -128,7 +128,7 @@ def solve_steady(
     point, unsettled = newton.solve(drive, INNER * accuracy, start)
     off = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
-        off = sum(newton.by_quadrature(point, more) for more in FURTHER)
+        off = newton.by_quadrature(point)
         if off <= NEGLIGIBLE * accuracy:
             break
         finer = newton.finer(2)
@@ -270,20 +270,25 @@ class Newton:
         finer.steps = self.steps
         return finer
 
-    def by_quadrature(self, point: Point, points: int) -> float:
-        """The relative change of a state that quadratures of its laws with so many more points make: of the rise and
-        the potential, of the currents and of their heat."""
-        finer = self.finer(points)
-        try:
-            other = finer.at(point.x)
-        except VanishedError:
-            raise BeyondLawError from None
-        off = self.size(Linearization(self, point).solve(other.residual, self.along_mu), point)
-        if self.conductor is None or finer.conductor is None:
-            return off
-        currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
-        made, again = (float(self.heat.unit @ p.driven) for p in (point, other))
-        return max(off, _largest(others - currents) / (_largest(currents) or 1.0), abs(again - made) / (made or 1.0))
+    def by_quadrature(self, point: Point) -> float:
+        """The relative error that quadratures of laws leave in a state: the sum of its changes by finer ones, of the
+        rise and the potential, of the currents and of their heat."""
+        linearization, off = Linearization(self, point), 0.0
+        for finer in map(self.finer, FURTHER):
+            try:
+                other = finer.at(point.x)
+            except VanishedError:
+                raise BeyondLawError from None
+            changes = [self.size(linearization.solve(other.residual, self.along_mu), point)]
+            if self.conductor is not None and finer.conductor is not None:
+                currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
+                made, again = (float(self.heat.unit @ p.driven) for p in (point, other))
+                changes += [
+                    _largest(others - currents) / (_largest(currents) or 1.0),
+                    abs(again - made) / (made or 1.0),
+                ]
+            off += max(changes)
+        return off
 
 
 class Linearization:
