@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.equations import anchor_series_resistance, end_rise_from_equivalent, paint
+from reduced1d.equations import anchor_series_resistance, end_rise_from_equivalent
 from scenes.device import Device
 from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces
@@ -50,8 +50,10 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
 
 def _in_1d(sink: Sink, times: Sequence[float | None], peak: np.ndarray, end: np.ndarray) -> dict[str, Hottest]:
     """The beam's middle, and the top of an oxide block, from the rises of peak and end (times,)."""
-    top = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
-    rises = {sink.silicon.name: peak, sink.oxide.name: end * float(paint(sink, np.array([top]), 1.0, 1.0)[0])}
+    plain = sink.plain
+    oxide = sink.oxide_thickness / (plain.oxide.thermal_conductivity * sink.oxide_length * sink.oxide_width)
+    # Eq 14: the rise falls by the silicon's part of the anchor resistance on the way to the oxide.
+    rises = {sink.silicon.name: peak, sink.oxide.name: end * oxide / anchor_series_resistance(plain)}
     return {name: _hottest(sink.room_temperature + rise, times) for name, rise in rises.items()}
 
 

@@ -10,7 +10,6 @@ curves, over time by the largest distance from 10 us on.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
 from itertools import combinations
@@ -47,12 +46,6 @@ ROW = {
     "mean": ("mean", "mean_rise_K"), "current": ("current", "current_A"),
 }  # fmt: skip
 """Words and steady quantities of a row of spans, by the ends of its checks' ids; the highest span is an innermost."""
-FOLLOWED = {**{f"islands_{end}": word for end, (word, _) in ROW.items()}, "islands_equivalent": "spans alike"}
-"""The checks whose dependence on the row is drawn, with the curve's name."""
-SPANS = (2, 3, 5, 10, 30, 100)
-"""Numbers of spans for which the row is solved, to draw how its differences follow them."""
-LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""Island lengths that are solved, in units of the sink's own; those longer than a span are left out."""
 
 
 def equation(
@@ -299,37 +292,3 @@ for _late in (False, True):
         _needs = *(COURSE if _late else FIGURE), *["inner span"] * ("inner" in _end)
         CHECKS.check(f"islands_{_end}{_suffix}", *_needs)(partial(_of_row, _end, _late))
     CHECKS.check(f"islands_equivalent{_suffix}", *EQUATION, *_transient)(partial(_equivalent, _late))
-
-
-@dataclass(frozen=True)
-class Varied:
-    """The difference of each check, by id, at some ``values`` of a ``key``; ``original`` is the sink's own value."""
-
-    key: str
-    original: float
-    values: tuple[float, ...]
-    differences: tuple[dict[str, float], ...]
-
-
-def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:
-    """Solve rows of other numbers of spans, and of other islands, by both models.
-
-    Raises RunawayError where a row has no steady state.
-    """
-    from fem3d.runs.sink import solve as solve_3d
-    from reduced1d import ladder
-
-    def differences(row: Sink) -> dict[str, float]:
-        say(f"{row.spans} spans with islands of {row.island * 1e6:.4g} um")
-        one = ladder.solve(row, reduction, steady_only=True)
-        results = {"fem3d": solve_3d(row, transient=False), "reduced1d": one, "single": single}
-        checks = [check for check in FOLLOWED if row.spans > 2 or check != "islands_peak_inner"]
-        made = CHECKS.made(checks, Outcome(row, results=results))
-        return {check: comparison.difference for check, comparison in made.items()}
-
-    lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)
-    rows, islands = [replace(sink, spans=n) for n in SPANS], [replace(sink, island_length=a) for a in lengths]
-    return (
-        Varied("sink.spans", sink.spans, SPANS, tuple(map(differences, rows))),
-        Varied("sink.island_length", sink.island, lengths, tuple(map(differences, islands))),
-    )

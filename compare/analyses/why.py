@@ -64,17 +64,12 @@ class Why(Analysis["Budget"]):
 
 
 def _of_sink(outcome: Outcome[Any], progress: Progress) -> Budget:
-    """The ladder of models between the reduction and 3D; of a row of spans also how its differences run."""
+    """The ladder of models between the reduction and 3D."""
     from compare.blame import budget
     from reduced1d.ladder.levels import Levels
 
     reduction = outcome.options.reduction
-    found = budget(outcome.scene, reduction, outcome.solved, Levels(outcome.scene), progress)
-    if "single" in outcome.results:
-        from compare.sink_checks import varied
-
-        outcome.analyses["varied"] = varied(outcome.scene, reduction, outcome.results["single"], progress)
-    return found
+    return budget(outcome.scene, reduction, outcome.solved, Levels(outcome.scene), progress)
 
 
 def _of_network(outcome: Outcome[Any], progress: Progress) -> Budget | None:

@@ -32,7 +32,6 @@ FIGURES: dict[str, tuple[str, ...]] = {
 }
 ROW_FIGURES: dict[str, tuple[str, ...]] = {
     "islands": ("the rise along the whole row", "3D"),
-    "islands_runs": ("how the differences run with the number of spans and with an island's length", "3D", "why"),
 }
 """Figures of a sink of several spans, which has no figure 5."""
 

@@ -1,12 +1,11 @@
-"""Look at the 3D fields of a run (made with --fields) in pyvista: over time, clipped, along a line, and beside
-the 1D model painted on the same geometry. In the window every key is listed. Of a scene file, before it is solved:
-its boxes, boundaries, electrodes and probes by name.
+"""Look at the 3D fields of a run (made with --fields) in pyvista: over time, clipped, along a line. In the
+window every key is listed. Of a scene file, before it is solved: its boxes, boundaries, electrodes and probes by name.
 
 examples:
   validate view bridge --screenshot bridge.png
   validate view mine.toml --set parameters.w=12um
   validate sink --fields && validate view results/sink-1V-fields
-  validate view results/sink-1V-fields --show compare --screenshot compare.png
+  validate view results/sink-1V-fields --show potential --screenshot potential.png
   validate view results/sink-1V-fields --movie heating.gif
 
 exit status: 0 shown or written, 2 bad input, 3 this machine cannot draw
@@ -25,8 +24,7 @@ from validate.cli.terminal import FINE, progress, show
 OPTIONS = {
     "path RUN_OR_FILE": "a results folder, a .pvd or .vtu file; or a scene: its file, or bridge, sink ...",
     "--set KEY=VALUE ...": "of a scene, override a key, as often as needed",
-    "--show {rise,temperature,potential,current_density,heat_source,compare}":
-        "what to show first (default: rise); compare is 3D, 1D, difference",
+    "--show {rise,temperature,potential,current_density,heat_source}": "what to show first (default: rise)",
     "--time T": "the stored time nearest to T, such as 0.5ms (default: the last)",
     "--exaggerate N": "draw the thickness N times as large (default: a round factor, stated)",
     "--clip AXIS[=PART]": "clip across x, y or z, at a part of the extent: y=0.25 (default 0.5)",

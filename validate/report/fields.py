@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.equations import Reduction
 from scenes.checks import FIRST_TIME
 from scenes.result import Result
 
@@ -22,25 +21,20 @@ ARRAYS = {
     "potential": "potential_V",
     "current_density": "current_density_A_per_m2",
     "heat_source": "heat_source_W_per_m3",
-    "rise_1d": "rise_1d_K",
-    "difference": "difference_K",
 }
 """Names of the fields in files, which end in their units, as programs show nothing else."""
 
 
-def write_fields(
-    folder: Path, result: Result, times: np.ndarray, ambient: float, reduction: Reduction | None = None
-) -> list[str]:
+def write_fields(folder: Path, result: Result, times: np.ndarray, ambient: float) -> list[str]:
     """Write fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), and fem3d.pvd.
 
     Returns the names of the files.
 
     Cells are triquadratic hexahedra (27 points), as many along a brick as half of its degree, or those of the mesh, of
     second order. fem3d.pvd states their largest distance from the finite-element temperature. ``ARRAYS`` has the names
-    of the arrays. Point data: temperature, rise above ``ambient`` (K), potential (not a number where no current flows)
-    and, with a ``reduction``, its rise painted on the same points and by how much that is above 3D. Cell data: the
-    number of the material, current density and heat source, means over each cell. Field data: "material_<name>", its
-    number. The collections hold the times; without any they hold the steady state.
+    of the arrays. Point data: temperature, rise above ``ambient`` (K), potential (not a number where no current flows).
+    Cell data: the number of the material, current density and heat source, means over each cell. Field data:
+    "material_<name>", its number. The collections hold the times; without any they hold the steady state.
     """
     import pyvista as pv
 
@@ -56,9 +50,6 @@ def write_fields(
         distance = max(distance, snapshot.distance)
         rise = snapshot.temperature - ambient
         point = {"temperature": snapshot.temperature, "rise": rise, "potential": snapshot.potential}
-        if reduction is not None:
-            painted = reduction.rise(fields.cell_points, time)
-            point |= {"rise_1d": painted, "difference": painted - rise}
         for array, values in point.items():
             grid.point_data[ARRAYS[array]] = values
         grid.cell_data["material"] = np.asarray(fields.cell_material, np.int32)

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from compare.outcome import Outcome
-    from reduced1d.equations import Reduction
     from scenes.model import AnyScene
     from scenes.sink import Sink
     from validate.report.figures.render import Field
@@ -22,7 +21,7 @@ FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
 """By kind of scene the figure of its 3D field, rendered off screen."""
 FIGURES = {
     "figure5": "sink_figures.profile", "figure6": "sink_figures.rises", "figure7": "sink_figures.current",
-    "islands": "sink_figures.row", "islands_runs": "sink_figures.runs",
+    "islands": "sink_figures.row",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
     "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
     "figure14": "device_figures.ground", "shielding": "device_figures.shielding",
@@ -48,8 +47,8 @@ def field(outcome: Outcome[Any]) -> Field:
     return _sink_field(outcome) if outcome.scene.kind == "sink" else _free_field(outcome)
 
 
-def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float, Reduction | None]:
-    """The times (s) of the field files, the temperature (K) that rises count from, and a 1D model painted beside 3D."""
+def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float]:
+    """The times (s) of the field files, and the temperature (K) that rises count from."""
     import numpy as np
 
     from validate.report.fields import stored_times
@@ -57,20 +56,11 @@ def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float, Reduction | None]:
     scene, options = outcome.scene, outcome.options
     if scene.kind == "sink":
         times = stored_times(scene.end_time, options.field_times)
-        return times if options.transient else times[:0], scene.room_temperature, _painted(outcome)
+        return times if options.transient else times[:0], scene.room_temperature
     times = (
         np.unique([0.0, *scene.output_times, scene.end_time]) if scene.output_times else stored_times(scene.end_time)
     )
-    return times[:0] if scene.steady else times, scene.initial_temperature, None
-
-
-def _painted(outcome: Outcome[Sink]) -> Reduction | None:
-    """The 1D model on the sink's geometry; none of a row of spans, nor of a user's model, which has numbers alone."""
-    from reduced1d.equations import of_result
-
-    if outcome.reduced1d is None or outcome.scene.spans > 1 or outcome.own_model is not None:
-        return None
-    return of_result(outcome.scene, outcome.reduced1d)
+    return times[:0] if scene.steady else times, scene.initial_temperature
 
 
 def _sink_field(outcome: Outcome[Sink]) -> Field:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.equations import Reduction, of_run
 from scenes.errors import SceneError, quoted, reason
 from validate.report.fields import ARRAYS
 
@@ -37,7 +36,6 @@ class Source:
 
     name: str
     times: tuple[float | None, ...]
-    reduction: Reduction | None
     _load: Callable[[int], Any]
     _loaded: dict[int, Any] = field(default_factory=dict)
     reading: Callable[[str], None] = lambda _: None
@@ -57,18 +55,13 @@ class Source:
                     names = ", ".join(grid.point_data.keys()) or "none"
                     raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {names}")
                 # Of a field without a run, above its coldest place.
-                known = self.reduction.sink.room_temperature if self.reduction else np.min(grid["temperature"])
-                grid.point_data["rise"] = grid["temperature"] - float(known)
-            if self.reduction is not None and "rise_1d" not in grid.point_data:
-                painted = self.reduction.rise(np.asarray(grid.points), self.times[k])
-                grid.point_data["rise_1d"] = painted
-                grid.point_data["difference"] = painted - grid.point_data["rise"]
+                grid.point_data["rise"] = grid["temperature"] - np.min(grid["temperature"])
             self._loaded[k] = grid
         return self._loaded[k]
 
     def evenly(self, count: int, quantity: str) -> Source:
         """The same transient at evenly spaced times, with one quantity: values go smoothly from each stored state to
-        the next, in the logarithm of time and without overshoot; the 1D model is evaluated at each time."""
+        the next, in the logarithm of time and without overshoot."""
         from scipy.interpolate import PchipInterpolator
 
         stored = np.array(self.times, dtype=float)
@@ -92,7 +85,7 @@ class Source:
                 data[name] = np.where(np.isnan(values[name][0]), np.nan, curve(even[k]))
             return state
 
-        return Source(self.name, tuple(times.tolist()), self.reduction, load)
+        return Source(self.name, tuple(times.tolist()), load)
 
 
 def present(path: Path) -> str:
@@ -120,10 +113,10 @@ def find(path: Path) -> Source:
         # A collection of the steady state alone calls it time 0.
         alone = [file.name for _, file in files] == ["fem3d_steady.vtu"]
         times = tuple(None if alone else time for time, _ in files)
-        return Source(name, times, of_run(folder), lambda k: _grid(files[k][1]))
+        return Source(name, times, lambda k: _grid(files[k][1]))
     if path.suffix not in SINGLE:
         raise SceneError(f"{quoted(path)} is no file of a field: give a folder, .pvd, {', '.join(SINGLE)}")
-    return Source(name, (_time_of(path),), of_run(folder), lambda _: _grid(path))
+    return Source(name, (_time_of(path),), lambda _: _grid(path))
 
 
 def _collection(path: Path) -> list[tuple[float, Path]]:
@@ -185,8 +178,8 @@ class View:
     """The state of the viewer.
 
     ``step`` of ``steps`` states; ``factor`` exaggerates the thickness; ``cut`` is the axis ("x", "y", "z" or none) of
-    the clipping plane and ``place`` where it is, as a part of the extent; ``compare`` shows 3D, 1D and difference.
-    ``own_scale`` colours each time by its own range; else all have one, so that they can be compared.
+    the clipping plane and ``place`` where it is, as a part of the extent. ``own_scale`` colours each time by its own
+    range; else all have one, so that they can be compared.
     """
 
     quantities: tuple[str, ...]
@@ -194,8 +187,6 @@ class View:
     factor: float
     step: int = 0
     quantity: str = "rise"
-    compare: bool = False
-    can_compare: bool = False
     edges: bool = False
     cut: str = ""
     place: float = 0.5
@@ -223,10 +214,6 @@ def _stretched(view: View, up: bool) -> View:
     return replace(view, factor=float((others[0] if up else others[-1]) if others else view.factor))
 
 
-def _compare(view: View) -> View:
-    return replace(view, compare=not view.compare, quantity="rise") if view.can_compare else view
-
-
 def _play(view: View) -> View:
     return replace(view, playing=not view.playing) if view.steps > 1 else view
 
@@ -244,7 +231,6 @@ KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
     "Right": ("right", "later", lambda view: view.at(view.step + 1)),
     "Left": ("left", "earlier", lambda view: view.at(view.step - 1)),
     "t": ("t", "next quantity", _next_quantity),
-    "c": ("c", "3D, 1D and difference", _compare),
     "x": ("x", "clip across x, y, z, not", lambda view: replace(view, cut=_CUTS[view.cut], place=0.5)),
     "bracketright": ("]", "plane on", lambda view: _moved(view, 0.05)),
     "bracketleft": ("[", "plane back", lambda view: _moved(view, -0.05)),
@@ -263,8 +249,6 @@ def keys_text(view: View, columns: int) -> str:
     idle = set()
     if view.steps < 2:
         idle |= {"space", "Right", "Left", "a"}
-    if not view.can_compare:
-        idle |= {"c"}
     if len(view.quantities) < 2:
         idle |= {"t"}
     entries = [f"{shown:<6} {what}" for name, (shown, what, _) in KEYS.items() if name not in idle]
@@ -275,7 +259,7 @@ def keys_text(view: View, columns: int) -> str:
 
 def title(view: View, name: str, time: float | None) -> str:
     """Return the title of a view, in one line that states the exaggeration."""
-    label = "rise in 3D and 1D, and the difference" if view.compare else QUANTITIES[view.quantity][0]
+    label = QUANTITIES[view.quantity][0]
     when = "steady" if time is None else f"{time * 1e3:.4g} ms"
     drawn = f"thickness drawn x{view.factor:g}" if view.factor != 1 else "true proportions"
     clip = f", clipped across {view.cut}" if view.cut else ""

@@ -1,7 +1,4 @@
-"""Drawing a view with pyvista: one panel, or three with 3D, 1D and their difference, and the line probe's plot.
-
-The probe plots the fields along a line through the structure.
-"""
+"""Drawing a view with pyvista: the field, and the line probe's plot along a line through the structure."""
 
 from __future__ import annotations
 
@@ -19,16 +16,13 @@ from validate.viewer.source import QUANTITIES, Source, View, keys_text, title
 MICRO = 1e6
 POINTS = 401
 """Number of points of the line probe."""
-DIVERGING = "RdBu_r"
-_PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
-CALLED = {"rise_1d": "rise"}
-PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
-"""Parts of the window below and above the panels, numbered on from these."""
+FIELD, PLOT, SLIDER, KEYS, TITLE = range(5)
+"""Parts of the window."""
 PLOT_SHARE = 0.3  # Height of the line plot, as a part of the window's.
 SLIDER_HIGH, TITLE_HIGH, ROW_HIGH, COLUMN_WIDE = 72, 30, 16, 240
 """Pixels of a window of usual size: heights of slider, title and a row of the list of keys; width of its columns."""
 BAR_WIDE = 120
-"""Pixels of a window of usual size, and an eighth of it at least: width of a panel's colour bar."""
+"""Pixels of a window of usual size, and an eighth of it at least: width of the colour bar."""
 
 
 class Stage:
@@ -39,16 +33,16 @@ class Stage:
         self._ranges: dict[tuple[str, int | None], tuple[float, float]] = {}
         # Any: pyvista's decorators hide the signatures of its methods.
         plotter: Any = pv.Plotter
-        self.plotter: Any = plotter(shape=(7, 1), off_screen=off_screen, window_size=list(size), border=False)
+        self.plotter: Any = plotter(shape=(5, 1), off_screen=off_screen, window_size=list(size), border=False)
         self._ink = max(1.0, min(size[0] / 1400, size[1] / 800))
         self._bar = max(0.125, BAR_WIDE * self._ink / size[0])
         self._slider = not off_screen and len(source.times) > 1
         self.plotter.set_background("white", all_renderers=True)
-        for number in range(3):  # not the plot, whose size it would halve
-            self.plotter.subplot(number, 0)
-            self.plotter.enable_anti_aliasing("ssaa" if off_screen else "msaa", all_renderers=False)
+        # Not of the plot, whose size it would halve.
+        self.plotter.subplot(FIELD, 0)
+        self.plotter.enable_anti_aliasing("ssaa" if off_screen else "msaa", all_renderers=False)
         self._bounds = np.array(source.grid(0).bounds).reshape(3, 2)
-        self._layout: tuple[bool, bool, bool] | None = None
+        self._layout: tuple[bool, bool] | None = None
         self._chart: Any = None
         self._drawn: list[tuple[int, Any]] = []
 
@@ -57,17 +51,14 @@ class Stage:
         # Nothing half done is ever seen: pyvista would draw after every addition.
         self.plotter.suppress_rendering = True
         self._strike()
-        panels = _PANELS if view.compare else ((view.quantity, ""),)
-        self._frame(view, len(panels))
-        surface, lines = self._surface(view), self._outline(view)
-        for number, panel in enumerate(panels):
-            self._panel(view, number, surface.copy(deep=False), lines, *panel)
+        self._frame(view)
+        self._field(view)
         self._text(TITLE, title(view, self.source.name, self.source.times[view.step]), 12, "arial")
         self._text(KEYS, self._keys(view), 9, "courier")
         self._probe(view)
-        if self._layout != (view.compare, view.probe, view.keys):
+        if self._layout != (view.probe, view.keys):
             self.look(view)
-            self._layout = (view.compare, view.probe, view.keys)
+            self._layout = (view.probe, view.keys)
         self.plotter.suppress_rendering = False
 
     def _strike(self) -> None:
@@ -81,19 +72,19 @@ class Stage:
             self.plotter.renderers[PLOT].remove_chart(self._chart)
             self._chart = None
 
-    def _add(self, number: int, mesh: Any, view: View, **options: Any) -> Any:
-        """Draws a mesh in a panel, with the thickness exaggerated."""
-        self.plotter.subplot(number, 0)
+    def _add(self, mesh: Any, view: View, **options: Any) -> Any:
+        """Draws a mesh, with the thickness exaggerated."""
+        self.plotter.subplot(FIELD, 0)
         actor = self.plotter.add_mesh(mesh, lighting=False, render=False, reset_camera=False, **options)
         actor.scale = self._scale(view)
-        self._drawn.append((number, actor))
+        self._drawn.append((FIELD, actor))
         return actor
 
     def look(self, view: View) -> None:
-        """The first view: the longest side across the window, from above one side, as large as the panel allows."""
+        """The first view: the longest side across the window, from above one side, as large as the window allows."""
         longest = int(np.argmax(np.ptp(self._bounds, axis=1)[:2]))
         direction = np.array((1.0, -0.22, 0.5) if longest == 1 else (-0.22, -1.0, 0.5))
-        self.plotter.subplot(0, 0)
+        self.plotter.subplot(FIELD, 0)
         self.plotter.enable_parallel_projection()
         self.plotter.view_vector(direction, viewup=(0, 0, 1))
         self.plotter.reset_camera()
@@ -103,59 +94,48 @@ class Stage:
         side /= np.linalg.norm(side)
         corners = np.stack(np.meshgrid(*(self._bounds * np.array(self._scale(view))[:, None])), axis=-1).reshape(-1, 3)
         wide, high = np.ptp(corners @ side), np.ptp(corners @ np.cross(side, ahead))
-        x0, y0, x1, y1 = self.plotter.renderers[0].GetViewport()
+        x0, y0, x1, y1 = self.plotter.renderers[FIELD].GetViewport()
         width, height = self.plotter.window_size
         aspect = width * (x1 - x0) / (height * (y1 - y0))
-        # The right of a panel is the colour bar's, its top its name's.
-        top = 0.12 if view.compare else 0.0
-        self.plotter.camera.parallel_scale = max(high / (0.94 - top), wide / aspect / (0.96 - self._bar)) / 2
-        self.plotter.camera.SetWindowCenter(self._bar, top)
-        self.plotter.link_views([0, 1, 2])
+        # The right is the colour bar's.
+        self.plotter.camera.parallel_scale = max(high / 0.94, wide / aspect / (0.96 - self._bar)) / 2
+        self.plotter.camera.SetWindowCenter(self._bar, 0.0)
         for renderer in self.plotter.renderers:
             renderer.camera_set = True  # else the first drawing would set it anew
 
-    def _frame(self, view: View, count: int) -> None:
-        """Gives each part its place: the title on top, then one panel or three, plot, keys, and the slider."""
+    def _frame(self, view: View) -> None:
+        """Gives each part its place: the title on top, then field, plot, keys, and the slider."""
         high = self.plotter.window_size[1]
         slider = SLIDER_HIGH / high if self._slider else 0.0
         keys = slider + (self._keys(view).count("\n") + 2) * ROW_HIGH * self._ink / high * view.keys
         plot = keys + PLOT_SHARE * view.probe
         top = 1.0 - TITLE_HIGH * self._ink / high
-        each = (top - plot) / count
-        ends = {number: (top - (number + 1) * each, top - number * each) for number in range(count)}
-        ends |= {SLIDER: (0.0, slider), KEYS: (slider, keys), PLOT: (keys, plot), TITLE: (top, 1.0)}
+        ends = {FIELD: (plot, top), SLIDER: (0.0, slider), KEYS: (slider, keys), PLOT: (keys, plot), TITLE: (top, 1.0)}
         for number, renderer in enumerate(self.plotter.renderers):
-            bottom, end = ends.get(number, (0.0, 0.0))
+            bottom, end = ends[number]
             renderer.SetDraw(end > bottom)
-            renderer.SetInteractive(number < count)
+            renderer.SetInteractive(number == FIELD)
             if end > bottom:
                 renderer.SetViewport(0.0, bottom, 1.0, end)
 
-    def _panel(self, view: View, number: int, surface: Any, lines: Any, name: str, label: str) -> None:
+    def _field(self, view: View) -> None:
+        surface, lines = self._surface(view), self._outline(view)
         if not surface.n_points:
             return
-        data = name
+        data = name = view.quantity
         if name == "current_density":
             surface.cell_data["size"] = np.linalg.norm(surface.cell_data[name], axis=1)
             data = "size"
-        step = view.step if view.own_scale else None
-        low, high = self._range(name, step)
-        if view.compare and name != "difference":
-            # One range for both models, so that their colours mean the same.
-            low, high = 0.0, max(self._range(model, step)[1] for model in ("rise", "rise_1d"))
-        self._text(number, label, 12, "arial")
-        ticks = round_ticks(low, high, 3 if view.compare else 5)
-        called, unit = QUANTITIES.get(name, (CALLED.get(name, name), "K"))
+        low, high = self._range(name, view.step if view.own_scale else None)
+        ticks, (called, unit) = round_ticks(low, high, 5), QUANTITIES[name]
         bar = {
-            # A title of its own each: pyvista would share the bar of two titles that are equal.
-            "title": f"{called}\n({unit})" + " " * number, "n_labels": len(ticks), "color": INK,
+            "title": f"{called}\n({unit})", "n_labels": len(ticks), "color": INK,
             "fmt": label_format(ticks), "vertical": True, "width": 0.5 * self._bar, "height": 0.82,
             "position_x": 1.0 - 0.75 * self._bar, "position_y": 0.06, "title_font_size": round(15 * self._ink),
             "label_font_size": round(15 * self._ink), "unconstrained_font_size": True,
         }  # fmt: skip
-        colours = DIVERGING if name == "difference" else ListedColormap(table() / 255)
         actor = self._add(
-            number, surface, view, scalars=data, cmap=colours, clim=(low, high), nan_color="#d9d9d9",
+            surface, view, scalars=data, cmap=ListedColormap(table() / 255), clim=(low, high), nan_color="#d9d9d9",
             scalar_bar_args=bar, interpolate_before_map=True,
         )  # fmt: skip
         drawn_bar = self.plotter.scalar_bars[bar["title"]]
@@ -165,11 +145,11 @@ class Stage:
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
         if lines.n_points:
-            self._add(number, lines, view, color="#404040", line_width=1.5)
+            self._add(lines, view, color="#404040", line_width=1.5)
         if view.edges:
             # The edges of the cells, not of the triangles in the drawing.
             edges = self._surface(view, subdivision=0).extract_all_edges()
-            self._add(number, edges, view, color="#303030", line_width=0.7, opacity=0.55)
+            self._add(edges, view, color="#303030", line_width=0.7, opacity=0.55)
 
     def _scale(self, view: View) -> tuple[float, float, float]:
         return MICRO, MICRO, MICRO * view.factor
@@ -205,9 +185,6 @@ class Stage:
             if values.ndim > 2:
                 values = np.linalg.norm(values, axis=2)
             low, high = float(np.nanmin(values)), float(np.nanmax(values))
-            if name == "difference":
-                high = max(abs(low), abs(high))
-                low = -high
             # A zero off by rounding and the solution's error would be an unreadable label of the bar.
             low = 0.0 if abs(low) < 1e-3 * abs(high) else low
             self._ranges[name, step] = (low, high if high > low else low + 1.0)
@@ -232,33 +209,25 @@ class Stage:
         if not view.probe:
             return
         points, axis = self._line()
-        self._add(0, pv.lines_from_points(points[[0, -1]]), view, color="#2b6cb0", line_width=3)
+        self._add(pv.lines_from_points(points[[0, -1]]), view, color="#2b6cb0", line_width=3)
         sample = pv.PolyData(points).sample(self.source.grid(view.step))
         inside = np.asarray(sample["vtkValidPointMask"], dtype=bool)
         values = np.asarray(sample[view.quantity])[inside]
-        curves = {"3D": (np.linalg.norm(values, axis=1) if values.ndim > 1 else values, "-", LINES["peak_K"])}
-        if view.quantity == "rise" and self.source.reduction is not None:
-            rise = self.source.reduction.rise(points[inside], self.source.times[view.step])
-            curves["1D"] = rise, "--", LINES["end_K"]
+        values = np.linalg.norm(values, axis=1) if values.ndim > 1 else values
         label, unit = QUANTITIES[view.quantity]
         self._chart = pv.Chart2D(
             size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[axis]} (um)", y_label=f"{label} ({unit})"
         )
-        for model, (each, style, colour) in curves.items():
-            good = np.isfinite(each)
-            where = points[inside, axis][good] * MICRO
-            self._chart.line(where, each[good], color=colour, width=2.0, style=style, label=model)
-        self._chart.legend_visible = len(curves) > 1
+        good = np.isfinite(values)
+        self._chart.line(points[inside, axis][good] * MICRO, values[good], color=LINES["peak_K"], width=2.0)
         self.plotter.subplot(PLOT, 0)
         self.plotter.add_chart(self._chart)
 
     def _line(self) -> tuple[np.ndarray, int]:
-        """Points (n, 3) in m through the middle (a sink's beam) along the longest side, and which that is."""
+        """Points (n, 3) in m through the middle along the longest side, and which that is."""
         sides = np.ptp(self._bounds, axis=1)
         axis = int(np.argmax(sides))
         points = np.tile(self._bounds.mean(axis=1), (POINTS, 1))
-        if self.source.reduction is not None:
-            points[:, 2] = self.source.reduction.sink.thickness / 2
         points[:, axis] = self._bounds[axis, 0] + np.linspace(1e-6, 1 - 1e-6, POINTS) * sides[axis]
         return points, axis
 

@@ -151,9 +151,7 @@ def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
     from validate.report.figures.render import exaggeration
 
     names = [n for n in QUANTITIES if n in grid.point_data or n in grid.cell_data]
-    if request["show"] == "compare" and source.reduction is None:
-        raise SceneError("--show compare needs the 1D model: a run of the sink in its folder, made with both models")
-    quantity = "rise" if request["show"] == "compare" else request["show"]
+    quantity = request["show"]
     if quantity not in names:
         raise SceneError(f"--show {quantity}: the field has no such data, but {', '.join(names)}")
     step = len(source.times) - 1
@@ -164,8 +162,7 @@ def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
     factor = request["exaggerate"] or exaggeration(grid.points)
     axis, place = request["clip"] or ("", 0.5)
     return View(
-        tuple(names), len(source.times), factor, step, quantity, request["show"] == "compare",
-        source.reduction is not None, request["edges"], axis, place, request["probe"],
+        tuple(names), len(source.times), factor, step, quantity, request["edges"], axis, place, request["probe"],
         bool(request["screenshot"]) and not request["movie"], not request["off_screen"],
     )  # fmt: skip
 
@@ -228,14 +225,10 @@ def film(stage: Any, view: View, path: Path) -> None:
 
 
 def _palette() -> list[int]:
-    """Return 256 colours for all frames, else they would flicker: of the field, of the difference, and of ink."""
-    from matplotlib import colormaps
-
-    from validate.viewer.stage import DIVERGING
-
+    """Return 256 colours for all frames, else they would flicker: of the field, and of ink."""
     inks = np.linspace((34, 34, 34), (255, 255, 255), 24)
-    difference = colormaps[DIVERGING](np.linspace(0, 1, 104))[:, :3] * 255
-    return np.concatenate([table()[::2], difference, inks]).round().astype(int).ravel().tolist()
+    field = table()[np.linspace(0, len(table()) - 1, 232).round().astype(int)]
+    return np.concatenate([field, inks]).round().astype(int).ravel().tolist()
 
 
 def interact(stage: Any, view: View) -> None:

@@ -3,7 +3,6 @@
 import html
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,10 +11,8 @@ import numpy as np
 import pytest
 
 from compare import hottest
-from reduced1d.equations import anchor_series_resistance, paint
 from scenes.model import Material, Probe
 from scenes.result import Estimate, Result, Traces
-from scenes.sink import Sink
 from validate.cli import main
 
 RUNS = {
@@ -80,24 +77,3 @@ def test_what_is_below_absolute_zero_is_said():
         )  # fmt: skip
         assert said in "".join(hottest.impossible(scene, result))
         assert bool(hottest.impossible(scene, result)) == bool(said)
-
-
-def test_the_painted_field_meets_at_the_beams_end_and_falls_in_eq_14_s_two_prisms():
-    """Where the pad reaches the oxide the rise is the oxide's part of eq 14; below the oxide it is zero."""
-    end, peak, sink = 3.0, 19.0, Sink()
-
-    def at(y: float, z: float = 1e-6, sink: Sink = sink) -> float:
-        return float(paint(sink, np.array([[0.0, y, z]]), end, peak)[0])
-
-    assert at(sink.length / 2) == pytest.approx(peak)
-    assert at(0.0) == pytest.approx(end)
-    assert at(-1e-12) == pytest.approx(end, rel=1e-6)
-    for y in (-120e-6, -20e-6, 100e-6):
-        assert at(sink.length - y) == pytest.approx(at(y))
-    thick, area = sink.oxide_thickness, sink.oxide_length * sink.oxide_width
-    oxide = thick / (sink.oxide.thermal_conductivity * area) / anchor_series_resistance(sink)
-    assert at(-sink.anchor_distance) == pytest.approx(end * oxide)
-    assert at(-140e-6) == pytest.approx(end * oxide)
-    assert at(-75e-6, -1e-6) == pytest.approx(end * oxide / 2)
-    assert at(-75e-6, -2e-6) == pytest.approx(0.0, abs=1e-12)
-    assert at(-10e-6, sink=replace(sink, oxide_offset=0.0)) == pytest.approx(end)

@@ -1,5 +1,5 @@
 """Figures 5 to 7: the steady rise along the beam, and rises and current against time; of a sink of several spans the
-rise along the whole row, and how the differences run with its sizes."""
+rise along the whole row."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from numpy.polynomial import Chebyshev
 from compare.against import Data
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
-from compare.sink_checks import FOLLOWED
 from compare.sink_checks import profile as sampled
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola, parabola_between, unequal_ends
@@ -35,7 +34,6 @@ _TOO_MANY = 30
 """Spans from which on the whole row would be a texture."""
 _OUTER = 4
 """Spans in the second panel."""
-_COLOURS = ("#0b5394", "#b45f06", "#38761d", "#741b47", "#555555")
 
 
 def profile(outcome: Outcome[Sink]) -> Figure:
@@ -232,24 +230,3 @@ def _parabolas(ax: Any, sink: Sink, reduced1d: Result, spans: Spans) -> None:
         rises.append(np.append(rise if number == span else rise[::-1], np.nan))
     x, values, label = np.concatenate(places) * 1e6, np.concatenate(rises), "1D, eqs 13 to 19 with unequal ends"
     ax.plot(x, values, color=LINES["end_K"], label=label, ls=(0, (5, 3)))
-
-
-def runs(outcome: Outcome[Sink]) -> Figure:
-    """The steady differences of the checks against the number of spans, and against an island's length."""
-    figure = new_figure(9.5, 4.4, f"How the differences run, {sink_text(outcome.scene)}", [], bottom=1.0)
-    axes = figure.subplots(1, 2, sharey=True, gridspec_kw={"wspace": 0.08})
-    labels = ("number of spans; dotted: this sink", "length of an island (µm)")
-    for ax, varied, label, factor in zip(axes, outcome.analyses["varied"], labels, (1.0, 1e6), strict=True):
-        values = np.array(varied.values) * factor
-        for (check, name), colour in zip(FOLLOWED.items(), _COLOURS, strict=True):
-            at = [(v, 100 * d[check]) for v, d in zip(values, varied.differences, strict=True) if check in d]
-            ax.plot(*np.array(at).T, color=colour, marker="o", ms=4, label=name)
-        ax.set_xscale("log")
-        ax.set_xticks(values, [f"{v:.4g}" for v in values])
-        ax.minorticks_off()
-        ax.set_xlabel(label)
-        ax.axhline(0.0, color=INK, lw=0.8)
-        ax.axvline(varied.original * factor, color="#999999", lw=0.8, ls=":")
-    axes[0].set_ylabel("difference (%)")
-    legend(figure, axes[0], columns=len(FOLLOWED))
-    return figure
