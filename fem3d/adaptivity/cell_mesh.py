@@ -358,7 +358,7 @@ class FileLayout:
     def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> FileLayout:
         """Bisect three times to halve the length, regardless of sharp edges; cut all hexahedra into eight."""
         mesh, times = self.placed.mesh, np.where(shorter.any(axis=0), 3, 0)
-        return FileLayout(replace(self.placed, mesh=refine(mesh, times if mesh.simplex else None)))
+        return FileLayout(replace(self.placed, mesh=refine(mesh, times)))
 
     def with_scene(self, scene: MeshScene) -> FileLayout:
         return FileLayout(replace(self.placed, scene=scene))
@@ -369,7 +369,7 @@ class FileLayout:
     def statistics(self) -> dict[str, Any]:
         mesh = self.placed.mesh
         named = {"volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces)}
-        return {"file_cells": len(mesh.cells), "cell_type": mesh.file_type, **named}
+        return {"file_cells": mesh.file_cells, "cell_type": mesh.file_type, **named}
 
     def steps(self, levels: int | None, degree: int) -> tuple[Step, Step]:
         mesh, accuracy = self.placed.mesh, f"an estimated error of {self.scene.accuracy:g}"
@@ -379,5 +379,5 @@ class FileLayout:
             how = f"{cut}, {levels} times, to {mesh.count} cells"
         degrees = ", ".join(str(p) for p in range(1, degree)) + f" and {degree}"
         why = f"degrees {degrees} estimate the errors on the cells of the file" if levels == 0 else how
-        what = f"{len(mesh.cells)} {mesh.file_type} cells of {self.scene.file}, degree {degree}"
+        what = f"{mesh.file_cells} {mesh.file_type} cells of {self.scene.file}, degree {degree}"
         return Step("mesh", "done", what), Step("refinement", "skipped" if levels == 0 else "done", why)

@@ -5,11 +5,14 @@ The checks are of groups and materials, and the rules of `scenes.free.rules`.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from meshes.grid import between
 from meshes.grouped.model import GroupedMesh, locate
@@ -18,7 +21,6 @@ from scenes.free import rules
 from scenes.free.graph import CellGraph
 from scenes.model import FLOWS, Contact, GroupBoundary, GroupProbe, Material, MeshScene, is_zero
 
-_KINDS: dict[str, tuple[str, ...]] = {**dict.fromkeys((*FLOWS, "resistance"), ("surface",)), "power": ("volume",)}
 CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"
 
 
@@ -28,9 +30,18 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     Raises SceneError for missing groups or groups of the wrong kind, cells without a material or with two, flows
     through a part of a condition, and where `rules.check` does.
     """
-    named(scene, mesh)
+    for path, group, kinds in _named(scene):
+        if not any(group in _groups(mesh, kind) for kind in kinds):
+            raise _no_group(mesh, f"{path} = {quoted(group)}", group, kinds)
     placed = Placed(scene, mesh)
-    materials(placed)
+    bare = placed.body < 0
+    if bare.any():
+        names = [name for name, cells in mesh.volumes.items() if bare[cells].any()]
+        where = f" (in {listed(names)})" if names else ", which are in no group"
+        raise SceneError(
+            f"{int(bare.sum())} volume cells of {len(bare)} have no material{where}: give a [[material]] whose groups "
+            "hold them"
+        )
     rules.check(placed, placed.explain_separation)
     for probe in scene.probes:
         if probe.quantity in FLOWS:
@@ -47,72 +58,41 @@ def remarks(mesh: GroupedMesh) -> list[str]:
     ] * (count > 0)
 
 
-def named(scene: MeshScene, mesh: GroupedMesh) -> None:
-    """Refuse missing groups and groups of the wrong dimension."""
+def _named(scene: MeshScene) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Yield each place in a scene that names a group, the group, and the kinds that it may be of."""
+    volume, surface = ("volume",), ("surface",)
     for body in scene.bodies:
-        for group in body.groups:
-            _refuse(mesh, f"material {quoted(body.material.name)}.groups", group, ("volume",))
+        yield from ((f"material {quoted(body.material.name)}.groups", group, volume) for group in body.groups)
     for source in scene.sources:
-        _refuse(mesh, f"source {quoted(source.name)}.group", source.group, ("volume",))
+        yield f"source {quoted(source.name)}.group", source.group, volume
     for boundary in scene.boundaries:
-        _refuse(mesh, f"boundary {quoted(boundary.name)}.group", boundary.group, ("surface",))
+        yield f"boundary {quoted(boundary.name)}.group", boundary.group, surface
     for contact in scene.contacts:
-        for group in contact.between:
-            _refuse(mesh, f"contact {quoted(contact.name)}.between", group, ("volume",))
+        yield from ((f"contact {quoted(contact.name)}.between", group, volume) for group in contact.between)
     for probe in scene.probes:
-        for group in probe.groups:
-            _refuse(mesh, f"probe {quoted(probe.name)}.groups", group, ("volume",))
+        at, flat = f"probe {quoted(probe.name)}", probe.quantity in (*FLOWS, "resistance")
+        yield from ((f"{at}.groups", group, volume) for group in probe.groups)
         if probe.group is not None:
-            kinds = _KINDS.get(probe.quantity, ("volume", "surface"))
-            _refuse(mesh, f"probe {quoted(probe.name)}.group", probe.group, kinds)
+            yield f"{at}.group", probe.group, surface if flat else volume + surface * (probe.quantity != "power")
         if probe.side:
-            _refuse(mesh, f"probe {quoted(probe.name)}.side", probe.side, ("volume",))
+            yield f"{at}.side", probe.side, volume
 
 
-def _refuse(mesh: GroupedMesh, path: str, group: str, kinds: tuple[str, ...]) -> None:
-    has: dict[str, dict[str, Any]] = {"volume": mesh.volumes, "surface": mesh.surfaces}
-    if any(group in has[kind] for kind in kinds):
-        return
-    wanted = " or ".join(kinds)
-    if group in mesh.others or any(group in groups for groups in has.values()):
-        what = mesh.others.get(group) or ("a volume group" if group in mesh.volumes else "a surface group")
-        raise SceneError(f"{path} = {quoted(group)} is {what}, not a {wanted} group: {_known(mesh, kinds)}")
-    names = [name for kind in kinds for name in has[kind]]
-    hint = did_you_mean(group, names)
-    raise SceneError(f"{path} = {quoted(group)} is no group of the mesh: {_known(mesh, kinds)}{hint}")
+def _groups(mesh: GroupedMesh, kind: str) -> dict[str, Any]:
+    return mesh.volumes if kind == "volume" else mesh.surfaces
 
 
-def _known(mesh: GroupedMesh, kinds: tuple[str, ...]) -> str:
-    parts = []
-    for kind in kinds:
-        names = sorted(mesh.volumes if kind == "volume" else mesh.surfaces)
-        parts.append(f"the {kind} groups are {listed(names)}" if names else f"it has no {kind} groups")
-    return " and ".join(parts)
-
-
-def materials(placed: Placed) -> None:
-    """Refuse cells without a material or with two, and resistivities that are not positive at the start."""
-    mesh, scene = placed.mesh, placed.scene
-    owner = np.full(mesh.count, -1)
-    for number, body in enumerate(scene.bodies):
-        for group in body.groups:
-            cells = mesh.volumes[group]
-            taken = owner[cells]
-            if ((taken >= 0) & (taken != number)).any():
-                other = scene.bodies[taken[(taken >= 0) & (taken != number)][0]].material.name
-                raise SceneError(
-                    f"material {quoted(body.material.name)}.groups: cells of {quoted(group)} are of material "
-                    f"{quoted(other)} too: give every volume cell one material"
-                )
-            owner[cells] = number
-    bare = owner < 0
-    if bare.any():
-        names = [name for name, cells in mesh.volumes.items() if bare[cells].any()]
-        where = f" (in {listed(names)})" if names else ", which are in no group"
-        raise SceneError(
-            f"{int(bare.sum())} volume cells of {len(owner)} have no material{where}: give a [[material]] whose groups "
-            "hold them"
-        )
+def _no_group(mesh: GroupedMesh, said: str, group: str, kinds: tuple[str, ...]) -> SceneError:
+    """Return the refusal of a name that is no group of the wanted kinds."""
+    known = [(kind, sorted(_groups(mesh, kind))) for kind in kinds]
+    given = " and ".join(
+        f"the {kind} groups are {listed(names)}" if names else f"it has no {kind} groups" for kind, names in known
+    )
+    other = {**dict.fromkeys(mesh.surfaces, "a surface group"), **dict.fromkeys(mesh.volumes, "a volume group")}
+    if is_another := (other | mesh.others).get(group):
+        return SceneError(f"{said} is {is_another}, not a {' or '.join(kinds)} group: {given}")
+    hint = did_you_mean(group, [name for _, names in known for name in names])
+    return SceneError(f"{said} is no group of the mesh: {given}{hint}")
 
 
 def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:
@@ -145,12 +125,18 @@ class Placed(CellGraph):
 
     @cached_property
     def body(self) -> np.ndarray:
-        """Number of the body of each cell (cells,), -1 for none."""
-        bodies = np.full(self.mesh.count, -1)
-        for number, body in enumerate(self.scene.bodies):
+        """Number of the body of each cell (cells,), -1 for none. Raises SceneError for cells of two."""
+        owner, bodies = np.full(self.mesh.count, -1), self.scene.bodies
+        for number, body in enumerate(bodies):
             for group in body.groups:
-                bodies[self.mesh.volumes[group]] = number
-        return bodies
+                taken = np.setdiff1d(owner[self.mesh.volumes[group]], [-1, number])
+                if len(taken):
+                    raise SceneError(
+                        f"material {quoted(body.material.name)}.groups: cells of {quoted(group)} are of material "
+                        f"{quoted(bodies[taken[0]].material.name)} too: give every volume cell one material"
+                    )
+                owner[self.mesh.volumes[group]] = number
+        return owner
 
     @property
     def materials(self) -> list[Material]:
@@ -219,8 +205,14 @@ class Placed(CellGraph):
         ]  # fmt: skip
 
     def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
-        """Return `GroupedMesh.parts`."""
-        return self.mesh.parts(mask, cuts)
+        """Return (cells,) labels of the chosen cells that facets join, except the facets ``cuts``; 0 elsewhere."""
+        f2t = self.mesh.mesh.f2t
+        joins = np.setdiff1d(np.arange(f2t.shape[1]), [] if cuts is None else cuts).astype(int)
+        a, b = f2t[:, joins[(f2t[:, joins] >= 0).all(axis=0) & mask[f2t[:, joins]].all(axis=0)]]
+        graph = coo_array((np.ones(len(a), bool), (a, b)), shape=(self.mesh.count, self.mesh.count))
+        labels, numbers = connected_components(graph, directed=False)[1], np.zeros(self.mesh.count, int)
+        numbers[mask] = 1 + np.unique(labels[mask], return_inverse=True)[1]
+        return numbers
 
     def explain_separation(self, sentence: str) -> str:
         """Return a refusal with the count of parts and of corners that are not joined, where there are any."""

@@ -13,8 +13,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from meshes.grouped.model import Element, MeshData, MeshFileError, assemble
+from meshes.grouped.model import MeshData, MeshFileError, node_rows
 
+Element = tuple[str, list[int], list[str]]
+"""A cell: its kind by meshio's name, the numbers of its nodes in meshio's order, and its groups."""
 # Types of elements: a family and the count of nodes (but STRI65 has 6); the kind of cell by meshio's names.
 _TYPE = re.compile(r"(?P<volume>(?:C|DC|DCC|AC|EMC|Q)3D)(\d+)|(?:CPS|CPEG?|D?CAX|DC2D|STRI|SFM3D|[MRF]3D|D?S)(\d)")
 _VOLUMES = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13", 15: "wedge15",
@@ -41,6 +43,15 @@ _CELLS = {
 _SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM")
 # Nastran has the upright edges of a hexahedron before those of its top.
 _HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
+
+
+def _assembled(nodes: dict[int, np.ndarray], elements: list[Element]) -> MeshData:
+    """Make the mesh of nodes, by their numbers in the file, and of elements."""
+    ids, alike = np.array(list(nodes)), dict[tuple[str, tuple[str, ...]], list[list[int]]]()
+    for kind, corners, names in elements:
+        alike.setdefault((kind, tuple(names)), []).append(corners)
+    blocks = [(kind, node_rows(ids, np.array(rows)), names) for (kind, names), rows in alike.items()]
+    return MeshData(np.array(list(nodes.values()), float), blocks)
 
 
 @dataclass
@@ -129,7 +140,7 @@ def read_abaqus(text: str) -> MeshData:
     for name, rows in surfaces.items():
         cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
     points = _moved(np.array(list(nodes.values())), np.array(motion))
-    return assemble(dict(zip(nodes, points, strict=True)), cells)
+    return _assembled(dict(zip(nodes, points, strict=True)), cells)
 
 
 def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
@@ -197,15 +208,21 @@ def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 def read_nastran(text: str) -> MeshData:
     """Read Nastran bulk data. Raises MeshFileError."""
-    deck, elements, default_system = _Deck(), list[Element](), 0
+    grids, systems = dict[int, tuple[int | None, np.ndarray]](), dict[int, tuple[str, list[_Corner]]]()
+    elements, default_system = list[Element](), 0
     for card in _cards(text):
         if card.name == "GRID":
             system = card.integer(2) if card.field(2) else None
-            deck.grids[card.integer(1)] = system, np.array([card.real(i) for i in (3, 4, 5)])
+            grids[card.integer(1)] = system, np.array([card.real(i) for i in (3, 4, 5)])
         elif card.name == "GRDSET":
             default_system = card.integer(2)
-        elif match := re.match(r"CORD([12])([RCS])$", card.name):
-            deck.add_system(card, *match.groups())
+        elif re.match(r"CORD1[RCS]$", card.name):
+            # A card has the three nodes of each of up to two systems.
+            for at in (first for first in (1, 5) if card.field(first)):
+                systems[card.integer(at)] = card.name[5], [card.integer(at + i) for i in (1, 2, 3)]
+        elif re.match(r"CORD2[RCS]$", card.name):
+            points = np.array([card.real(i) for i in range(3, 12)]).reshape(3, 3)
+            systems[card.integer(1)] = card.name[5], [(card.integer(2), point) for point in points]
         elif card.name in _CELLS:
             kinds = _CELLS[card.name]
             # A shell has further fields, such as THETA, after its nodes.
@@ -218,11 +235,10 @@ def read_nastran(text: str) -> MeshData:
             kind = kinds[len(nodes)]
             nodes = [nodes[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else nodes
             elements.append((kind, nodes, [str(card.integer(2) if card.field(2) else card.integer(1))]))
-    if not deck.grids or not elements:
+    if not grids or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
-    for number, (system, at) in deck.grids.items():
-        deck.grids[number] = default_system if system is None else system, at
-    return assemble({number: deck.place(number) for number in deck.grids}, elements)
+    placed = {number: (default_system if system is None else system, at) for number, (system, at) in grids.items()}
+    return _assembled(_in_basic_system(placed, systems), elements)
 
 
 class _Card:
@@ -286,68 +302,57 @@ def _split(line: str) -> tuple[str, list[str]]:
     return first, [*more, *[""] * count][:count]
 
 
-class _Deck:
-    """The nodes of a file in their coordinate systems: rectangular, cylindrical or spherical.
+_Corner = int | tuple[int, np.ndarray]
+"""A node, or coordinates in a system."""
 
-    A system has the kind "R", "C" or "S" and three points, each a node or coordinates in another system: its origin, a
-    point on its z axis, and one in its xz plane.
+
+def _in_basic_system(
+    grids: dict[int, tuple[int, np.ndarray]], systems: dict[int, tuple[str, list[_Corner]]]
+) -> dict[int, np.ndarray]:
+    """Transform nodes from their rectangular, cylindrical or spherical coordinate systems.
+
+    A system has the kind "R", "C" or "S" and three points: its origin, a point on its z axis, and one in its xz plane.
     """
+    frames = dict[int, tuple[np.ndarray, np.ndarray] | None]()
 
-    def __init__(self) -> None:
-        self.grids = dict[int, tuple[int | None, np.ndarray]]()
-        self.systems = dict[int, tuple[str, list[int | tuple[int, np.ndarray]]]]()
-        self.frames = dict[int, tuple[np.ndarray, np.ndarray] | None]()
+    def place(corner: _Corner, name: str) -> np.ndarray:
+        if not isinstance(corner, int):
+            return transform(*corner, name)
+        if corner not in grids:
+            raise MeshFileError(f"a CORD1 card names GRID {corner}, which is not in the file")
+        return transform(*grids[corner], f"GRID {corner}")
 
-    def add_system(self, card: _Card, form: str, kind: str) -> None:
-        """Add a system by three points (form 2) or each of up to two by three nodes (form 1)."""
-        if form == "2":
-            points = np.array([card.real(i) for i in range(3, 12)]).reshape(3, 3)
-            self.systems[card.integer(1)] = kind, [(card.integer(2), point) for point in points]
-            return
-        for first in (1, 5):
-            if card.field(first):
-                self.systems[card.integer(first)] = kind, [card.integer(first + i) for i in (1, 2, 3)]
-
-    def place(self, node: int) -> np.ndarray:
-        """Return the coordinates of a node in the basic system."""
-        if node not in self.grids:
-            raise MeshFileError(f"a CORD1 card names GRID {node}, which is not in the file")
-        system, at = self.grids[node]
-        return self._to_basic(system or 0, at, f"GRID {node}")
-
-    def _to_basic(self, system: int, at: np.ndarray, by: str) -> np.ndarray:
-        """Transform coordinates in a system to the basic one."""
+    def transform(system: int, at: np.ndarray, name: str) -> np.ndarray:
         if system == 0:
             return at
-        if system not in self.systems:
+        if system not in systems:
             raise MeshFileError(
-                f"{by} is in coordinate system {system}, which no CORD1 or CORD2 card defines: export in the basic one"
+                f"{name} is in coordinate system {system}, which no CORD1 or CORD2 card defines: export in the basic "
+                "one"
             )
-        kind = self.systems[system][0]
-        if kind == "C":
-            at = np.array([at[0] * np.cos(a := np.radians(at[1])), at[0] * np.sin(a), at[2]])
-        elif kind == "S":
-            polar, azimuth = np.radians(at[1:])
-            radius = at[0] * np.sin(polar)
-            at = np.array([radius * np.cos(azimuth), radius * np.sin(azimuth), at[0] * np.cos(polar)])
-        origin, axes = self._frame(system)
+        r, (first, second) = at[0], np.radians(at[1:])
+        if systems[system][0] == "C":
+            at = np.array([r * np.cos(first), r * np.sin(first), at[2]])
+        elif systems[system][0] == "S":
+            direction = [np.sin(first) * np.cos(second), np.sin(first) * np.sin(second), np.cos(first)]
+            at = r * np.array(direction)
+        origin, axes = frame(system)
         return origin + at @ axes
 
-    def _frame(self, system: int) -> tuple[np.ndarray, np.ndarray]:
+    def frame(system: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the origin and the axes, as rows, of a system."""
         name = f"coordinate system {system}"
-        if system not in self.frames:
-            self.frames[system] = None
-            a, b, c = (
-                self.place(each) if isinstance(each, int) else self._to_basic(*each, name)
-                for each in self.systems[system][1]
-            )
+        if system not in frames:
+            frames[system] = None
+            a, b, c = (place(corner, name) for corner in systems[system][1])
             z, y = b - a, np.cross(b - a, c - a)
             if not np.linalg.norm(y) > 0:
                 raise MeshFileError(f"the three points of {name} lie on a line")
             rows = np.array([np.cross(y, z), y, z])
-            self.frames[system] = a, rows / np.linalg.norm(rows, axis=1, keepdims=True)
-        frame = self.frames[system]
-        if frame is None:
+            frames[system] = a, rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        known = frames[system]
+        if known is None:
             raise MeshFileError(f"{name} is defined in itself: export in the basic one")
-        return frame
+        return known
+
+    return {number: place(number, "") for number in grids}

@@ -8,20 +8,13 @@ straight; the nodes then go where the maps of the old cells take them.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from skfem import MeshHex, MeshTet
 
-Piece = tuple[str, int, np.ndarray]
-"""Name and dimension of a group, and some of its cells."""
-Element = tuple[str, list[int], list[str]]
-"""A cell of a file: its kind by meshio's name, the numbers of its nodes in meshio's order, and its groups."""
 INSIDE = 1e-6  # reference coordinates; coordinates in files have six or more digits
 STEPS = 30  # iterations at most; Newton's method doubles the digits in each
 # A place is on a facet where its distance in the coordinates of the reference cell is less; parts of a cell are larger.
@@ -32,21 +25,23 @@ class MeshFileError(ValueError):
     """A mesh file that cannot be read; the message names the cause and the cure."""
 
 
+Block = tuple[str, np.ndarray, tuple[str, ...]]
+"""Cells of one kind in the same groups: meshio's name of the kind, nodes (cells, nodes) in meshio's order, groups."""
+
+
 @dataclass
 class MeshData:
-    """Nodes, cells and groups of a mesh file.
+    """Nodes and cells of a mesh file.
 
     Attributes
     ----------
     points : (n, 3) coordinates of the nodes, in the file's unit
-    blocks : kind of cell by meshio's name, and nodes (cells, nodes) in meshio's order, for each block of cells
-    groups : numbers of the cells, counted through all blocks, for each name and dimension of a group
+    blocks : the cells
     others : description of each name in the file that is no group of cells
     """
 
     points: np.ndarray
-    blocks: list[tuple[str, np.ndarray]]
-    groups: dict[tuple[str, int], np.ndarray]
+    blocks: list[Block]
     others: dict[str, str] = field(default_factory=dict)
 
 
@@ -67,51 +62,6 @@ def node_rows(ids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return at
 
 
-def assemble(nodes: dict[int, np.ndarray], elements: list[Element]) -> MeshData:
-    """Make the mesh of nodes, by their numbers in the file, and of elements."""
-    mesh, pieces, start = MeshData(np.array(list(nodes.values()), float), [], {}), list[Piece](), 0
-    ids, by_kind = np.array(list(nodes)), dict[str, list[Element]]()
-    for element in elements:
-        by_kind.setdefault(element[0], []).append(element)
-    for kind, block in by_kind.items():
-        mesh.blocks.append((kind, node_rows(ids, np.array([corners for _, corners, _ in block]))))
-        members = dict[str, list[int]]()
-        for i, (_, _, names) in enumerate(block, start):
-            for name in names:
-                members.setdefault(name, []).append(i)
-        pieces += [(name, dimension(kind), np.array(cells)) for name, cells in members.items()]
-        start += len(block)
-    mesh.groups = collect(pieces)
-    return mesh
-
-
-def collect(pieces: Iterable[Piece]) -> dict[tuple[str, int], np.ndarray]:
-    """Join the pieces of each group."""
-    groups: dict[tuple[str, int], list[np.ndarray]] = {}
-    for name, dim, cells in pieces:
-        if len(cells):
-            groups.setdefault((name, dim), []).append(cells)
-    return {key: np.unique(np.concatenate(parts)) for key, parts in groups.items()}
-
-
-def add_gmsh_groups(
-    mesh: MeshData, names: dict[tuple[int, int], str], physical: list[Piece], elementary: list[Piece]
-) -> None:
-    """Add Gmsh's physical groups and, for cells in none, its elementary entities by their tags.
-
-    ``names`` are the names of physical groups, by dimension and tag.
-    """
-    mesh.groups |= collect((names.get((dim, int(tag)), tag), dim, cells) for tag, dim, cells in physical)
-    grouped = np.concatenate([np.empty(0, int), *(cells for _, _, cells in physical)])
-    alone = collect((tag, dim, np.setdiff1d(cells, grouped)) for tag, dim, cells in elementary if dim >= 2)
-    mesh.groups = alone | mesh.groups
-    lost = (
-        "a physical group without cells (Mesh.SaveAll in format 2.2 drops physical groups: save without it, or in 4.1)"
-    )
-    present = {name for name, _ in mesh.groups}
-    mesh.others |= {name: lost for name in names.values() if name not in present}
-
-
 @dataclass(frozen=True, eq=False)
 class GroupedMesh:
     """A mesh and its groups of cells and facets.
@@ -122,8 +72,7 @@ class GroupedMesh:
     volumes : numbers of the cells, for each volume group
     surfaces : numbers of the facets, and the row in ``f2t`` of the cell that each facet points out of, for each
         surface group
-    file_type : kind of the file's cells by meshio's name
-    points, cells : (n, 3) nodes of the file (m), and (m, nodes) its volume cells in meshio's order
+    file_type, file_cells : kind of the file's cells by meshio's name, and their number
     others : description of each name in the file that is neither a volume nor a surface group
     """
 
@@ -131,8 +80,7 @@ class GroupedMesh:
     volumes: dict[str, np.ndarray]
     surfaces: dict[str, tuple[np.ndarray, np.ndarray]]
     file_type: str = ""
-    points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    cells: np.ndarray = field(default_factory=lambda: np.empty((0, 0), int))
+    file_cells: int = 0
     others: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -151,20 +99,6 @@ class GroupedMesh:
         size = float(np.ptp(points, axis=0).max())
         rounded = np.rint((points - points.min(axis=0)) / (1e-9 * size)).astype(np.int64)
         return len(points) - len(np.unique(rounded, axis=0))
-
-    def parts(self, inside: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
-        """Return (cells,) a number from 1 on for each part of the chosen cells that facets join; 0 elsewhere.
-
-        Facets in ``cuts`` join nothing.
-        """
-        joins = np.setdiff1d(np.arange(self.mesh.f2t.shape[1]), [] if cuts is None else cuts).astype(int)
-        a, b = self.mesh.f2t[:, joins]
-        both = (b >= 0) & inside[a] & inside[b]
-        graph = coo_array((np.ones(both.sum(), bool), (a[both], b[both])), shape=(self.count, self.count))
-        labels = connected_components(graph, directed=False)[1]
-        numbers = np.zeros(self.count, int)
-        numbers[inside] = 1 + np.unique(labels[inside], return_inverse=True)[1]
-        return numbers
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -206,27 +140,27 @@ def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = Non
     return (int(cells[best]), at[:, best]) if outside[best] <= INSIDE else None
 
 
-def refine(given: GroupedMesh, times: np.ndarray | None = None) -> GroupedMesh:
-    """Return the mesh with each cell cut into eight, or with each tetrahedron halved so many ``times`` (cells,).
+def refine(given: GroupedMesh, times: np.ndarray) -> GroupedMesh:
+    """Return the mesh with each tetrahedron halved so many ``times`` (cells,), or each hexahedron cut into eight.
 
     Neighbours are halved until no node hangs. The corners of the old cells keep their numbers.
     """
     mesh = given.mesh
-    flat, fine, parents = _cut(mesh, given.simplex, times)
+    flat = (MeshTet if given.simplex else MeshHex)(mesh.doflocs[:, : mesh.nvertices], mesh.t)
+    # scikit-fem has all cells at the first corners of hexahedra, then all at the second ones, and so on.
+    fine, parents = _bisected(flat, times) if given.simplex else (flat.refined(), np.tile(np.arange(given.count), 8))
+    finer = fine
     if type(mesh) is not type(flat):
         curved = type(mesh).from_mesh(fine)
         nodes = curved.dofs.element_dofs
         if given.simplex:
             at = flat.mapping().invF(np.swapaxes(curved.doflocs[:, nodes], 1, 2), tind=parents)
         else:
-            # Its k-th eighth is at the k-th corner of a hexahedron.
             at = (mesh.refdom.p[:, :, None] + np.asarray(mesh.elem().doflocs).T[:, None]) / 2
             at = np.repeat(at, given.count, axis=1)
         places = curved.doflocs.copy()
         places[:, nodes] = np.swapaxes(mesh.mapping().F(at, tind=parents), 1, 2)
         finer = replace(curved, doflocs=places)
-    else:
-        finer = fine
     within = _within(flat, fine, parents)
     surfaces = {}
     for name, (facets, side) in given.surfaces.items():
@@ -239,17 +173,8 @@ def refine(given: GroupedMesh, times: np.ndarray | None = None) -> GroupedMesh:
     return replace(given, mesh=finer, volumes=volumes, surfaces=surfaces)
 
 
-def ordered(mesh: Any) -> Any:
-    """A mesh of tetrahedra with the vertices of each cell in ascending order, so that an edge has one direction in all
-    its cells; the numbers of vertices, edges and facets stay."""
-    return replace(mesh, t=np.sort(mesh.t, axis=0))
-
-
-def bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
-    """Return a mesh of straight tetrahedra with each halved so many ``times`` (cells,), and (new cells,) their parents.
-
-    Neighbours are halved until no node hangs.
-    """
+def _bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
+    """Halve straight tetrahedra so many ``times`` (cells,); return the mesh and (new cells,) their parents."""
     # scikit-fem compares lengths to 1e-10 of its unit, and warns when it copies arrays.
     size, logger = float(np.ptp(mesh.p, axis=1).max()), logging.getLogger("skfem")
     before, parents = logger.level, np.arange(mesh.t.shape[1])
@@ -270,28 +195,12 @@ def bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
 class _Followed(MeshTet):
     """A mesh that records the cells halved in each round; one half keeps the number of the cell."""
 
+    rounds: Any = ()
+
     def _adaptive_sort_mesh(self, p: np.ndarray, t: np.ndarray, marked: np.ndarray) -> np.ndarray:
         self.rounds = [*self.rounds, marked.copy()]
         cells: np.ndarray = super()._adaptive_sort_mesh(p, t, marked)
         return cells
-
-    rounds: Any = ()
-
-
-def _cut(mesh: Any, simplex: bool, times: np.ndarray | None) -> tuple[Any, Any, np.ndarray]:
-    """A mesh as if straight, that one refined, and the cell that each is a part of."""
-    flat = (MeshTet if simplex else MeshHex)(mesh.doflocs[:, : mesh.nvertices], mesh.t)
-    if times is not None:
-        return flat, *bisected(flat, times)
-    # The number of each cell travels as the binary digits that it has.
-    count = flat.t.shape[1]
-    digits, numbers = range(int(count).bit_length()), np.arange(count)
-    cut = replace(flat, _subdomains={str(k): np.flatnonzero(numbers >> k & 1) for k in digits}).refined()
-    parents = np.zeros(8 * count, int)
-    for k in digits:
-        parents[cut.subdomains[str(k)]] += 1 << k
-    fine = replace(cut, _subdomains=None)
-    return flat, ordered(fine) if simplex else fine, parents
 
 
 def _within(flat: Any, fine: Any, parents: np.ndarray) -> np.ndarray:

@@ -14,22 +14,12 @@ import io
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from meshes.grouped.decks import read_abaqus, read_nastran
-from meshes.grouped.model import (
-    GroupedMesh,
-    MeshData,
-    MeshFileError,
-    Piece,
-    add_gmsh_groups,
-    collect,
-    dimension,
-    node_rows,
-    ordered,
-)
+from meshes.grouped.model import Block, GroupedMesh, MeshData, MeshFileError, dimension, node_rows
 from scenes.errors import SceneError, check_regular, printable, quoted
 from scenes.model import ROUNDING
 
@@ -55,6 +45,8 @@ _TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran)
 # The nodes of a straight cell in the order of its mirror image.
 _INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
 _CORNERS = {"tria": 3, "quad": 4}
+# Tags of cells that meshio reads from files of Gmsh and Medit.
+_TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
 
 
 def is_gmsh_41(data: bytes) -> bool:
@@ -68,18 +60,43 @@ def read_gmsh(data: bytes) -> MeshData:
         raise MeshFileError("it is partitioned: save it whole, without partitions")
     header = _section(data, b"MeshFormat").split(maxsplit=3)
     form = header[1] == b"1", ">" if header[3:] and header[3].startswith(b"\0\0\0\1") else "<", int(header[2])
-    physical_of = _read_physical(_Numbers(_section(data, b"Entities"), *form)) if b"$Entities" in data else {}
+    physical = _read_physical(_Numbers(_section(data, b"Entities"), *form)) if b"$Entities" in data else {}
     ids, points = _read_nodes(_Numbers(_section(data, b"Nodes"), *form))
-    mesh, start, physical, elementary = MeshData(points, [], {}), 0, [], []
-    for dim, tag, kind, nodes in _read_cells(_Numbers(_section(data, b"Elements"), *form)):
-        cells, start = np.arange(start, start + len(nodes)), start + len(nodes)
-        mesh.blocks.append((kind, node_rows(ids, nodes)[:, _ORDER.get(kind, slice(None))]))
-        elementary.append((str(tag), dim, cells))
-        physical += [(str(group), dim, cells) for group in physical_of.get((dim, tag), [])]
     text = _section(data, b"PhysicalNames").decode("utf-8", "replace") if b"$PhysicalNames" in data else ""
     names = {(int(dim), int(tag)): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', text)}
-    add_gmsh_groups(mesh, names, physical, elementary)
-    return mesh
+    cells = [
+        _Entity(kind, node_rows(ids, nodes)[:, _ORDER.get(kind, slice(None))], tag, physical.get((dim, tag), []))
+        for dim, tag, kind, nodes in _read_cells(_Numbers(_section(data, b"Elements"), *form))
+    ]
+    return _with_groups(points, cells, names)
+
+
+class _Entity(NamedTuple):
+    """Cells of one kind, the tag of their elementary entity (0 for none), the numbers of their physical groups, and
+    sets that they are in."""
+
+    kind: str
+    nodes: np.ndarray
+    tag: int
+    physical: list[int]
+    sets: tuple[str, ...] = ()
+
+
+def _with_groups(points: np.ndarray, entities: list[_Entity], names: dict[tuple[int, int], str]) -> MeshData:
+    """Call physical groups by their ``names``, by dimension and number, or else by their numbers, and volumes and
+    surfaces in none by their tags."""
+    named = [[names.get((dimension(e.kind), n), str(n)) for n in e.physical] for e in entities]
+    taken = {(dimension(e.kind), name) for e, own in zip(entities, named, strict=True) for name in own}
+    blocks = list[Block]()
+    for entity, own in zip(entities, named, strict=True):
+        alone = dimension(entity.kind), str(entity.tag)
+        tagged = [alone[1]] if not own and entity.tag and alone[0] >= 2 and alone not in taken else []
+        blocks.append((entity.kind, entity.nodes, tuple(dict.fromkeys([*entity.sets, *own, *tagged]))))
+    present = {name for _, name in taken}
+    lost = (
+        "a physical group without cells (Mesh.SaveAll in format 2.2 drops physical groups: save without it, or in 4.1)"
+    )
+    return MeshData(points, blocks, {name: lost for name in names.values() if name not in present})
 
 
 def _section(data: bytes, name: bytes) -> bytes:
@@ -158,50 +175,50 @@ def read(path: Path, unit: float) -> GroupedMesh:
     data = _load(path)
     name = _kind(data, path)
     points = data.points * unit
-    starts = np.cumsum([0, *(len(rows) for _, rows in data.blocks)])
-    chosen = [i for i, (kind, _) in enumerate(data.blocks) if kind == name]
-    numbers = np.concatenate([starts[i] + np.arange(len(data.blocks[i][1])) for i in chosen])
-    cells = np.concatenate([data.blocks[i][1] for i in chosen])
+    volumes = [block for block in data.blocks if block[0] == name]
+    cells = np.concatenate([nodes for _, nodes, _ in volumes])
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells = cells[first]
     _refuse_broken(points, cells, path)
-    mesh = made(points, cells, name)
+    mesh = _made(points, cells, name)
     if name in _INVERSION:
         inverted = np.asarray((_determinants(mesh) < 0).all(axis=1))[:, None]
         cells = np.where(inverted, cells[:, _INVERSION[name]], cells)
-        mesh = made(points, cells, name)
+        mesh = _made(points, cells, name)
     _refuse_inverted(mesh, path)
-    mesh = ordered(mesh) if KINDS[name][0] == 4 else mesh
-    of_cell = np.full(starts[-1], -1)
-    of_cell[numbers] = same.ravel()
-    used, renumbered = np.unique(cells, return_inverse=True)
-    grouped = GroupedMesh(mesh, {}, {}, name, points[used], renumbered.reshape(cells.shape), dict(data.others))
-    _add_groups(grouped, data, of_cell, np.unique(cells[:, : KINDS[name][0]]))
-    return grouped
+    if KINDS[name][0] == 4:
+        # With the vertices of each cell in ascending order an edge has one direction in all its cells.
+        mesh = replace(mesh, t=np.sort(mesh.t, axis=0))
+    groups = {group: np.unique(same.ravel()[rows]) for group, rows in _members(volumes).items()}
+    surfaces, others = _surfaces(mesh, data, np.unique(cells[:, : KINDS[name][0]]))
+    return GroupedMesh(mesh, groups, surfaces, name, len(cells), others)
 
 
-def own_order(name: str) -> np.ndarray:
-    """(nodes,): where scikit-fem has each node of a cell of meshio's."""
+def _members(blocks: list[Block]) -> dict[str, np.ndarray]:
+    """Return the cells of each group, counted through all blocks."""
+    groups, start = dict[str, list[np.ndarray]](), 0
+    for _, nodes, names in blocks:
+        for name in names:
+            groups.setdefault(name, []).append(np.arange(start, start + len(nodes)))
+        start += len(nodes)
+    return {name: np.concatenate(parts) for name, parts in groups.items()}
+
+
+def _made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
+    """Make scikit-fem's mesh of cells (m, nodes) in meshio's order; its vertices are the corners, sorted. Hexahedra of
+    20 nodes get 7 more, which give the same shape with 27 nodes."""
+    from skfem import ElementHex2, ElementHexS2, MeshHex, MeshHex2, MeshTet, MeshTet2
     from skfem.io.meshio import HEX_MAPPING
 
     corners, nodes = KINDS[name]
-    return np.arange(nodes) if corners == 4 else np.array(HEX_MAPPING[:nodes])
-
-
-def made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
-    """scikit-fem's mesh of cells (m, nodes) in meshio's order; its vertices are the corners, sorted. Hexahedra of 20
-    nodes get 7 more, which give the same shape with 27 nodes."""
-    from skfem import ElementHex2, ElementHexS2, MeshHex, MeshHex2, MeshTet, MeshTet2
-
-    corners, nodes = KINDS[name]
-    ordered = cells[:, np.argsort(own_order(name))]
-    used, t = np.unique(ordered[:, :corners], return_inverse=True)
+    own = cells if corners == 4 else cells[:, np.argsort(HEX_MAPPING[:nodes])]
+    used, t = np.unique(own[:, :corners], return_inverse=True)
     linear, curved = (MeshTet, MeshTet2) if corners == 4 else (MeshHex, MeshHex2)
     mesh = linear(points[used].T, t.reshape(-1, corners).T)
     if nodes == corners:
         return mesh
-    at = points[ordered]
+    at = points[own]
     if nodes == 20:
         serendipity = np.array([ElementHexS2().lbasis(ElementHex2().doflocs.T, i)[0] for i in range(20)])
         at = np.einsum("nk,cnd->ckd", serendipity, at)
@@ -241,29 +258,23 @@ def _read_by_meshio(path: Path) -> MeshData:
 
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         found = meshio.read(path, file_format="gmsh" if path.suffix.lower() == ".msh" else None)
-    mesh = MeshData(np.asarray(found.points, float), [(b.type, np.asarray(b.data, int)) for b in found.cells], {})
-    starts = np.cumsum([0, *(len(rows) for _, rows in mesh.blocks)])
-    sets: list[Piece] = [
-        (name, dimension(mesh.blocks[i][0]), starts[i] + np.asarray(cells, int))
-        for name, blocks in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))
-        for i, cells in enumerate(blocks) if cells is not None
-    ]  # fmt: skip
+    sets = {name: of for name, of in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))}
     names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
-
-    def tagged(key: str) -> list[Piece]:
-        return [
-            (str(tag), dimension(kind), start + np.flatnonzero(tags == tag))
-            for (kind, _), tags, start in zip(mesh.blocks, found.cell_data.get(key, ()), starts, strict=False)
-            for tag in np.unique(tags) if tag
-        ]  # fmt: skip
-
-    mesh.groups = collect(sets + tagged("medit:ref"))
-    add_gmsh_groups(mesh, names, tagged("gmsh:physical"), tagged("gmsh:geometrical"))
-    return mesh
+    entities = list[_Entity]()
+    for i, block in enumerate(found.cells):
+        every = np.arange(len(block.data))
+        inside = [np.isin(every, [] if of[i] is None else of[i]) for of in sets.values()]
+        tags = [found.cell_data[key][i] if key in found.cell_data else 0 * every for key in _TAGS]
+        alike, which = np.unique(np.column_stack([*tags, *inside]).astype(int), axis=0, return_inverse=True)
+        for k, (physical, *tag, on) in enumerate((*row[:3], row[3:]) for row in alike.tolist()):
+            own = tuple(name for name, member in zip(sets, on, strict=True) if member)
+            nodes = np.asarray(block.data, int)[which.ravel() == k]
+            entities.append(_Entity(block.type, nodes, max(tag), [physical] if physical else [], own))
+    return _with_groups(np.asarray(found.points, float), entities, names)
 
 
 def _kind(data: MeshData, path: Path) -> str:
-    kinds = list(dict.fromkeys(kind for kind, rows in data.blocks if len(rows)))
+    kinds = list(dict.fromkeys(kind for kind, rows, _ in data.blocks if len(rows)))
     names = [kind for kind in kinds if dimension(kind) == 3]
     if not names:
         raise SceneError(
@@ -323,25 +334,29 @@ def _refuse_inverted(mesh: Any, path: Path) -> None:
         )
 
 
-def _add_groups(grouped: GroupedMesh, data: MeshData, of_cell: np.ndarray, vertices: np.ndarray) -> None:
-    """Add the groups of a file; ``vertices`` are the file's numbers of the mesh's vertices."""
-    corners, start = len(grouped.mesh.facets), 0
-    facet, side = np.full((2, len(of_cell)), -1)
-    for kind, nodes in data.blocks:
-        if len(nodes) and _CORNERS.get(kind[:4]) == corners:
-            rows, block = nodes[:, :corners], slice(start, start + len(nodes))
-            facet[block], side[block] = _facets(grouped.mesh, np.searchsorted(vertices, rows), np.isin(rows, vertices))
-        start += len(nodes)
-    for (name, dim), cells in data.groups.items():
-        if dim == 3:
-            grouped.volumes[name] = np.unique(of_cell[cells])
-        elif dim == 2 and (facet[cells] >= 0).all():
-            facets, first = np.unique(facet[cells], return_index=True)
-            grouped.surfaces[name] = facets, side[cells][first]
-        elif dim == 2:
-            grouped.others.setdefault(name, "a surface with faces that are no faces of the volume cells")
+def _surfaces(
+    mesh: Any, data: MeshData, vertices: np.ndarray
+) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]], dict[str, str]]:
+    """Return the surface groups, and a description of all other names; ``vertices`` are the file's numbers of the
+    mesh's vertices."""
+    surfaces, others, corners = dict[str, tuple[np.ndarray, np.ndarray]](), dict(data.others), len(mesh.facets)
+    flat = [block for block in data.blocks if dimension(block[0]) == 2]
+    rows = [np.empty((0, corners), int)]
+    # Faces with another number of corners are faces of no cell.
+    rows += [n[:, :corners] if _CORNERS.get(kind[:4]) == corners else np.full((len(n), corners), -1)
+             for kind, n, _ in flat]  # fmt: skip
+    wanted = np.concatenate(rows)
+    facet, side = _facets(mesh, np.searchsorted(vertices, wanted), np.isin(wanted, vertices))
+    for name, members in _members(flat).items():
+        if (facet[members] >= 0).all():
+            facets, first = np.unique(facet[members], return_index=True)
+            surfaces[name] = facets, side[members][first]
         else:
-            grouped.others.setdefault(name, "a group of lines" if dim == 1 else "a group of points")
+            others.setdefault(name, "a surface with faces that are no faces of the volume cells")
+    for dim, description in ((1, "a group of lines"), (0, "a group of points")):
+        for name in _members([block for block in data.blocks if dimension(block[0]) == dim]):
+            others.setdefault(name, description)
+    return surfaces, others
 
 
 def _facets(mesh: Any, corners: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
