@@ -1,28 +1,33 @@
-"""Processes that run tasks for this program, with a time limit for each task, and that end with this program."""
+"""Processes that run tasks for this program, with a time limit for each task, and that end with this program.
+
+Each process has a pipe of its own: one that is killed, or ended while it starts, disturbs no other.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from multiprocessing import parent_process
-from multiprocessing.context import SpawnContext, SpawnProcess
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
+from multiprocessing import Pipe, parent_process
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
 from multiprocessing.resource_tracker import ensure_running
+from multiprocessing.util import Finalize
 from threading import Lock, Thread
 from types import ModuleType
-from typing import TypeVar
-from weakref import finalize
-
-from pebble import ProcessExpired, ProcessPool
+from typing import Any, TypeVar
 
 from compare.processes import ONE_THREAD
 from scenes.errors import NumericsError, SceneError
 
 T = TypeVar("T")
+Task = TypeVar("Task", bound=tuple[Any, ...])
 
 DIED = "a process was ended while it worked, as the system does where the memory is used up"
 
@@ -30,35 +35,94 @@ _SAFE_PATH = "PYTHONSAFEPATH"
 _starting = Lock()
 
 
+class EndedError(Exception):
+    """A process ended before its task, with an exit status."""
+
+
 class Worker:
-    """A process that runs the tasks of a model one by one; it starts with the first one, and again after it ended.
+    """A process that runs tasks one by one; it starts with the first one, and again after it ended.
 
     ``name`` begins the sentences about it. A ``quiet`` process prints nothing, others to standard error.
     """
 
-    def __init__(self, name: str, quiet: bool) -> None:
-        self._name, self._quiet = name, quiet
-        self._pool: ProcessPool | None = None
+    def __init__(self, name: str = "", quiet: bool = True) -> None:
+        self._name, self._quiet, self._one = name, quiet, Lock()
+        self._process: SpawnProcess | None = None
+        self.until = math.inf
 
     def run(self, seconds: float, function: Callable[..., T], *arguments: object) -> T:
         """Return ``function(*arguments)``, computed in the process, or raise the function's exception.
 
         Raises SceneError after so many seconds, and where the process ends.
         """
-        if self._pool is None or not self._pool.active:
-            self._pool = start_pool(1, self._quiet)
-            finalize(self, _stop, self._pool)
-        task = self._pool.schedule(function, arguments, timeout=seconds)
+        with self._one:
+            ((_, outcome),) = share([self], function, [arguments], seconds)
         try:
-            return task.result()
+            value: T = outcome.result()
         except TimeoutError:
             raise SceneError(f"{self._name} has not answered in {seconds / 60:.2g} minutes, and was ended") from None
-        except (ProcessExpired, BrokenProcessPool) as error:
-            status = getattr(error, "exitcode", None) or 0
+        except EndedError as error:
+            status = error.args[0] or 0
             how = f", with the signal {signal.Signals(-status).name}" if status < 0 else ""
             raise SceneError(f"{self._name} failed: it ended its process{how}") from None
+        return value
+
+    def begin(self, function: Callable[..., object], arguments: tuple[object, ...], seconds: float) -> None:
+        """Give the process a task, which may take so many seconds from when the process has it."""
+        if self._process is None:
+            self._start()
+        self.until, self._seconds = math.inf, seconds
+        with suppress(BrokenPipeError):  # of a process that has ended meanwhile: the outcome will be that
+            self.pipe.send((function, arguments))
+
+    def outcome(self) -> Future[Any] | None:
+        """Return the outcome of the task: its value or exception, TimeoutError, or EndedError; None for none yet."""
+        assert self._process is not None
+        value, error = None, None
+        try:
+            if self.pipe.poll():
+                if (answer := self.pipe.recv()) is None:  # the task has arrived
+                    self.until = time.monotonic() + self._seconds
+                    return None
+                value, error = answer
+            elif time.monotonic() > self.until:
+                self.stop()
+                error = TimeoutError()
+            elif self._process.is_alive():
+                return None
+            else:  # its children may still have its end of the pipe
+                error = EndedError(self.stop())
+        except (EOFError, ConnectionError):
+            error = EndedError(self.stop())
+        future: Future[Any] = Future()
+        if error is None:
+            future.set_result(value)
+        else:
+            future.set_exception(error)
+        return future
+
+    def stop(self) -> int | None:
+        """End the process at once, and return its exit status."""
+        process, self._process = self._process, None
+        if process is None:
+            return None
+        self._end()
+        return process.exitcode
+
+    def _start(self) -> None:
+        """Start the process with one thread; an interrupt is left to this process."""
+        # Processes inherit that an interrupt is blocked in the thread that starts them. Python's resource tracker is
+        # started first, because its start unblocks the interrupt.
+        ensure_running()
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self.pipe, theirs = Pipe()
+            self._process = _Process(target=_serve, args=(theirs, self._quiet))
+            self._process.start()
+            theirs.close()
         finally:
-            task.cancel()  # ends the process where this one is interrupted
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        self._end = Finalize(self, _end, (self._process, self.pipe), exitpriority=1)
 
 
 class _Process(SpawnProcess):
@@ -75,36 +139,55 @@ class _Process(SpawnProcess):
                 del os.environ[_SAFE_PATH]
 
 
-class _Context(SpawnContext):
-    Process = _Process
-
-
-def start_pool(count: int, quiet: bool) -> ProcessPool:
-    """Start ``count`` processes with one thread each.
-
-    Raises BrokenProcessPool where no process can be started.
-    """
-    # Processes inherit that an interrupt is blocked in the thread that starts them: this process decides about it.
-    # Python's resource tracker is started first, because its start unblocks the interrupt.
-    ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        processes = ProcessPool(count, initializer=_begin, initargs=(quiet,), context=_Context())
-        if not processes.active:  # reading this property starts the pool
-            raise BrokenProcessPool("no processes can be started")
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    return processes
+def _end(process: SpawnProcess, pipe: Connection) -> None:
+    process.kill()
+    process.join()
+    pipe.close()
 
 
 @contextmanager
-def pool(count: int) -> Iterator[ProcessPool]:
-    """Provide quiet processes as `start_pool` starts them; they end at once at the end of the context."""
-    processes = start_pool(count, quiet=True)
+def pool(count: int) -> Iterator[list[Worker]]:
+    """Provide quiet processes; they end at once at the end of the context."""
+    workers = [Worker() for _ in range(count)]
     try:
-        yield processes
+        yield workers
     finally:
-        _stop(processes)
+        for worker in workers:
+            worker.stop()
+
+
+def share(
+    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float | None = None,
+    attempts: int = 1,
+) -> Iterator[tuple[Task, Future[Any]]]:  # fmt: skip
+    """Yield the arguments of each task with the outcome, as `Worker.outcome` has it, as they come.
+
+    Each task may take some seconds. A task whose process dies is tried again, up to some attempts.
+    """
+    waiting, idle, busy = iter(tasks), list(workers), dict[Worker, tuple[Task, int]]()
+    most = math.inf if seconds is None else seconds
+    try:
+        while True:
+            while idle and (task := next(waiting, None)) is not None:
+                busy[idle[-1]] = task, 1
+                idle.pop().begin(function, task, most)
+            if not busy:
+                return
+            left = min(worker.until for worker in busy) - time.monotonic()
+            wait([worker.pipe for worker in busy], min(max(left, 0.0), 1.0))
+            for worker in list(busy):
+                if (outcome := worker.outcome()) is None:
+                    continue
+                task, attempt = busy.pop(worker)
+                if attempt < attempts and isinstance(outcome.exception(), EndedError):
+                    busy[worker] = task, attempt + 1
+                    worker.begin(function, task, most)
+                else:
+                    idle.append(worker)
+                    yield task, outcome
+    finally:
+        for worker in busy:
+            worker.stop()
 
 
 def map_tasks(
@@ -117,36 +200,48 @@ def map_tasks(
     if jobs == 1:
         yield from ((number, function(number)) for number in numbers)
         return
-    with pool(jobs) as processes:
-        tasks: dict[Future[T], int] = {processes.schedule(function, (number,)): number for number in numbers}
-        for task in as_completed(tasks):
-            number = tasks[task]
+    with pool(jobs) as workers:
+        for (number,), outcome in share(workers, function, ((number,) for number in numbers)):
             try:
-                value = task.result()
-            except ProcessExpired:
+                value = outcome.result()
+            except EndedError:
                 if died is None:
                     raise NumericsError(f"{DIED} (number {number})") from None
                 value = died(number)
             yield number, value
 
 
-def _stop(processes: ProcessPool) -> None:
-    processes.stop()
-    processes.join()
-
-
-def _begin(quiet: bool) -> None:
-    """Prepare a process of a pool."""
+def _serve(pipe: Connection, quiet: bool) -> None:
+    """Run the tasks that come through a pipe, until its other end is closed."""
     Thread(target=_end_with_parent, daemon=True).start()
-    leave = os._exit  # pebble waits for ever for a task that ends its process with the status 0
-    os._exit = lambda status: leave(status or 1)  # type: ignore[assignment]
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # ends the process during a long call of a library too
     if quiet:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 2)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     os.dup2(2, 1)
     os.environ.pop(_SAFE_PATH, None)
     os.environ.update(ONE_THREAD)
+    with suppress(EOFError):
+        while True:
+            outcome = _perform(pipe)
+            try:
+                pipe.send(outcome)
+            except Exception as error:  # of a value that cannot be pickled
+                pipe.send((None, RuntimeError(f"{type(error).__name__}: {error}")))
+
+
+def _perform(pipe: Connection) -> tuple[object, BaseException | None]:
+    """Return the value of the next task, or its exception."""
+    try:
+        function, arguments = pipe.recv()
+    except EOFError:
+        raise
+    except Exception as error:  # of a module that is missing here
+        return None, error
+    pipe.send(None)
+    try:
+        return function(*arguments), None
+    except BaseException as error:
+        error.add_note(traceback.format_exc())
+        return None, error
 
 
 def _end_with_parent() -> None:

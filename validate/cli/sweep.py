@@ -117,25 +117,17 @@ def _settings(arguments: argparse.Namespace) -> list[str]:
     return settings(SINK, given, arguments.set)
 
 
-def execute(
-    arguments: argparse.Namespace, base: Base, design: Design, steady: bool, solves: int | None = None
-) -> int:  # fmt: skip
-    """Runs a job and reports on it; both commands end here."""
+def execute(arguments: argparse.Namespace, base: Base, design: Design, steady: bool, solves: int | None = None) -> int:
+    """Run a sweep or a map and report on it."""
     from compare.report.table import wrapped
     from scenes.kinds import Quantity
     from scenes.units import TIME
     from validate.folder import folder_of_sweep
-    from validate.sweep.point import Job, Scope, checked
+    from validate.sweep.point import prepare
     from validate.sweep.run import run
     from validate.sweep.store import Store
 
-    base.at(())
-    for key in design.keys:
-        if base.set & set(key.split("+")):
-            raise SceneError(f"{key} is varied and set: give it one of the two")
-    names, own_model = models_of(arguments, base)
-    check = checked(base, arguments.check, steady, design.keys, names[0], own_model)
-    job = Job(base, design, Scope(names, steady, check, arguments.blame, solves is None, own_model), solves)
+    job = prepare(base, design, models_of(arguments, base), arguments.check, steady, arguments.blame, solves)
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
     workers = None if arguments.workers is None else whole("--workers", arguments.workers, 1, 256)

@@ -1,23 +1,25 @@
-"""Solve points by a pool of processes on this machine, or by the workers of a Dask cluster."""
+"""Solve points by processes on this machine, or by the workers of a Dask cluster."""
 
 from __future__ import annotations
 
 import logging
-from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, suppress
+from functools import partial
+from itertools import chain, islice
+from typing import Any
 
-from compare.worker import pool
+from compare.worker import EndedError, pool, share
 from scenes.errors import SceneError, printable, quoted
 from validate.sweep.point import Row, Work, late, solve
-
-Submit = Callable[[Work], Future[Row]]
 
 ANSWERS_WITHIN = 10.0  # Seconds that a scheduler has to answer.
 ATTEMPTS = 3  # How often a point is tried whose process dies, before the point is taken to be at fault.
 PATIENCE = 10.0
 """Seconds after which a point that should have stopped itself is killed; no library's call takes as long."""
+
+Outcomes = Iterator[tuple[tuple[Any, ...], Future[Row]]]
 
 
 class LostError(ArithmeticError):
@@ -32,10 +34,9 @@ class Cluster:
         self, workers: int, scheduler: str | None, seconds: float | None, say: Callable[[str], None] = lambda _: None
     ) -> None:
         self.workers, self.scheduler, self.seconds, self.say = workers, scheduler, seconds, say
-        self._submit: Submit | None = None
-        self._died: type[Exception] = Exception  # ends a task whose process died
-        self._attempts = 1  # of such a task here; a scheduler makes its own
+        self._died: type[Exception] = EndedError
         self._started = ExitStack()
+        self._share: Callable[[Iterable[tuple[Any, ...]]], Outcomes] | None = None
 
     def __enter__(self) -> Cluster:
         return self
@@ -45,20 +46,43 @@ class Cluster:
         with suppress(Exception):
             self._started.close()
 
-    def _start(self) -> Submit:
-        self.say("starting the workers")
-        return self._start_processes() if self.scheduler is None else self._connect()
+    def solve(self, points: Iterable[Work]) -> Iterator[Row]:
+        """Yield the row of each point, as they come.
 
-    def _start_processes(self) -> Submit:
-        """Start a pool of processes, which kills one that takes far too long, as a library's call can."""
-        from pebble import ProcessExpired
+        A point whose process dies is tried again; if it dies each time, its row says so. Raises LostError where the
+        cluster is gone, ModuleNotFoundError where the processes miss a package.
+        """
+        tasks = ((work, self.seconds) for work in points)
+        first = next(tasks, None)
+        if first is None:
+            return
+        try:
+            if self._share is None:
+                self.say("starting the workers")
+                self._share = self._start() if self.scheduler is None else self._connect()
+            for (work, _), outcome in self._share(chain([first], tasks)):
+                try:
+                    row = outcome.result()
+                except TimeoutError:
+                    row = Row(work.number, "timeout", late(self.seconds), 0.0, {})
+                except self._died:
+                    row = Row(work.number, "crashed", "the processes that had it died one after the other", 0.0, {})
+                yield row
+        except (SceneError, ModuleNotFoundError):
+            raise
+        except Exception as error:
+            why = f" ({_shorten(error)})" if str(error) else ""
+            raise LostError(
+                f"the workers are gone{why}: what is solved is stored, and the same command goes on"
+            ) from None
 
-        processes = self._started.enter_context(pool(self.workers))
-        self._died, self._attempts = ProcessExpired, ATTEMPTS
+    def _start(self) -> Callable[[Iterable[tuple[Any, ...]]], Outcomes]:
+        """Start processes here, and kill one that takes far too long, as a library's call can."""
+        workers = self._started.enter_context(pool(self.workers))
         most = None if self.seconds is None else self.seconds + PATIENCE
-        return lambda work: processes.schedule(solve, (work, self.seconds), timeout=most)
+        return lambda tasks: share(workers, solve, tasks, most, ATTEMPTS)
 
-    def _connect(self) -> Submit:
+    def _connect(self) -> Callable[[Iterable[tuple[Any, ...]]], Outcomes]:
         """Connect to a cluster. SceneError where its scheduler is silent, or has workers of another version."""
         try:
             from distributed import Client, KilledWorker
@@ -94,58 +118,25 @@ class Cluster:
                     f"the workers of {address} have version {theirs} of this program, here it is {version()}: install "
                     "the same there"
                 )
-        self._died, executor = KilledWorker, client.get_executor(pure=False)
+        self._died = KilledWorker
+        return partial(_share_on, client)
 
-        def submit(work: Work) -> Future[Row]:
-            self.workers = sum(client.nthreads().values())  # workers come and go
-            return executor.submit(solve, work, self.seconds)
 
-        return submit
-
-    def solve(self, points: Iterable[Work]) -> Iterator[list[Row]]:
-        """Yield the rows of points as they come, with about two points in flight for each worker.
-
-        A point whose process dies is tried again; if it dies each time, its row says so. Raises LostError where the
-        cluster is gone, ModuleNotFoundError where the processes miss a package.
-        """
-        waiting, again = iter(points), deque[Work]()
-        running: dict[Future[Row], Work] = {}
-        deaths = Counter[int]()
-        try:
-            while True:
-                while len(running) < max(2 * self.workers, 1):
-                    work = again.popleft() if again else next(waiting, None)
-                    if work is None:
-                        break
-                    self._submit = self._submit or self._start()
-                    running[self._submit(work)] = work
-                if not running:
-                    return
-                rows = []
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    work = running.pop(future)
-                    try:
-                        rows.append(future.result())
-                    except TimeoutError:
-                        rows.append(Row(work.number, "timeout", late(self.seconds), 0.0, {}))
-                    except self._died:
-                        deaths[work.number] += 1
-                        if deaths[work.number] < self._attempts:
-                            again.append(work)
-                        else:
-                            because = "the processes that had it died one after the other"
-                            rows.append(Row(work.number, "crashed", because, 0.0, {}))
-                if rows:
-                    yield rows
-        except (SceneError, ModuleNotFoundError, GeneratorExit):
-            for future in running:
-                future.cancel()
-            raise
-        except Exception as error:
-            why = f" ({_shorten(error)})" if str(error) else ""
-            raise LostError(
-                f"the workers are gone{why}: what is solved is stored, and the same command goes on"
-            ) from None
+def _share_on(client: Any, tasks: Iterable[tuple[Any, ...]]) -> Outcomes:
+    """Yield each task with its outcome; about two are in flight for each worker, and workers come and go."""
+    executor, waiting = client.get_executor(pure=False), iter(tasks)
+    running: dict[Future[Row], tuple[Any, ...]] = {}
+    try:
+        while True:
+            most = max(2 * sum(client.nthreads().values()), 1)
+            running |= {executor.submit(solve, *task): task for task in islice(waiting, most - len(running))}
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(future), future
+    finally:
+        for future in running:
+            future.cancel()
 
 
 def _shorten(error: Exception) -> str:

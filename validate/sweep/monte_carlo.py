@@ -58,8 +58,8 @@ class MonteCarlo(Analysis["Sampled"]):
         tasks = (Work(unmoved, scope, keys, n, tuple(point)) for n, point in enumerate(points.tolist()))
         rows = []
         with Cluster(min(processors(), count), None, None, progress) as cluster:
-            for solved in cluster.solve(tasks):
-                rows += solved
+            for row in cluster.solve(tasks):
+                rows.append(row)
                 progress(f"{len(rows)} of {count} samples")
         rows = sorted((row for row in rows if row.status == "ok"), key=lambda row: row.point)
         if len(rows) < SAMPLES[0]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -21,18 +21,18 @@ from scenes.sink import Sink
 from validate.sweep.design import Base, Design, Value, settings
 
 if TYPE_CHECKING:
+    from compare.outcome import Outcome
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
-    from scenes.model import AnyScene
     from scenes.result import Result
 
-S = TypeVar("S", bound=Any)
 FINEST = 1e-4
 """The accuracy down to which points with an open verdict are solved again; finer ones take seconds to minutes."""
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
 """The difference in `compare.blame` of each check of a reduction."""
+OF_A_CHECK = ("difference", "u_num", "verdict")
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,24 @@ class Job:
         return Work(self.base, scope, self.design.keys, number, self.design.point(number))
 
 
+def prepare(
+    base: Base, design: Design, models: tuple[tuple[str, ...], str], check: str | None = None, steady: bool = False,
+    blame: bool = True, solves: int | None = None,
+) -> Job:  # fmt: skip
+    """Return the request of a sweep, or of a map for a number of ``solves``.
+
+    ``models`` are the names of the 1D models, and the path of the user's own one. Raises SceneError for a check that
+    the scene, the first model or every design lacks, and for a key that is varied and set.
+    """
+    base.at(())
+    for key in design.keys:
+        if base.set & set(key.split("+")):
+            raise SceneError(f"{key} is varied and set: give it one of the two")
+    names, model = models
+    check = checked(base, check, steady, design.keys, names[0], model)
+    return Job(base, design, Scope(names, steady, check, blame, solves is None, model), solves)
+
+
 def checked(
     base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper", model: str = ""
 ) -> str:
@@ -162,34 +180,27 @@ def checked(
     return check
 
 
-def import_solvers() -> None:
-    """Import the modules that a point needs, so that no point's time includes the import."""
-    import fem3d.runs.scene
-    import fem3d.runs.sink  # noqa: F401
-
-
 def solve(work: Work, seconds: float | None = None) -> Row:
     """Return the row of a point, which has some ``seconds``; never raise for what a scene can cause."""
-    import_solvers()
+    import fem3d.runs.scene
+    import fem3d.runs.sink  # noqa: F401 - no point's time includes the import
+
     started, status, because = time.perf_counter(), "ok", ""
     values: dict[str, Any] = {}
     parts = None
     try:
         with within(seconds):
-            scene: Any = work.base.at(settings(work.base, work.keys, work.point))
-            values, parts = _sink(scene, work.scope) if work.base.kind == "sink" else (_free(scene, work.scope), None)
-    except SceneError as error:
-        status, because = "refused", str(error)
-    except RunawayError as error:
-        status, because = "runaway", str(error)
-    except ArithmeticError as error:
-        status, because = "failed", str(error)
+            values, parts = _solved(work.base.at(settings(work.base, work.keys, work.point)), work.scope)
     except MemoryError:
         status, because = "failed", "out of memory: ask for a larger accuracy"
     except TimeIsUpError:
         status, because = "timeout", late(seconds)
     except Exception as error:
-        status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
+        kinds = {SceneError: "refused", RunawayError: "runaway", ArithmeticError: "failed"}
+        status = next((word for kind, word in kinds.items() if isinstance(error, kind)), "fault")
+        because = str(error)
+        if status == "fault":
+            status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
     took = round(time.perf_counter() - started, 4)
     return Row(work.number, status, " ".join(because.split()), took, values, parts)
 
@@ -199,67 +210,81 @@ def late(seconds: float | None) -> str:
     return f"it took more than {seconds:g} s (--point-timeout)"
 
 
-def _sink(sink: Sink, scope: Scope) -> tuple[dict[str, Any], dict[str, float] | None]:
-    """A sink's columns and the parts of its difference; solved again more finely while a verdict is open."""
-    from compare import hottest
+def _solved(scene: Any, scope: Scope) -> tuple[dict[str, Any], dict[str, float] | None]:
+    """The columns of a scene, solved again more finely while a verdict is open, and the parts of its difference.
+
+    A scene with probes has each of them, at the end where it is over time.
+    """
     from compare.kinds import kind_of
+    from compare.kinds.free import probed
+    from fem3d.runs import scene as scene_run
     from reduced1d.ladder.levels import Levels
 
-    options = Options(steady=scope.steady, reduction=scope.reductions[0], model=scope.model)
-    # The coarser models of the ladder tell the largest part; a reduction that stands on it needs both.
-    rough = scope.reductions == ("paper",)
-    finer: Sink | None = sink
-    while finer is not None:
-        sink = finer
-        outcome = kind_of(sink).compare(sink, options)
-        fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
-        by_reduction = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
-        for name in scope.reductions[1:]:
-            by_reduction[name] = _of_another(sink, options.but(reduction=name), fem3d, levels)
-        finer = _finer(sink, [check for checks, _ in by_reduction.values() for check in checks], scope)
+    sink, judged = scene.kind == "sink", scene.kind == "sink" or bool(scope.model)
     values: dict[str, Any] = {}
-    for name, given in fem3d.steady.items():
-        values |= {f"fem3d_{name}": given.value, f"fem3d_{name}_error": given.error}
-    for reduction, (checks, reduced) in by_reduction.items():
-        prefix, model = ("", "reduced1d_") if reduction == scope.reductions[0] else (f"{reduction}_", f"{reduction}_")
-        values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
-        values |= _check_columns(checks, prefix)
-    top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
-    # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
-    hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"], np.empty(0))
-    parts = _parts(sink, scope, fem3d, levels) if scope.blame and not scope.model else None
-    return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts
+    if not sink:
+        scene = probed(scene)
+    if not judged:
+        fem3d = scene_run.solve(scene)
+    while judged:
+        # The coarser models of the ladder tell the largest part; a reduction that stands on it needs both.
+        levels = Levels(scene, scope.reductions == ("paper",)) if sink else cast("Levels", None)
+        options = Options(steady=scope.steady, reduction=scope.reductions[0], model=scope.model)
+        outcome = kind_of(scene).compare(scene, options)
+        fem3d, results = outcome.solved, {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
+        for name in scope.reductions[1:]:
+            results[name] = _of_another(outcome, name, levels)
+        checks = [check for each, _ in results.values() for check in each]
+        finer = max(scene.accuracy / 10, FINEST)
+        open_ = any(c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check) for c in checks)
+        if not open_ or finer >= scene.accuracy:
+            break
+        scene = replace(scene, accuracy=finer)
+    if sink or scene.steady or fem3d.traces is None:
+        read = {name: (each.value, each.error) for name, each in fem3d.steady.items()}
+    else:
+        traces = fem3d.traces
+        read = {name: (float(traces.values[name][-1]), float(traces.errors[name])) for name in traces.values}
+    for name in read if sink else [probe.name for probe in scene.probes]:
+        values |= {f"fem3d_{name}": read[name][0], f"fem3d_{name}_error": read[name][1]}
+    for n, (name, (made, reduced)) in enumerate(results.items() if judged else ()):
+        prefix, model = (f"{name}_", f"{name}_") if n else ("", "reduced1d_")
+        values |= {f"{model}{quantity}": each.value for quantity, each in (reduced.steady if reduced else {}).items()}
+        values |= {f"{prefix}{c.id}_{part}": getattr(c, part) for c in made for part in OF_A_CHECK}
+    parts = _parts(scene, scope, fem3d, levels) if sink and scope.blame and not scope.model else None
+    values |= blame(parts) if judged else {}
+    return values | _too_hot(scene, fem3d) | {"accuracy": scene.accuracy}, parts
 
 
-def _finer(scene: S, checks: Iterable[Check], scope: Scope) -> S | None:
-    """The scene at a tenth of its accuracy, down to `FINEST`, while one of its checks is open; else ``None``."""
-    finer = max(scene.accuracy / 10, FINEST)
-    open_ = any(c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check) for c in checks)
-    return replace(scene, accuracy=finer) if open_ and finer < scene.accuracy else None
+def _too_hot(scene: Any, fem3d: Result) -> dict[str, Any]:
+    """The material that gets hotter than its valid_to, "" for none, and the excess (K)."""
+    from compare import hottest
+
+    if scene.kind == "sink":
+        # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
+        top = scene.room_temperature + fem3d.steady["peak_rise_K"].value
+        excess, name = hottest.excess(scene.materials, top, lambda: fem3d.details["fields"], np.empty(0))
+    elif not physics.heat(scene):
+        return {}
+    else:
+        fields, times = fem3d.details["fields"], hottest.moments(fem3d.traces)
+        excess, name = hottest.excess(physics.materials(scene), fields.ceiling(times), lambda: fields, times)
+    return {"too_hot": name, "past_valid_to_K": excess} if math.isfinite(excess) else {}
 
 
-def _check_columns(checks: Iterable[Check], prefix: str = "") -> dict[str, Any]:
-    return {f"{prefix}{c.id}_{name}": getattr(c, name) for c in checks for name in ("difference", "u_num", "verdict")}
-
-
-def too_hot(excess: float, material: str) -> dict[str, Any]:
-    """Return the columns of the material that gets hotter than its valid_to, "" for none, and of the excess (K)."""
-    return {"too_hot": material, "past_valid_to_K": excess} if math.isfinite(excess) else {}
-
-
-def _of_another(sink: Sink, options: Options, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
+def _of_another(outcome: Outcome[Any], name: str, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
     """The checks of another reduction against the same 3D result; none where it has no answer."""
     from compare.kinds import kind_of
-    from compare.outcome import Outcome
     from reduced1d.ladder import solve as solve_1d
     from scenes.checks import OF_THE_REDUCTION
 
+    sink, options, fem3d = outcome.scene, outcome.options.but(reduction=name), outcome.solved
     times = fem3d.traces.time if fem3d.traces is not None else None
     try:
-        result = solve_1d(sink, options.reduction, steady_only=options.steady, times=times, levels=levels)
+        result = solve_1d(sink, name, steady_only=options.steady, times=times, levels=levels)
     except RunawayError:
         return (), None
-    checks = kind_of(sink).checks(Outcome(sink, options, {"fem3d": fem3d, "reduced1d": result}))
+    checks = kind_of(sink).checks(replace(outcome, options=options, results={"fem3d": fem3d, "reduced1d": result}))
     return tuple(check for check in checks if check.id in OF_THE_REDUCTION), result
 
 
@@ -274,8 +299,7 @@ def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str,
         causes = budget(sink, scope.reductions[0], fem3d, levels)
     except RunawayError:
         return None
-    splits = causes.steady if kind == "steady" else causes.transient
-    split = next((s for s in splits if s.quantity == quantity and s.scale), None)
+    split = next((s for s in getattr(causes, kind) if s.quantity == quantity and s.scale), None)
     if split is None:
         return None
     # A part within its own error is no ground to blame anything on.
@@ -289,42 +313,3 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
         return {"blame": "", "blame_share": None}
     name = max(parts, key=lambda n: abs(parts[n]))
     return {"blame": name, "blame_share": abs(parts[name]) / total}
-
-
-def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
-    """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare import hottest
-    from compare.kinds.free import probed
-    from fem3d.runs import scene as scene_run
-
-    scene = probed(scene)
-    if scope.model:
-        result, values = _judged(scene, scope)
-    else:
-        result, values = scene_run.solve(scene), dict[str, Any]()
-    for probe in scene.probes:
-        if scene.steady or result.traces is None:
-            estimate = result.steady[probe.name]
-            value, error = estimate.value, estimate.error
-        else:
-            value, error = float(result.traces.values[probe.name][-1]), float(result.traces.errors[probe.name])
-        values |= {f"fem3d_{probe.name}": value, f"fem3d_{probe.name}_error": error}
-    if physics.heat(scene):
-        fields, times = result.details["fields"], hottest.moments(result.traces)
-        hot = hottest.excess(physics.materials(scene), fields.ceiling(times), lambda: fields, times)
-        values |= too_hot(*hot)
-    return {"accuracy": scene.accuracy} | values
-
-
-def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
-    """A free scene's 3D result, and the columns of a user's model; solved again more finely while a verdict is open."""
-    from compare.kinds import kind_of
-
-    finer: AnyScene | None = scene
-    while finer is not None:
-        scene = finer
-        outcome = kind_of(scene).compare(scene, Options(model=scope.model))
-        finer = _finer(scene, outcome.checks, scope)
-    steady = outcome.reduced1d.steady if outcome.reduced1d is not None else {}
-    values: dict[str, Any] = {f"reduced1d_{name}": estimate.value for name, estimate in steady.items()}
-    return outcome.solved, values | _check_columns(outcome.checks) | blame(None) | {"accuracy": scene.accuracy}

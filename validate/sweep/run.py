@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import math
+import os
+import platform
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import metadata
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -18,14 +21,12 @@ from scenes.errors import SceneError
 from scenes.formats import quantity
 from scenes.sink import Sink
 from validate.sweep.design import Design, base, listed, parse
-from validate.sweep.point import Job, Scope, Work, checked
+from validate.sweep.point import Job, Work, prepare
 from validate.sweep.store import SUMMARY, Store
 from validate.sweep.table import Table, read
 
 if TYPE_CHECKING:
     from scenes.model import AnyScene
-    from validate.sweep.mapping import Map
-
 
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
@@ -35,15 +36,9 @@ _CAPTIONS = {
 
 
 def run(
-    job: Job,
-    store: Store,
-    say: Callable[[str], None],
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    seconds: float | None = None,
-    figures: bool = False,
-) -> tuple[Table, dict[str, Any]]:
+    job: Job, store: Store, say: Callable[[str], None], *, workers: int | None = None, scheduler: str | None = None,
+    seconds: float | None = None, figures: bool = False,
+) -> tuple[Table, dict[str, Any]]:  # fmt: skip
     """Solve all points that are not stored, write the files, and return the columns and the content of sweep.json.
 
     ``workers`` processes here (default: one a processor) or a ``scheduler``'s solve, with ``seconds`` for each point.
@@ -56,11 +51,11 @@ def run(
 
     def gather(points: Iterable[Work], total: int, more: str = "") -> None:
         nonlocal refused
-        for rows in cluster.solve(points):
-            store.append(rows)
+        for row in cluster.solve(points):
+            store.append([row])
             rate = (len(store) - already) / (time.monotonic() - started)
             # The number of solutions of a map does not count points that are refused.
-            refused += sum(row.status == "refused" for row in rows) if job.solves is not None else 0
+            refused += job.solves is not None and row.status == "refused"
             done = len(store) - refused
             rest = quantity(max(total - done, 0) / rate, "s", 2)
             say(f"{done} of {total} points, {rate:.2g} a second, {rest} left{more}")
@@ -74,16 +69,14 @@ def run(
 
             cells = refine(job, store, gather)
     say("writing the results")
-    return _write(job, store, cells, figures, time.monotonic() - started)
-
-
-def _write(
-    job: Job, store: Store, cells: Map | None, figures: bool, seconds: float
-) -> tuple[Table, dict[str, Any]]:  # fmt: skip
-    """Write the files; return the columns and the content of sweep.json."""
-    from validate.report.summary import as_json
-
     table = read(job, store, cells)
+    return table, _write(store, table, figures, time.monotonic() - started)
+
+
+def _write(store: Store, table: Table, figures: bool, seconds: float) -> dict[str, Any]:
+    """Write the files; return the content of sweep.json."""
+    from validate.report.summary import as_json, provenance
+
     columns = table.columns
     files = [_write_columns(store, "points.csv", table.keys | columns)]
     counts: dict[str, Any] = {"points": len(table), **Counter(columns["status"].tolist())}
@@ -98,23 +91,24 @@ def _write(
         with style():
             files += [file for name, figure in draw(table).items() for file in save(figure, store.folder, name)]
     made = {name.removesuffix("_verdict"): words for name, words in columns.items() if name.endswith("_verdict")}
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "scikit-fem")}
     document: dict[str, Any] = as_json(
         {
             "schema": 1,
-            "asked": job.document(),
+            "asked": table.job.document(),
             "finished": True,
             "sentence": table.sentence,
             "counts": counts,
             "verdicts": {check: dict(Counter(filter(None, words.tolist()))) for check, words in made.items()},
             "seconds": {"this_run": round(seconds, 1), "points": round(float(columns["seconds"].sum()), 1)},
-            "provenance": _provenance(),
+            "provenance": provenance() | versions | {"system": platform.system(), "processors": os.cpu_count()},
             "files": [*files, "report.html", SUMMARY],
         }
     )
     with store.writing("report.html") as file:
         file.write(_page(store.folder, table, document))
     store.write(document)
-    return table, document
+    return document
 
 
 def _write_columns(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
@@ -127,47 +121,29 @@ def _write_columns(store: Store, name: str, columns: Mapping[str, np.ndarray]) -
     return name
 
 
-def _provenance() -> dict[str, Any]:
-    """The versions that the processes of the solvers have."""
-    import os
-    import platform
-    from importlib import metadata
-
-    from validate.report.summary import provenance
-
-    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "scikit-fem")}
-    return provenance() | versions | {"system": platform.system(), "processors": os.cpu_count()}
-
-
 def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
     """Return report.html: the sentence, the counts of verdicts, the figures from ``folder``, and the request."""
     from compare.report.table import html_section as section
     from compare.report.table import html_table as table
     from compare.report.table import html_text as text
     from validate.report import page
-    from validate.report.page import values
 
-    name = points.job.base.name
-    counts, said = document["counts"], document["sentence"]
-    verdicts = ("agrees", "differs", "unresolved")
+    name, said, verdicts = points.job.base.name, document["sentence"], ("agrees", "differs", "unresolved")
     rows = [
         [text(check), *(f'<span class="{word}">{n.get(word, 0)}</span>' for word in verdicts)]
         for check, n in document["verdicts"].items()
     ]
-    settings = {key: value for key, value in document["asked"].items() if key not in ("scene", "vary")}
-    varied = {
-        key: "range" if axis["range"] else f"{len(axis['values'])} values"
-        for key, axis in document["asked"]["vary"].items()
-    }
+    request = {key: value for key, value in document["asked"].items() if key not in ("scene", "vary")}
+    varied = {a.key: "range" if a.range else f"{len(a.values)} values" for a in points.job.design.axes}
 
     def in_columns(items: Mapping[str, Any]) -> str:
-        return f'<div class="columns">{values(items)}</div>'
+        return f'<div class="columns">{page.values(items)}</div>'
 
     parts = [
         section("Checks", table(("check", *verdicts), rows, (1, 2, 3)) if rows else ""),
         page.figures(folder, document, _CAPTIONS),
-        section("Request", in_columns({"scene": name, "varied": varied, **settings})),
-        section("Versions and counts", in_columns({"counts": counts, **document["provenance"]})),
+        section("Request", in_columns({"scene": name, "varied": varied, **request})),
+        section("Versions and counts", in_columns({"counts": document["counts"], **document["provenance"]})),
     ]
     return page.whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts)
 
@@ -210,13 +186,8 @@ def sweep(
         parse(scene_base, f"{key}={given}", form) if isinstance(given, str) else listed(scene_base, key, list(given))
         for key, given in (vary or {}).items()
     ]
-    design = Design(tuple(axes), sample, seed)
-    names, model_path = parse_reductions([model or reduction] if isinstance(reduction, str) else reduction)
-    check = checked(scene_base, check, steady, design.keys, names[0], model_path)
-    scope = Scope(names, steady, check, blame, model=model_path)
-    job, say = Job(scene_base, design, scope), progress or (lambda _: None)
-    with (
-        TemporaryDirectory() as folder,
-        Store(Path(out or Path(folder, "sweep")), job.document(), fresh, design.count) as store,
-    ):
+    models = parse_reductions([model or reduction] if isinstance(reduction, str) else reduction)
+    job = prepare(scene_base, Design(tuple(axes), sample, seed), models, check, steady, blame)
+    with TemporaryDirectory() as folder, Store(Path(out or folder), job.document(), fresh, job.design.count) as store:
+        say = progress or (lambda _: None)
         return run(job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures)[0]

@@ -6,12 +6,11 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TextIO
-from zlib import crc32
 
 from scenes.errors import SceneError, quoted, reason
 from validate.folder import check_room
@@ -24,8 +23,8 @@ _OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|
 class Store:
     """A context that locks a folder, reads the rows of an earlier run and appends further ones.
 
-    The file of rows has a line for each, with a checksum: a line that a kill has torn or somebody has changed is
-    ignored. Memory holds the places of the lines alone.
+    The file of rows has a line for each; a line that a kill has torn, or that is no row, is ignored. Memory holds the
+    places of the lines alone.
     """
 
     def __init__(self, folder: Path, request: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize) -> None:
@@ -78,15 +77,14 @@ class Store:
     def __len__(self) -> int:
         return len(self._places)
 
-    def append(self, rows: Sequence[Row]) -> None:
+    def append(self, rows: Iterable[Row]) -> None:
         """Write rows, which are on disk when this returns. ValueError for a row that is there."""
         end = self._rows.seek(0, os.SEEK_END)
         for row in rows:
             if row.point in self._places:
                 raise ValueError(f"point {row.point} is stored already")
             self._places[row.point] = end
-            values = asdict(row)
-            end += self._rows.write((json.dumps({"row": values, "checksum": _checksum(values)}) + "\n").encode())
+            end += self._rows.write((json.dumps(asdict(row)) + "\n").encode())
         self._rows.flush()
         os.fsync(self._rows.fileno())
 
@@ -95,7 +93,7 @@ class Store:
         with (self.folder / ROWS).open("rb") as file:
             for point in sorted(self._places):
                 file.seek(self._places[point])
-                yield Row(**json.loads(file.readline())["row"])
+                yield Row(**json.loads(file.readline()))
 
     @contextmanager
     def writing(self, name: str) -> Iterator[TextIO]:
@@ -121,15 +119,9 @@ class Store:
                     path.unlink()
         elif earlier is not None and earlier != self._request:
             key = next((key.replace("_", " ") for key in self._request if earlier.get(key) != self._request[key]), None)
-            raise SceneError(
-                f"{self._shown} holds "
-                + (
-                    f"another sweep ({f'its {key} differs' if key else 'it says more'}): give "
-                    if earlier
-                    else f"a sweep whose {SUMMARY} is not as it was written: give "
-                )
-                + "another folder with --out, or --fresh to start over"
-            )
+            held = f"another sweep ({f'its {key} differs' if key else 'it says more'})"
+            held = held if earlier else f"a sweep whose {SUMMARY} is not as it was written"
+            raise SceneError(f"{self._shown} holds {held}: give another folder with --out, or --fresh to start over")
         if self._fresh or earlier is None:
             self.write({"schema": 1, "asked": self._request, "finished": False})
         (self.folder / ROWS).touch()
@@ -138,16 +130,12 @@ class Store:
         for line in self._rows:
             if not line.endswith(b"\n"):
                 break
-            with suppress(ValueError, TypeError, LookupError, RecursionError):
-                stored = json.loads(line)
-                if stored["checksum"] == _checksum(stored["row"]) and 0 <= stored["row"]["point"] < self._count:
-                    self._places[stored["row"]["point"]] = place
+            with suppress(ValueError, TypeError, RecursionError):
+                point = Row(**json.loads(line)).point
+                if 0 <= point < self._count:
+                    self._places[point] = place
             place += len(line)
         self._rows.truncate(place)
-
-
-def _checksum(row: Mapping[str, Any]) -> int:
-    return crc32(json.dumps(row).encode())
 
 
 def _read_request(path: Path) -> dict[str, Any] | None:

@@ -36,8 +36,8 @@ def test_torn_row_is_cut_off(tmp_path):
     "change",
     [
         lambda line: b"garbage", lambda line: b"5", lambda line: b"[{}]", lambda line: b"[" * 100_000,
-        lambda line: b"\xff\xfe", lambda line: line.replace(b'"point": 1', b'"point": 3'),
-        lambda line: line.replace(b'"ok"', b"5"), lambda line: line.replace(b'"x"', b'"y"'),
+        lambda line: b"\xff\xfe", lambda line: line.replace(b'"point": 1', b'"point": 4'),
+        lambda line: line.replace(b'"status"', b'"state"'),
     ],
 )  # fmt: skip
 def test_changed_line_costs_its_own_point(change, tmp_path):

@@ -125,7 +125,7 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(undisturbe
     assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
     assert (folder / "points.jsonl").read_bytes().startswith(kept[: kept.rfind(b"\n") + 1])
     lines = (folder / "points.jsonl").read_text(encoding="utf-8").splitlines()
-    assert sorted(json.loads(line)["row"]["point"] for line in lines) == list(range(6))
+    assert sorted(json.loads(line)["point"] for line in lines) == list(range(6))
     assert_same(folder, undisturbed)
 
 
@@ -317,7 +317,7 @@ def test_hung_or_dead_process_costs_its_point(monkeypatch):
     monkeypatch.setattr(cluster_of, "PATIENCE", 0.2)
     points = [Work(base("sink"), Scope(), (), number, ()) for number in range(5)]
     with cluster_of.Cluster(2, None, 0.1) as cluster:
-        rows = sorted((row for solved in cluster.solve(points) for row in solved), key=lambda row: row.point)
+        rows = sorted(cluster.solve(points), key=lambda row: row.point)
     assert [row.status for row in rows] == ["ok", "timeout", "crashed", "ok", "ok"]
     assert rows[1].because == "it took more than 0.1 s (--point-timeout)"
     assert rows[2].because == "the processes that had it died one after the other"
