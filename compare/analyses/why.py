@@ -25,7 +25,13 @@ class Why(Analysis["Budget"]):
         if outcome.reduced1d is None or outcome.fem3d is None:
             return None
         with progress.stage("why"):
-            return _of_sink(outcome, progress) if outcome.scene.kind == "sink" else _of_network(outcome, progress)
+            if outcome.scene.kind != "sink":
+                return _of_network(outcome, progress)
+            from compare.blame import budget
+            from reduced1d.ladder.levels import Levels
+
+            levels = Levels(outcome.scene)
+            return budget(outcome.scene, outcome.options.reduction, outcome.solved, levels, progress)
 
     def section(self, found: Budget, outcome: Outcome[Any], style: Style) -> Section:
         """Its parts in percent of the final rise or of the current or its change, then the sentence."""
@@ -61,15 +67,6 @@ class Why(Analysis["Budget"]):
             "steady": {split.quantity: _document(split) for split in found.steady},
             "transient": {split.quantity: _document(split) for split in found.transient},
         }
-
-
-def _of_sink(outcome: Outcome[Any], progress: Progress) -> Budget:
-    """The ladder of models between the reduction and 3D."""
-    from compare.blame import budget
-    from reduced1d.ladder.levels import Levels
-
-    reduction = outcome.options.reduction
-    return budget(outcome.scene, reduction, outcome.solved, Levels(outcome.scene), progress)
 
 
 def _of_network(outcome: Outcome[Any], progress: Progress) -> Budget | None:

@@ -165,8 +165,6 @@ class FreeKind(Kind[AnyScene]):
         }
         if own is not None:
             figures["figure_differences"] = ("how far the model is from 3D, probe by probe",)
-        if own is not None and own[0] == "network":
-            figures["figure_network"] = ("the lines of the network over the boxes",)
         return figures
 
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:

@@ -30,10 +30,8 @@ FIGURES: dict[str, tuple[str, ...]] = {
     "figure6": ("rises against time", "traces"),
     "figure7": ("current against time", "traces"),
 }
-ROW_FIGURES: dict[str, tuple[str, ...]] = {
-    "islands": ("the rise along the whole row", "3D"),
-}
-"""Figures of a sink of several spans, which has no figure 5."""
+ROW_FIGURE: dict[str, tuple[str, ...]] = {"islands": ("the rise along the whole row", "3D")}
+"""The figure of a sink of several spans in place of figure 5."""
 
 
 class SinkKind(Kind[Sink]):
@@ -105,7 +103,6 @@ class SinkKind(Kind[Sink]):
             "1D": ("they need the 1D model", "reduced1d" not in options.models),
             "current follows": ("the current is given", scene.current is not None),
             "inner span": ("both of two spans are outer ones", scene.spans == 2),
-            "why": ("other rows are solved for it only with --why", not options.why),
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
@@ -200,7 +197,7 @@ class SinkKind(Kind[Sink]):
     def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
         if scene.spans == 1:
             return FIGURES
-        return {name: shown for name, shown in FIGURES.items() if name != "figure5"} | ROW_FIGURES
+        return {name: shown for name, shown in FIGURES.items() if name != "figure5"} | ROW_FIGURE
 
     def exported(self, scene: Sink, options: Options) -> AnyScene:
         from scenes.model import Probe

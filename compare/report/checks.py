@@ -140,14 +140,11 @@ def with_mu(text: str) -> str:
     return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
 
 
-def judged(check: Check) -> str:
-    """Return a check's id with its verdict, as a figure's title has it."""
-    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
-    return f"{mark} {check.id} {check.verdict.upper() if check.verdict == 'differs' else check.verdict}"
-
-
 def drawn(check: Check) -> str:
     """Return a check as a line under a figure's title."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    verdict = check.verdict.upper() if check.verdict == "differs" else check.verdict
     measured, off, (claimant, finder) = amount(check.measured, check.unit), off_by(check), sides(check)
     off = off if off.isalpha() else f"off by {off}"
-    return with_mu(f"{judged(check)}: {check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})")
+    said = f"{check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})"
+    return with_mu(f"{mark} {check.id} {verdict}: {said}")

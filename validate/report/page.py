@@ -14,7 +14,7 @@ from typing import Any
 
 from compare.kinds import kind_of
 from compare.kinds.device import DEVICE_FIGURES
-from compare.kinds.sink import ROW_FIGURES
+from compare.kinds.sink import ROW_FIGURE
 from compare.outcome import Outcome
 from compare.pipeline import sections
 from compare.quantities import OF_A_DEVICE as DEVICE
@@ -38,7 +38,7 @@ _CAPTIONS = {
     "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
     "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
-    **{name: shows for name, (shows, *_) in ROW_FIGURES.items()},
+    **{name: shows for name, (shows, *_) in ROW_FIGURE.items()},
     "left_out": "What each effect that both models leave out would change in 3D.",
     **DEVICE_FIGURES,
 }

@@ -20,13 +20,12 @@ if TYPE_CHECKING:
 FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
 """By kind of scene the figure of its 3D field, rendered off screen."""
 FIGURES = {
-    "figure5": "sink_figures.profile", "figure6": "sink_figures.rises", "figure7": "sink_figures.current",
+    "figure5": "sink_figures.profile", "figure6": "scene_figures.rises", "figure7": "scene_figures.current",
     "islands": "sink_figures.row",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
     "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
     "figure14": "device_figures.ground", "shielding": "device_figures.shielding",
-    "figure_traces": "scene_figures.traces", "figure_differences": "scene_figures.differences",
-    "figure_network": "scene_figures.network",
+    "figure_traces": "scene_figures.traces", "figure_differences": "analysis_figures.differences",
     "why": "analysis_figures.why", "sensitivity": "analysis_figures.sensitivity",
     "validation": "analysis_figures.validation", "left_out": "analysis_figures.left_out",
 }  # fmt: skip

@@ -13,17 +13,14 @@ from compare.blame import REST, network_budget
 from compare.course import bends
 from compare.models import open_model, runs_code
 from compare.options import Options
-from compare.outcome import Outcome
 from fem3d.runs.scene import solve as solve_3d
 from reduced1d.network import solve
 from reduced1d.network.lines import layout
 from scenes.errors import RunawayError, SceneError
-from scenes.loading import load
 from scenes.model import MeshScene, Scene
 from statespace.runtime import CompactModel
 from tests.reduced1d.network.scenes import COLD, at, box, flat, material, over, scene
 from validate.cli import main
-from validate.report.figures.scene_figures import network as draw
 
 
 def test_the_bridge_is_judged():
@@ -97,26 +94,6 @@ def test_the_table_and_the_parts_of_the_differences_are_printed_and_kept(ran):
     for check in summary["checks"]:
         why = summary["why"]["steady"][check["id"]]
         assert why["difference"]["value"] / why["scale"] == pytest.approx(check["difference"], rel=1e-9)
-
-
-@pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
-def test_the_view_from_above_has_every_line_and_joint_in_true_proportions(name, tallest):
-    """And is no taller than its content, also for a long bridge."""
-    scene = load(name)
-    figure, shape = draw(Outcome(scene, Options())), layout(scene)
-    assert all(len(ax.patches) == len(shape.lines) for ax in figure.axes)
-    if name == "bridge":
-        assert len(figure.axes) == 2
-        for ax in figure.axes:
-            joints, conditions = ax.lines[len(shape.lines) :]
-            assert len(joints.get_xdata()) == sum(link.other is not None for link in shape.heat)
-            assert len(conditions.get_xdata()) == sum(not link.other for link in (*shape.heat, *shape.current))
-        assert [float(x) for x in figure.axes[0].lines[0].get_xdata()] == pytest.approx([0, 200])
-    frame = figure.axes[0].get_position()
-    wide, tall = figure.get_size_inches() * (frame.width, frame.height)
-    (left, right), (low, high) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
-    assert (right - left) / wide == pytest.approx((high - low) / tall, rel=1e-9)
-    assert figure.get_figheight() <= tallest * figure.get_figwidth() + 0.1
 
 
 @pytest.mark.long

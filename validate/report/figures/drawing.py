@@ -24,9 +24,8 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from compare.report.checks import judged
+from compare.report.checks import drawn
 from compare.verdict import Check
-from scenes.formats import difference_text, percent
 from validate.report.figures import INK, table
 from validate.report.figures.render import Field
 
@@ -38,13 +37,6 @@ _STYLE: dict[Any, Any] = {
     "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.formatter.useoffset": False, "lines.linewidth": 1.8,
     "hatch.linewidth": 0.5, "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
 }  # fmt: skip
-_MEANS = {
-    "fig4": "the 1D steady peak rise is off by {}",
-    "fig5": "the profile's RMS distance from the parabola is {} of dT0",
-    "fig6_peak": "the 1D peak is off by up to {} of the final rise",
-    "fig6_end": "the 1D end is off by up to {} of the final rise",
-    "fig7_current": "the 1D current is off by up to {} of its final change",
-}
 VISIBLE = 0.004
 """Error bands narrower than this part of an axis are no wider than a line."""
 
@@ -59,7 +51,7 @@ def new_figure(
     """A figure (inches) with its title and a line for each check and its verdict (or text), wrapped to the width; below
     them room for axes, within margins (inches) for labels."""
     figure = Figure(figsize=(width, height))
-    said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
+    said = [check if isinstance(check, str) else drawn(check) for check in checks]
     title = textwrap.wrap(kept(text), int(width * 10.5))
     lines = [*title, *(line for each in said for line in textwrap.wrap(kept(each), int(width * 12.5)))]
     for i, line in enumerate(lines):
@@ -68,19 +60,6 @@ def new_figure(
     top = 1 - (0.3 + len(lines) * _LINE) / height
     figure.subplots_adjust(left=left / width, right=1 - 0.25 / width, bottom=bottom / height, top=top)
     return figure
-
-
-def verdict_line(check: Check) -> str:
-    """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
-    off = difference_text(check.difference, check.known_to, "±")
-    said = f"{check.title}: {off}"
-    if check.id.startswith("against_"):
-        said = f"{check.title} is off by up to {off}"
-    elif check.id in _MEANS:
-        said = _MEANS[check.id].format(off.replace("+", "") if check.id == "fig5" else off)
-    if check.title.endswith("of itself"):
-        said = said.replace("of its final change", "of itself")
-    return f"{judged(check)}: {said} (tolerance {percent(check.tolerance, 1)})"
 
 
 def kept(text: str) -> str:
