@@ -18,15 +18,21 @@ conducts, less the films' heat weighed with w.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from scenes.device import Device
-from statespace.circuit import settings
-from statespace.document import described, in_kelvin
+from scenes.errors import NumericsError
+from statespace.circuit import settings, timetable
+from statespace.controllers import Controllers
+from statespace.document import described
+from statespace.reduction import Reference, Row, StateSpace, not_reached, reduce, relative, worst
+from statespace.result import DeviceResult
+from statespace.runtime import CompactModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,15 +92,6 @@ class Modal:
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
         )  # fmt: skip
 
-    def within(self, sums: np.ndarray) -> Modal:
-        """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
-        rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))
-        basis, substrate = sums @ vectors, self.substrate
-        return replace(
-            self, rates=rates, shape=self.shape @ basis, jump=self.jump @ basis, flux=self.flux @ basis,
-            substrate=replace(substrate, jump=substrate.jump @ basis),
-        )  # fmt: skip
-
     @property
     def count(self) -> int:
         return len(self.rates)
@@ -122,105 +119,268 @@ OUTPUTS = {
     **{f"{film}_A": "A" for film in FILMS}, **{f"{film}_power_W": "W" for film in FILMS},
 }  # fmt: skip
 """Unit of each output: mean temperatures, resistances as measured, currents, and powers in the films."""
-GIVEN = 1 + len(INPUTS)
-"""Number of entries of z = (1, inputs, states) before the states."""
+Inputs = Mapping[str, Mapping[str, Any]]
+"""Value, rest, step and range of each input."""
 
 
-def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Write the document of a model without errors; ``inputs`` has the value, rest, step and range of each input."""
-    return _Maker(modal, device).document(name, inputs)
+def describe(space: StateSpace, modal: Modal, device: Device, name: str, inputs: Inputs) -> dict[str, Any]:
+    """Write the document of a device's state space, without errors."""
+    entries = [
+        {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **inputs[n]}
+        for n, (unit, kind) in INPUTS.items()
+    ]
+    sink, span = device.sink, (device.control.sample_time, device.end_time)
+    materials = sink.silicon, sink.oxide, device.gold, device.pdms
+    document = described(name, sink.room_temperature, entries, space, span, materials)
+    return document | {"controllers": settings(device, modal.resistance, modal.coefficient)}
 
 
-class _Maker:
-    """Rows of z, with temperatures as rises above room until `in_kelvin`."""
+def state_space(modal: Modal, device: Device) -> StateSpace:
+    """Write a device's model as a state space with the `INPUTS` and `OUTPUTS`."""
+    given, n, ground = 1 + len(INPUTS), modal.count, device.control.ground_resistance
+    inlets, columns = (modal.outside, modal.substrate), (given - 2, given - 1)
+    constant, pairs = np.eye(given + n)[0], np.eye(3)[[0, 2]]
+    rises = np.zeros((modal.responses, given + n))
+    rises[:, given:] = modal.shape
+    F, Q, jump = np.zeros((n, given + n)), np.zeros((3, n, given + n)), np.zeros((n, given))
+    F[:, given:] = -np.diag(modal.rates)
+    for column, inlet in zip(columns, inlets, strict=True):
+        rises[:, column], jump[:, column] = inlet.external, inlet.jump
+    # A film's resistance, and the heat of each response per current squared, which is affine like it.
+    cold, change = modal.resistance[modal.film][:, None], modal.coefficient[modal.film][:, None]
+    heats = cold * change * rises
+    heats[:2] += cold[:2] * constant
+    for response, film in enumerate(modal.film):
+        Q[2 * film] += modal.shape[response][:, None] * heats[response]
+    A, S = np.zeros((2, 2, given + n)), np.zeros((2, given + n))
+    A[..., 0] = ground
+    for e in (0, 1):
+        A[e, e] += heats[e]
+        S[e, 1 + e] = 1.0
 
-    def __init__(self, modal: Modal, device: Device) -> None:
-        self.modal, self.device = modal, device
-        self.size = GIVEN + modal.count
-        self.inlets = [modal.outside, modal.substrate]
-        self.columns = [GIVEN - 2, GIVEN - 1]
-        rises = np.zeros((modal.responses, self.size))
-        rises[:, GIVEN:] = modal.shape
-        for column, inlet in zip(self.columns, self.inlets, strict=True):
-            rises[:, column] = inlet.external - modal.shape @ inlet.jump
-        constant = np.eye(self.size)[0]
-        # A film's resistance, and the heat of each response per current squared, which is affine like it.
-        cold, change = modal.resistance[modal.film][:, None], modal.coefficient[modal.film][:, None]
-        self.rises, self.heats = rises, cold * change * rises
-        self.heats[:2] += cold[:2] * constant
+    def entering(inlet: Inlet) -> Row:
+        """The heat (W) that enters where a temperature is given."""
+        y, w = np.zeros(given + n), np.zeros(len(INPUTS))
+        for column, other in zip(columns, inlets, strict=True):
+            # The heat that a kelvin of one draws at the other is the same both ways.
+            y[column] = inlet.taken if other is inlet else -float(modal.substrate.flux[0])
+            w[column - 1] = inlet.jump @ other.jump
+        of_films = zip(modal.film, inlet.external[:, None] * heats, strict=True)
+        return Row(y, w, inlet.jump, p=-sum(np.outer(pairs[film], heat) for film, heat in of_films))
 
-    def document(self, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-        modal, device, ground = self.modal, self.device, self.device.control.ground_resistance
-        F, Q = np.zeros((modal.count, self.size)), np.zeros((3, modal.count, self.size))
-        F[:, GIVEN:] = -np.diag(modal.rates)
-        for column, inlet in zip(self.columns, self.inlets, strict=True):
-            F[:, column] = modal.rates * inlet.jump
-        for response, film in enumerate(modal.film):
-            Q[2 * film] += modal.shape[response][:, None] * self.heats[response]
-        A, S = np.zeros((2, 2, self.size)), np.zeros((2, self.size))
-        A[..., 0] = ground
-        for e in (0, 1):
-            A[e, e] += self.heats[e]
-            S[e, 1 + e] = 1.0
-        rows, outputs = self._rows(ground)
-        ports = [len(rows) + k for k in range(len(INPUTS))]
-        rows += [rows[outputs[f"{film}_A"][0]] for film in FILMS] + [self._entering(inlet) for inlet in self.inlets]
-        matrices = {
-            "A": A, "S": S, "F": F, "Q": Q, "Y": np.array([y for y, _, _ in rows]), "W": np.zeros((len(rows), 4)),
-            "U": np.stack([u for _, u, _ in rows], axis=1), "P": np.stack([p for _, _, p in rows], axis=1),
-        }  # fmt: skip
-        in_kelvin(matrices, self.columns, device.sink.room_temperature)
-        room, sink = device.sink.room_temperature, device.sink
-        kelvin = [row for n, at in outputs.items() if OUTPUTS[n] == "K" for row in at]
-        matrices["Y"][kelvin, 0] += room
-        entries = [
-            {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **inputs[n],
-             "port": {"row": row, "unit": "A" if kind == "voltage" else "W", "size": 1.0}}
-            for (n, (unit, kind)), row in zip(INPUTS.items(), ports, strict=True)
-        ]  # fmt: skip
-        read = [
-            {"name": n, "unit": OUTPUTS[n], "rows": at, "reduce": "mean" if len(at) == 1 else "measured"}
-            for n, at in outputs.items()
+    current = [Row(u=np.outer(np.eye(2)[e], constant)) for e in (0, 1)]
+    rows: dict[str, list[Row]] = {}
+    for e, film in enumerate(FILMS):
+        rows[f"{film}_K"], rows[f"{film}_A"] = [Row(rises[e])], [current[e]]
+        rows[f"{film}_power_W"] = [Row(p=np.outer(pairs[e], heats[e]))]
+        rows[f"{film}_ohm"] = seen = [Row(heats[e] + ground * constant)]
+        if ground:
+            seen += [ground * current[1 - e], current[e], Row(np.eye(given + n)[1 + e])]
+    outputs = {name: (rows[name], "mean" if len(rows[name]) == 1 else "measured", u) for name, u in OUTPUTS.items()}
+    ports = [*((row, "A", 1.0) for row in current), *((entering(inlet), "W", 1.0) for inlet in inlets)]
+    system, kelvin = {"A": A, "S": S, "F": F, "Q": Q, "I": jump}, float(np.abs(modal.shape[:2, 0]).max())
+    space = StateSpace.of_rows(system, outputs, ports, kelvin)
+    return space.in_kelvin(columns, device.sink.room_temperature)
+
+
+DEVICE = "the device's model"
+LOOP = "closed loop"
+VOLTAGES = tuple(f"{film}_V" for film in FILMS)
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """The model that is exported, with its ``name`` in the files and the ``result`` of its closed loop.
+
+    steady_errors : errors of the steady state after the outer step, by quantity
+    others : models whose distance, times a factor, bounds the model's own error
+    """
+
+    name: str
+    device: Device
+    modal: Modal
+    result: DeviceResult
+    steady_errors: Mapping[str, float]
+    others: Sequence[tuple[Modal, float]]
+
+
+def compact(
+    whole: Whole, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """Make the document of a device's compact model.
+
+    Parameters
+    ----------
+    whole : Whole
+        The model that is exported.
+    states : int or None
+        Number of states; None for as many as the accuracy takes.
+    accuracy : float
+        Largest relative error.
+
+    Raises
+    ------
+    NumericsError
+        Where the closed loop cannot be followed to its end.
+    """
+    judge = _Judge(whole, max(1e-2 * accuracy, 1e-8))
+    if whole.result.details.get("stopped"):
+        raise NumericsError("the closed loop runs away, and no model of few states is held against that: no --export")
+    most, count = whole.modal.count, states
+    while True:
+        say("compact model: states")
+        made = reduce(judge.document, most, judge.references, accuracy, count, DEVICE)
+        say(f"compact model: the closed loop with {made['states']} states")
+        made["error"] = {LOOP: judge.closed(CompactModel(made))} | made["error"]
+        reached = worst(made["error"])
+        if states is not None or reached <= accuracy or made["warnings"] or made["states"] == most:
+            missed = states is None and reached > accuracy
+            warnings = [not_reached(accuracy, DEVICE, reached)] if missed else []
+            return made | {"estimated": judge.estimated(len(made["error"])), "warnings": warnings}
+        count = min(int(np.ceil(1.25 * made["states"])), most)
+
+
+class _Judge:
+    def __init__(self, whole: Whole, tolerance: float) -> None:
+        self.whole, self.device, self.modal, self.tolerance = whole, whole.device, whole.modal, tolerance
+        self.room = self.device.sink.room_temperature
+        self.times = np.geomspace(self.device.control.sample_time, self.device.end_time, 20)
+
+    def document(self, count: int) -> dict[str, Any]:
+        """The model of some states, without its errors."""
+        return self._described(self._space.within(self._order[:, :count]), self.modal)
+
+    def _described(self, space: StateSpace, modal: Modal) -> dict[str, Any]:
+        return describe(space, modal, self.device, self.whole.name, self.inputs)
+
+    @cached_property
+    def _space(self) -> StateSpace:
+        return state_space(self.modal, self.device)
+
+    @cached_property
+    def _order(self) -> np.ndarray:
+        """(n, n): sums of modes, ordered by their effect on the outputs."""
+        h, inputs = self.device.control.sample_time, self.inputs.values()
+        steps, rest = (np.array([entry[key] for entry in inputs]) for key in ("step", "rest"))
+        return self._space.leading(steps, rest, (h, max(1 / self.modal.rates[0], h)))
+
+    def estimated(self, runs: int) -> dict[str, Any]:
+        text = [
+            "Rise: the set temperature's, and what that changes a resistance by; else the largest of the closed loop.",
+            "Estimated: the distance from the closed loop as the whole model runs it, and from the whole model for a "
+            "step of each input alone from rest, with that model's own error.",
         ]
-        span = device.control.sample_time, device.end_time
-        materials = sink.silicon, sink.oxide, device.gold, device.pdms
-        controllers = settings(device, modal.resistance, modal.coefficient)
-        return described(name, room, entries, read, matrices, span, materials) | {"controllers": controllers}
+        if self.device.control.ground_resistance:
+            text.append("A measured resistance is that behind the common lead to ground.")
+        return {"runs": runs, "more_states": self.modal.count, "text": text}
 
-    def _row(self, y: Any = 0.0, u: Any = 0.0, p: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coefficients of a row: of z, per current field (2, z), and per pair of fields (3, z)."""
-        return np.zeros(self.size) + y, np.zeros((2, self.size)) + u, np.zeros((3, self.size)) + p
+    @cached_property
+    def inputs(self) -> dict[str, dict[str, Any]]:
+        """Value, rest, step and range of each input.
 
-    def _rows(self, ground: float) -> tuple[list[tuple[np.ndarray, np.ndarray, np.ndarray]], dict[str, list[int]]]:
-        """The rows of the outputs, and which are whose: a measured resistance with a common lead is made of four."""
-        constant, rows = np.eye(self.size)[0], list[tuple[np.ndarray, np.ndarray, np.ndarray]]()
-        outputs = dict[str, list[int]]()
+        A voltage has its value in the steady state after the outer step, and a step that alone brings its film to the
+        set rise; a temperature steps by the largest change outside.
+        """
+        modal, result, device = self.modal, self.whole.result, self.device
+        external, room = device.external, self.room
+        alone = np.einsum("en,n,en->e", modal.shape[:2], 1 / modal.rates, modal.shape[:2])
+        hot = modal.resistance * (1 + modal.coefficient * device.set_rise)
+        volts = np.sqrt(device.set_rise / alone * (hot + device.control.ground_resistance))
+        inputs = dict[str, dict[str, Any]]()
 
-        def current(film: int, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            return self._row(u=factor * np.outer(np.eye(2)[film], constant))
+        def add(name: str, value: Any, rest: float, step: float, *tried: float) -> None:
+            tried = (rest, rest + step, *tried)
+            inputs[name] = {"value": value, "rest": rest, "step": step, "range": [min(tried), max(tried)]}
 
         for e, film in enumerate(FILMS):
-            parts = {"K": [self._row(self.rises[e])], "A": [current(e)],
-                     "power_W": [self._row(p=np.outer(np.eye(3)[2 * e], self.heats[e]))],
-                     "ohm": [self._row(self.heats[e] + ground * constant)]}  # fmt: skip
-            if ground:
-                parts["ohm"] += [current(1 - e, ground), current(e), self._row(np.eye(self.size)[1 + e])]
-            for unit, each in parts.items():
-                outputs[f"{film}_{unit}"] = list(range(len(rows), len(rows) + len(each)))
-                rows += each
-        return rows, {name: outputs[name] for name in OUTPUTS}
+            trace, value = result.trace(f"{film}_V"), float(getattr(result.after, f"{film}_V"))
+            add(f"{film}.voltage", value, 0.0, float(volts[e]), value, float(trace.min()), float(trace.max()))
+        outer = [external.initial_temperature, external.final_temperature]
+        step = max((t - room for t in outer), key=abs) or 1.0
+        add("outside.temperature", {"times": [external.step_time] * 2, "values": outer}, room, step, *outer)
+        add("substrate.temperature", room, room, abs(step))
+        return inputs
 
-    def _entering(self, inlet: Inlet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The heat (W) that enters where a temperature is given."""
-        modal, pairs = self.modal, np.zeros((3, self.size))
-        y = np.zeros(self.size)
-        y[GIVEN:] = -modal.rates * inlet.jump
-        below = self.modal.substrate
-        for column, other in zip(self.columns, self.inlets, strict=True):
-            # The heat that a kelvin of one draws at the other is the same both ways.
-            conducted = inlet.taken if other is inlet else -float(below.flux[0])
-            y[column] = inlet.jump @ (modal.rates * other.jump) + conducted
-        for response, film in enumerate(modal.film):
-            weight = float(modal.shape[response] @ inlet.jump - inlet.external[response])
-            pairs[2 * film] += weight * self.heats[response]
-        return self._row(y, p=pairs)
+    @cached_property
+    def _scales(self) -> dict[str, float]:
+        """The size that errors of each output are relative to."""
+        result, modal, device = self.whole.result, self.modal, self.device
+        scales = dict[str, float]()
+        for e, film in enumerate(FILMS):
+            power, change = result.trace(f"{film}_power_W"), modal.coefficient[e] * device.set_rise
+            cold = float(modal.resistance[e])
+            warm = cold * (1 + modal.coefficient[e] * (result.trace(f"{film}_K") - self.room))
+            scales |= {
+                f"{film}_K": device.set_rise, f"{film}_ohm": cold * abs(float(change)),
+                f"{film}_A": float(np.sqrt(power / warm).max()), f"{film}_power_W": float(power.max()),
+                f"{film}_V": float(np.abs(result.trace(f"{film}_V")).max()),
+            }  # fmt: skip
+        # A film that never has any power takes the scales of the other one.
+        for quantity in ("A", "power_W", "V"):
+            most = max(scales[f"{film}_{quantity}"] for film in FILMS) or 1.0
+            scales |= {f"{film}_{quantity}": scales[f"{film}_{quantity}"] or most for film in FILMS}
+        return scales
+
+    def closed(self, model: CompactModel) -> dict[str, Any]:
+        """Bound the errors of a model in the closed loop, which it and the controllers run as their FMUs do."""
+        result, scales = self.whole.result, self._scales
+        rows, at_rest = closed_loop(model, self.device, len(result.time_s)), model.steady()
+        over_time = {
+            name: relative(float(np.abs(rows[name] - result.trace(name)).max()) + result.errors[name], scales[name])
+            for name in (f"{film}_{quantity}" for film in FILMS for quantity in ("K", "power_W", "V"))
+        }
+        steady = {
+            name: relative(abs(at_rest[name] - getattr(result.after, name)) + self.whole.steady_errors.get(name, 0.0),
+                           scales[name])
+            for name in (f"{film}_{quantity}" for film in FILMS for quantity in ("K", "power_W"))
+        }  # fmt: skip
+        return {"steady": steady, "over time": over_time}
+
+    @cached_property
+    def references(self) -> dict[str, list[Reference]]:
+        """A step of each input alone from rest by the whole model, in the steady state and over time."""
+        modals = self.modal, *(modal for modal, _ in self.whole.others)
+        models = [CompactModel(self._described(state_space(m, self.device), m)) for m in modals]
+        references = {}
+        for name in INPUTS:
+            drive = {n: entry["rest"] + entry["step"] * (n == name) for n, entry in self.inputs.items()}
+            steady: list[Any] = [model.steady(drive) for model in models]
+            over_time: list[Any] = [model.simulate(self.times, drive, self.tolerance) for model in models]
+            references[f"step of {name}"] = [
+                Reference(drive, times, exact, self._apart(exact, others), self._scales)
+                for times, (exact, *others) in ((None, steady), (self.times, over_time))
+            ]
+        return references
+
+    def _apart(self, exact: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+        """The error of the whole model by its distance from others."""
+        pairs = list(zip(others, (factor for _, factor in self.whole.others), strict=True))
+        return {n: sum(f * float(np.abs(other[n] - exact[n]).max()) for other, f in pairs) for n in OUTPUTS}
+
+
+def closed_loop(model: CompactModel, device: Device, samples: int) -> dict[str, np.ndarray]:
+    """(samples,) of each output and voltage: a compact model under its controllers, by the device's outer steps.
+
+    At each sample temperatures and resistances are read, the voltages follow, and then currents and powers are read.
+    """
+    control = Controllers(model.document["controllers"])
+    g = model.inputs_at({"outside.temperature": device.sink.room_temperature}, 0.0)
+    g[:2] = 0.0
+    b, still, room = np.zeros(model.states), np.zeros(len(g)), device.sink.room_temperature
+    rows = {name: np.zeros(samples) for name in (*OUTPUTS, *VOLTAGES)}
+    for k, measure, outer, length in timetable(device).stretches():
+        if k >= samples:
+            break
+        if measure:
+            before = model.named(model.read(g, still, b))
+            g[:2] = control.sample([before[f"{film}_ohm"] for film in FILMS])
+            after = model.named(model.read(g, still, b))
+            for name in OUTPUTS:
+                rows[name][k] = (before if name.endswith(("_K", "_ohm")) else after)[name]
+            for e, name in enumerate(VOLTAGES):
+                rows[name][k] = g[e]
+        if outer is not None:
+            g[2] = room + outer
+        if length:
+            b = model.step(b, g, length)
+    return rows

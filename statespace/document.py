@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from scenes import physics
-from scenes.model import UNITS as OF_PROBES
 from scenes.model import AnyScene, Material, Schedule, Value
 from scenes.units import TIME
 from statespace.channels import UNITS, Channel
+from statespace.reduction import StateSpace
 
 EQUATIONS = [
     "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
@@ -26,52 +23,32 @@ EQUATIONS = [
 """The equations of `statespace.runtime`, in words for a document."""
 
 
-class Port(NamedTuple):
-    """The quantity that goes with an input.
-
-    row : the row of the current or heat that enters or, where heat is given, of the mean temperature that it meets
-    unit, size : the unit of the row, and the watts of one unit of the input, 1 where the input is no heat
-    """
-
-    row: int
-    unit: str
-    size: float = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class Matrices:
-    """The matrices of `statespace.runtime` by name, the rows of each output with their reduction, a port per input."""
-
-    matrices: dict[str, np.ndarray]
-    outputs: dict[str, tuple[list[int], str]]
-    ports: list[Port]
-
-
 def scene_document(
-    scene: AnyScene, name: str, inputs: Sequence[Channel], made: Matrices, first_time: float
+    scene: AnyScene, name: str, inputs: Sequence[Channel], space: StateSpace, first_time: float
 ) -> dict[str, Any]:
     """Write the document of a scene's model, without errors; errors hold from ``first_time`` (s) on."""
-    units = {p.name: OF_PROBES[p.quantity] for p in scene.probes}
     entries = [
         {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
-         "range": [*c.range], "value": _plain(c.value), "port": port._asdict()}
-        for c, port in zip(inputs, made.ports, strict=True)
+         "range": [*c.range], "value": _plain(c.value)}
+        for c in inputs
     ]  # fmt: skip
-    outputs = [{"name": n, "unit": units[n], "rows": rows, "reduce": how} for n, (rows, how) in made.outputs.items()]
     span = (None, None) if scene.steady else (first_time, scene.end_time)
-    start, materials = scene.initial_temperature, physics.materials(scene)
-    return described(name, start, entries, outputs, made.matrices, span, materials)
+    return described(name, scene.initial_temperature, entries, space, span, physics.materials(scene))
 
 
 def described(
-    name: str, start: float, inputs: Sequence[Any], outputs: Sequence[Any], matrices: Mapping[str, np.ndarray],
+    name: str, start: float, inputs: Sequence[dict[str, Any]], space: StateSpace,
     span: tuple[float | None, float | None], materials: Iterable[Material],
 ) -> dict[str, Any]:  # fmt: skip
-    """Write the document of a model, which holds within a ``span`` of times (s), None for the steady state alone;
-    ``start`` is the initial temperature (K)."""
+    """Write the document of a state space that reads rises above the initial temperature ``start``  (K).
+    It holds within a ``span`` of times (s), None for the steady state alone."""
+    matrices = space.in_modes()[0]
+    matrices["Y"][[*space.thermal, *(port.row for port in space.ports if port.unit == "K")], 0] += start
+    outputs = [{"name": n, "unit": unit, "rows": at, "reduce": how} for n, (at, how, unit) in space.outputs.items()]
+    entries = [entry | {"port": port._asdict()} for entry, port in zip(inputs, space.ports, strict=True)]
     return {
         "schema": 1, "equations": EQUATIONS, "scene": name, "steady_only": span[1] is None,
-        "initial_temperature_K": start, "states": len(matrices["F"]), "inputs": inputs, "outputs": outputs,
+        "initial_temperature_K": start, "states": space.states, "inputs": entries, "outputs": outputs,
         "range": {
             "from_s": span[0], "to_s": span[1],
             "highest_temperature_K": min((m.valid_to for m in materials if m.valid_to is not None), default=None),
@@ -82,12 +59,6 @@ def described(
 
 def _plain(value: Value) -> Any:
     return {"times": [*value.times], "values": [*value.values]} if isinstance(value, Schedule) else value
-
-
-def in_kelvin(matrices: Mapping[str, np.ndarray], columns: Sequence[int], room: float) -> None:
-    """Turn inputs that are rises, in some columns of z, into temperatures."""
-    for name in ("A", "S", "F", "Q", "Y", "U", "P"):
-        matrices[name][..., 0] -= room * matrices[name][..., columns].sum(axis=-1)
 
 
 def facts(document: Mapping[str, Any]) -> list[str]:

@@ -175,7 +175,7 @@ class DeviceKind(Kind[Device]):
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
         """Return the compact model with its controllers, of 3D where it was solved, else of 1D."""
         from reduced1d.device import design as designs
-        from statespace.device_reduction import compact
+        from statespace.device_model import compact
 
         export, solved = outcome.options.export, outcome.device_3d
         whole = designs.exported(outcome.runs.base) if solved is None else solved.exported

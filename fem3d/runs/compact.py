@@ -7,8 +7,7 @@ scene itself and for a step of each input alone, on meshes of their own.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from itertools import pairwise
 from time import process_time
 from typing import Any
@@ -26,9 +25,8 @@ from fem3d.results.probes import reading
 from fem3d.runs import probe_quantities, projection
 from fem3d.runs import scene as scene_run
 from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
-from fem3d.runs.projection import Projection, Structure, project
+from fem3d.runs.projection import Projection
 from fem3d.solution import transient
-from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -36,8 +34,8 @@ from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
 from scenes.result import Result
 from statespace.channels import OWN, Channel, apart, channels, driven, scenarios
-from statespace.device_reduction import Reference, compare, leading, not_reached, reduce, worst
 from statespace.document import scene_document
+from statespace.reduction import Reference, References, StateSpace, Times, compare, not_reached, reduce, worst
 from statespace.runtime import CompactModel
 
 FULL = "the full model"
@@ -56,38 +54,6 @@ LESS = 0.8
 FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 MOST_PLACES, NEAR = 12, 1e-4
 """Places of an extreme at most, and the part of a run's scale by which a place may miss the extreme."""
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """Runs of the full model for the same inputs: over time and in the steady state, None where not of the model."""
-
-    inputs: dict[str, Value]
-    over_time: Result | None
-    steady: Result | None
-
-    @property
-    def tables(self) -> dict[str, Any]:
-        """The inputs as `statespace.runtime` takes them."""
-        return {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in self.inputs.items()}
-
-    @property
-    def scales(self) -> dict[str, float]:
-        """The scale of each probe's errors."""
-        known = self.steady or self.over_time
-        assert known is not None
-        scales: dict[str, float] = known.details["scales"]
-        return scales
-
-    def rise(self, scene: AnyScene) -> float:
-        """The largest rise (K) of any probe."""
-        thermal = [p.name for p in scene.probes if p.quantity == "temperature"]
-        if self.over_time is not None and self.over_time.traces is not None:
-            values = [self.over_time.traces.values[n] for n in thermal]
-        else:
-            assert self.steady is not None
-            values = [np.array([self.steady.steady[n].value]) for n in thermal]
-        return max((float(np.abs(v - scene.initial_temperature).max()) for v in values), default=0.0)
 
 
 def compact(
@@ -147,10 +113,10 @@ def _compact(
         scene = replace(driven(scene, largest), steady=True, output_times=())
     inputs, start = channels(scene), process_time()
     tried = scenarios(scene, inputs)
-    own = _run(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough)
+    own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough=rough)
     # A step of the only drive may be the scene itself.
-    runs = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
-    tried = {name: each for name, each in tried.items() if name not in runs}
+    references = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
+    tried = {name: each for name, each in tried.items() if name not in references}
     first = process_time() - start
     limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
     # Where the runs of all inputs would take more than two thirds of the time, later runs are less accurate.
@@ -159,27 +125,23 @@ def _compact(
     because, last = "", 0.0
     while tried and process_time() + last < limit:
         begun, name = process_time(), next(iter(tried))
-        runs[name] = _run(tried.pop(name), inputs, truth * accuracy, say)
+        references[name] = _references(tried.pop(name), inputs, truth * accuracy, say, own)
         last = process_time() - begun
-    references = {name: _references(scene, run, runs[OWN]) for name, run in runs.items()}
     uncertain = max(run.errors[n] / run.scales[n] for each in references.values() for run in each for n in run.errors)
+    steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
     for turn in range(TURNS):
         begun = process_time()
         say(f"compact model: mesh {turn + 1}")
         try:
-            heat, conductor, part = _problem(
-                scene, inputs, MESH * FINER**turn * accuracy, runs[OWN].rise(scene), runs[OWN].scales
-            )
+            problem = _problem(scene, inputs, MESH * FINER**turn * accuracy, own)
         except NumericsError as error:
             if not turn:
                 raise
             because = f" ({error})"
             break
-        structure, rich = _rich(scene, inputs, heat, conductor, part, accuracy)
-        if structure.places:
-            structure = replace(structure, places=_places(scene, structure, rich, runs))
-        document = partial(_document, scene, structure, rich)
-        reached = worst(compare(CompactModel(document(rich.states)), references))
+        rich, times, guessed = _rich(scene, inputs, problem, steps, accuracy)
+        space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
+        reached = worst(compare(_document(scene, inputs, space), references))
         # No mesh brings a model closer to the full one than its runs are.
         if reached <= max(accuracy, uncertain / TRUTH) or isinstance(scene, MeshScene):
             break
@@ -187,7 +149,9 @@ def _compact(
             truth = np.inf
             break
     say("compact model: states")
-    made = reduce(document, rich.states, references, accuracy, states, FULL)
+    order = space.leading(steps, rest, times)
+    made = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references,
+                  accuracy, states, FULL)  # fmt: skip
     if made["warnings"]:
         because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (truth > TRUTH)
         made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
@@ -195,9 +159,9 @@ def _compact(
         made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(tried)}")
     text = [
         "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, with "
-        f"their errors. With {rich.states} states it is {reached:.1e} at most.",
+        f"their errors. With {space.states} states it is {reached:.1e} at most.",
     ]
-    estimated = {"runs": len(runs), "more_states": rich.states, "with_more_states": reached, "text": text}
+    estimated = {"runs": len(references), "more_states": space.states, "with_more_states": reached, "text": text}
     return made | {"estimated": estimated}
 
 
@@ -221,46 +185,42 @@ def check(scene: AnyScene) -> None:
             )
 
 
-def _run(
+def _references(
     scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None],
-    rough: Result | None = None,
-) -> Run:  # fmt: skip
-    """Solve the full model of a scenario."""
+    own: list[Reference] | None = None, rough: Result | None = None,
+) -> list[Reference]:  # fmt: skip
+    """Solve the full model of a scenario, over time and in the steady state; ``own`` are the runs of the scene."""
     say("compact model: a run of the full model")
     finer = replace(scene, accuracy=max(accuracy, 1e-6))
     by_name = {c.name: c.value for c in channels(finer)}
     inputs = {c.name: by_name.get(c.name, 0.0) for c in known}  # a source that is off has no channel
-    if scene.steady:
-        return Run(inputs, None, scene_run.solve(finer))
-    steady = None
-    if not any(isinstance(v, Schedule) for v in inputs.values()):
+    results = []
+    if scene.steady or not any(isinstance(v, Schedule) for v in inputs.values()):
         try:
-            steady = scene_run.solve(replace(finer, steady=True, output_times=()))
+            results.append(scene_run.solve(replace(finer, steady=True, output_times=())))
         except (NumericsError, SceneError):
-            steady = None  # over time there is no need for a steady state
-    return Run(inputs, scene_run.solve(finer, rough=rough), steady)
-
-
-def _references(scene: AnyScene, run: Run, own: Run) -> list[Reference]:
+            if scene.steady:
+                raise
+            # Over time there is no need for a steady state.
+    at: Any = slice(None)
+    if not scene.steady:
+        results.append(scene_run.solve(finer, rough=rough))
+        at = instants(scene, results[-1].over_time.time, inputs)
+    runs = [Reference.of_result(inputs, result, result.details["scales"], at) for result in results]
+    if own is None:
+        return runs
     # Where all is of one temperature no heat flows, and its error is relative to the flow that such a rise makes.
-    size = own.rise(scene)
-    part = OF_FLOW * run.rise(scene) / size if size else 0.0
-    least = {p.name: part * own.scales[p.name] for p in scene.probes if p.quantity == "heat_flow"}
-    references = []
-    if run.steady is not None:
-        steady, scales = run.steady.steady, run.steady.details["scales"]
-        references.append(Reference(
-            run.tables, None, {n: np.array(e.value) for n, e in steady.items()},
-            {n: e.error for n, e in steady.items()}, {n: max(scales[n], least.get(n, 0.0)) for n in steady},
-        ))  # fmt: skip
-    if run.over_time is not None and run.over_time.traces is not None:
-        traces, scales = run.over_time.traces, run.over_time.details["scales"]
-        at = instants(scene, traces.time, run.inputs)
-        references.append(Reference(
-            run.tables, traces.time[at], {n: v[at] for n, v in traces.values.items()}, traces.errors,
-            {n: max(scales[n], least.get(n, 0.0)) for n in traces.values},
-        ))  # fmt: skip
-    return references
+    size, flows = _rise(scene, own), [p.name for p in scene.probes if p.quantity == "heat_flow"]
+    part = OF_FLOW * _rise(scene, runs) / size if size else 0.0
+    least = {name: part * own[0].scales[name] for name in flows}
+    return [replace(run, scales={n: max(s, least.get(n, 0.0)) for n, s in run.scales.items()}) for run in runs]
+
+
+def _rise(scene: AnyScene, runs: list[Reference]) -> float:
+    """Return the largest rise (K) of any probe in some runs."""
+    thermal = [p.name for p in scene.probes if p.quantity == "temperature"]
+    rises = (float(np.abs(run.values[n] - scene.initial_temperature).max()) for run in runs for n in thermal)
+    return max(rises, default=0.0)
 
 
 def first_time(scene: AnyScene) -> float:
@@ -280,12 +240,14 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
     return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
 
 
-def _problem(
-    scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, rise: float, scales: dict[str, float]
-) -> tuple[HeatProblem, Conductor | None, Symmetry]:
-    """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
-    together make rises of the size ``rise`` (K), relative to ``scales`` or more, as such rises may cancel out in a
-    probe; and the part that is solved."""
+Problem = tuple[HeatProblem, Conductor | None, Symmetry]
+
+
+def _problem(scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own: list[Reference]) -> Problem:
+    """The heat problem and the conductor with a channel for each input, and the part that is solved. They hold
+    ``accuracy`` for inputs that together make rises of the size of the scene's ``own``, relative to its scales or more,
+    as such rises may cancel out in a probe."""
+    scales, rise = own[0].scales, _rise(scene, own)
     named = apart(scene, inputs)
     start, mixed = None, _mixed(scene, inputs, rise)
     if isinstance(named, MeshScene):
@@ -329,70 +291,55 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
 
 
 def _rich(
-    scene: AnyScene, inputs: tuple[Channel, ...], heat: Any, conductor: Any, part: Any, accuracy: float
-) -> tuple[Structure, Reduced]:
-    """Project the problem on more fields than are needed, in the order of their effect."""
+    scene: AnyScene, inputs: tuple[Channel, ...], problem: Problem, steps: np.ndarray, accuracy: float
+) -> tuple[Projection, Times, dict[str, np.ndarray]]:
+    """Project the problem on more fields than are needed; and the times (s) for which they are, and for each probe of
+    an extreme the rows of its places in the steady response to each load."""
+    heat, conductor, part = problem
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
+        assert conductor is not None
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
         alone = Base(heat, conductor, independent(conductor, cold), none, [])
-        return Structure(alone, part, inputs, True, {}), alone.project(none)
+        return Projection(alone, alone.project(none), part, inputs, True), None, {}
     slow = projection.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     earliest = slow if scene.steady else first_time(scene)
-    shift = transient.shift(min(slow, end), earliest)
-    base, _ = marched.searched(heat, conductor, shift, end, accuracy)
-    steps = np.array([1.0, *(c.step for c in inputs)])
-    loads, jumps = [*projection.loads_of(base, steps), *base.loads], projection.jumps_of(heat, steps)
+    base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
+    steps = np.concatenate([[1.0], steps])
+    loads = [*projection.loads_of(base, steps), *base.loads]
     times = None if scene.steady else (earliest, min(slow, end))
-    reduced = base.project(projection.rational(heat, [*loads, *jumps], times, SPACE * accuracy))
-    structure = Structure(base, part, inputs, scene.steady, _guessed(heat, loads))
-    made = project(structure, reduced)
-    states = projection.responses(reduced, loads, jumps, times)
-    rows = made.matrices["Y"][:, len(steps) :] @ np.linalg.pinv(made.basis) @ reduced.basis
-    return structure, reduced.changed(leading(states, rows))
-
-
-def _document(scene: AnyScene, structure: Structure, rich: Reduced, states: int) -> dict[str, Any]:
-    made = project(structure, rich.changed(np.eye(rich.states, states)))
-    return scene_document(scene, scene.name, structure.channels, made, first_time(scene))
-
-
-def _guessed(heat: Any, loads: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """For each probe of an extreme the rows of its places in the steady response to each load."""
+    jumps = projection.jumps_of(heat, steps)
+    reduced = base.project(projection.fields(base, [*loads, *jumps], times, SPACE * accuracy))
     rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
-    rows = {}
+    places = {
+        probe.name: np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
+        for probe in heat.domain.scene.probes
+        if probe.quantity == "temperature" and reading(heat, probe).extreme is not None
+    }
+    return Projection(base, reduced, part, inputs, scene.steady), times, places
+
+
+def _document(scene: AnyScene, inputs: tuple[Channel, ...], space: StateSpace) -> dict[str, Any]:
+    return scene_document(scene, scene.name, inputs, space, first_time(scene))
+
+
+def _places(scene: AnyScene, rich: Projection, space: StateSpace, references: References) -> dict[str, np.ndarray]:
+    """For each probe of an extreme the rows of its places in the runs."""
+    model, heat, places = CompactModel(_document(scene, rich.channels, space)), rich.heat, {}
+    drives, states, scales = [], list[np.ndarray](), []
+    for run in (run for runs in references.values() for run in runs):
+        times = [np.inf] if run.times is None else np.geomspace(first_time(scene), scene.end_time, 6).tolist()
+        drives += [model.inputs_at(run.inputs, t) for t in times]
+        states += [model.rest(drives[-1])] if run.times is None else [*model.march(times, run.inputs)]
+        scales += [run.scales] * len(times)
+    rises = rich.rises(space.amplitudes(np.array(states), np.array(drives)), np.array(drives))
     for probe in heat.domain.scene.probes:
         if probe.quantity == "temperature" and reading(heat, probe).extreme is not None:
-            rows[probe.name] = np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
-    return rows
-
-
-def _places(scene: AnyScene, structure: Structure, rich: Reduced, runs: dict[str, Run]) -> dict[str, np.ndarray]:
-    """For each probe of an extreme the rows of its places in the runs."""
-    model, made = CompactModel(_document(scene, structure, rich, rich.states)), project(structure, rich)
-    heat, places = structure.heat, {}
-    by_run = [(run, rise) for run in runs.values() for rise in _rises(scene, model, made, heat, run)]
-    rises = np.array([rise for _, rise in by_run])
-    for probe in heat.domain.scene.probes:
-        if probe.name in structure.places:
             rows = np.array([goal_row(heat, probe, u) for u in rises])
-            near = np.array([NEAR * run.scales[probe.name] for run, _ in by_run])
+            near = np.array([NEAR * scale[probe.name] for scale in scales])
             places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
     return places
-
-
-def _rises(scene: AnyScene, model: CompactModel, made: Projection, heat: Any, run: Run) -> list[np.ndarray]:
-    """Rises (all nodes,) in the steady state and at some times of a run, by a model."""
-    states = []
-    if run.steady is not None:
-        g = model.inputs_at(run.tables, np.inf)
-        states.append((g, model.rest(g)))
-    if not scene.steady:
-        times = np.geomspace(first_time(scene), scene.end_time, 6)
-        drives = [model.inputs_at(run.tables, t) for t in times.tolist()]
-        states += zip(drives, model.march(times, run.tables), strict=True)
-    return [made.rise(heat, g, b) for g, b in states]
 
 
 def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:

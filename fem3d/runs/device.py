@@ -30,8 +30,7 @@ from scenes.model import Scene
 from scenes.result import Estimate
 from scenes.varied import neighbour, numbers
 from statespace import ground
-from statespace.device_model import Modal
-from statespace.device_reduction import Whole
+from statespace.device_model import Modal, Whole
 from statespace.ground import NARROW, Response, Shared, Shielding, shared
 from statespace.march import March, march
 from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others

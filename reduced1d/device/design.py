@@ -14,7 +14,7 @@ from reduced1d.device.schemes import LESS, UnstableStepError, solve_accurate, so
 from scenes.device import Device, External
 from scenes.errors import SceneError
 from scenes.formats import quantity
-from statespace.device_reduction import Whole
+from statespace.device_model import Whole
 from statespace.ground import held_range
 from statespace.march import march
 from statespace.result import DeviceResult, Run, Runs, Steady, with_others

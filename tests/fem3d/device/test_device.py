@@ -10,7 +10,7 @@ from reduced1d.device.lumped import shielding_response as over_time
 from reduced1d.device.schemes import solve_accurate
 from scenes.device import Device
 from scenes.errors import NumericsError
-from statespace.device_reduction import closed_loop, compact
+from statespace.device_model import closed_loop, compact
 from statespace.ground import grounded
 from statespace.result import Run, Runs
 from statespace.runtime import CompactModel

@@ -17,7 +17,7 @@ from reduced1d.device.lumped import lump, steady
 from scenes.device import Control, Device, External
 from statespace import export
 from statespace.controllers import Controllers
-from statespace.device_reduction import Whole, closed_loop, compact
+from statespace.device_model import Whole, closed_loop, compact
 from statespace.result import Run
 from statespace.runtime import CompactModel
 

@@ -1,0 +1,394 @@
+"""Reduce a linear state space that currents heat to the fewest states that hold an accuracy.
+
+With z = (1, inputs g, states a) the equations are
+
+    (A z) c = S z,    da/dt = F z + sum_p c_i c_j Q_p z - I d(1, g)/dt,
+    rows = Y z + W dg/dt + R da/dt + sum_i c_i U_i z + sum_p c_i c_j P_p z
+
+for current fields c, whose pairs p = (i, j) have i <= j. The states are coefficients of fields that are orthonormal in
+the heat capacity, so that the part of F on the states is symmetric. A step dg of given temperatures takes the heat
+I dg at once. The states of `statespace.runtime` are b = a + I (1, g), so that no input is differentiated there.
+
+The fields are rational Krylov fields (M + s K)^-1 F of all loads F: the steady responses (s = infinity), and shifts s
+between the earliest time and the slowest response, which are added where the residual is large. Their combinations are
+ordered by their effect on the outputs; the reduced model is the smallest leading part that stays within the accuracy of
+every reference run, the error bound of the run included. Source: Ruhe, Linear Algebra Appl. 58, 1984; Antoulas,
+Approximation of Large-Scale Dynamical Systems, 2005, chapter 11.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass, replace
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scenes.model import Schedule, Value
+from scenes.result import Result
+from statespace.runtime import CompactModel, Given
+
+FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
+SOONER = 3.0  # the first shift of the Krylov fields is the earliest time over this
+DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
+
+Times = tuple[float, float] | None
+"""The earliest time and the slowest response (s) of a model; None of a model of the steady state."""
+Errors = dict[str, dict[str, dict[str, dict[str, float]]]]
+"""By run, kind ("steady" or "over time") and output: the "error" in its unit and the "relative" one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A row of the outputs: its parts of Y (z,), W (inputs,), R (n,), U (fields, z) and P (pairs, z)."""
+
+    y: Any = 0.0
+    w: Any = 0.0
+    r: Any = 0.0
+    u: Any = 0.0
+    p: Any = 0.0
+
+    def __add__(self, other: Row) -> Row:
+        return Row(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
+
+    def __rmul__(self, factor: float) -> Row:
+        return Row(*(factor * part for part in astuple(self)))
+
+
+class Port(NamedTuple):
+    """The quantity that goes with an input.
+
+    row : the row of the current or heat that enters or, where heat is given, of the mean temperature that it meets
+    unit, size : the unit of the row, and the watts of one unit of the input, 1 where the input is no heat
+    """
+
+    row: int
+    unit: str
+    size: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """A state space with outputs and a port per input.
+
+    Attributes
+    ----------
+    matrices : dict
+        The matrices of the equations by their letters.
+    outputs : dict
+        By name the numbers of the rows, their reduction ("mean", "max", "min" or "measured"), and the unit.
+    kelvin : float
+        The size of the rise of a state of size one (K).
+    """
+
+    matrices: dict[str, np.ndarray]
+    outputs: dict[str, tuple[list[int], str, str]]
+    ports: list[Port]
+    kelvin: float
+
+    @staticmethod
+    def of_rows(
+        system: Mapping[str, np.ndarray], outputs: Mapping[str, tuple[list[Row], str, str]],
+        ports: Sequence[tuple[Row, str, float]], kelvin: float,
+    ) -> StateSpace:  # fmt: skip
+        """Make the state space of a ``system`` A, S, F, Q and I, with the rows of its outputs and ports."""
+        rows = [row for each, _, _ in outputs.values() for row in each] + [row for row, _, _ in ports]
+        (n, z), fields, pairs = system["F"].shape, len(system["S"]), len(system["Q"])
+        shapes = {"Y": (z,), "W": (z - n - 1,), "R": (n,), "U": (fields, z), "P": (pairs, z)}
+        parts = zip(*map(astuple, rows), strict=True)
+        read = {letter: np.array([np.zeros(shape) + one for one in each])
+                for (letter, shape), each in zip(shapes.items(), parts, strict=True)}  # fmt: skip
+        read |= {letter: np.moveaxis(read[letter], 0, 1) for letter in "UP"}
+        numbers, first = {}, 0
+        for name, (read_rows, how, unit) in outputs.items():
+            numbers[name] = list(range(first, first + len(read_rows))), how, unit
+            first += len(read_rows)
+        numbered = [Port(first + k, unit, size) for k, (_, unit, size) in enumerate(ports)]
+        return StateSpace({**system, **read}, numbers, numbered, kelvin)
+
+    @property
+    def states(self) -> int:
+        return len(self.matrices["F"])
+
+    @property
+    def given(self) -> int:
+        """How many entries of z precede the states."""
+        return int(self.matrices["I"].shape[1])
+
+    def within(self, basis: np.ndarray) -> StateSpace:
+        """Project the state space on the orthonormal columns of a basis (n, k)."""
+        m, given = dict(self.matrices), self.given
+        for letter in "ASFQYUP":
+            m[letter] = np.concatenate([m[letter][..., :given], m[letter][..., given:] @ basis], axis=-1)
+        m |= {letter: basis.T @ m[letter] for letter in "FQI"}
+        return replace(self, matrices=m | {"R": m["R"] @ basis})
+
+    def in_kelvin(self, columns: Sequence[int], room: float) -> StateSpace:
+        """Turn inputs that are rises above ``room`` (K), in some columns of z, into temperatures."""
+        m = {letter: matrix.copy() for letter, matrix in self.matrices.items()}
+        for letter in "ASFQYUPI":
+            m[letter][..., 0] -= room * m[letter][..., columns].sum(axis=-1)
+        return replace(self, matrices=m)
+
+    @property
+    def thermal(self) -> list[int]:
+        """The rows of the outputs in kelvin."""
+        return [row for rows, _, unit in self.outputs.values() if unit == "K" for row in rows]
+
+    def amplitudes(self, b: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """(times, n): the states a for states b (times, n) of the modes and inputs g (times, inputs)."""
+        given = np.concatenate([np.ones((len(g), 1)), g], axis=1)
+        return np.asarray(b @ self.in_modes()[1].T - given @ self.matrices["I"].T)
+
+    def in_modes(self) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """Return the matrices of `statespace.runtime` with states b that decay on their own, each in units of its
+        largest effect on a temperature, and a matrix T (n, n) with a = T b - I (1, g)."""
+        given = self.given
+        rates, modes = self.modes()
+        m = self.within(modes).matrices
+        m["F"][:, given:] = -np.diag(rates)
+        jump = m.pop("I")
+        for letter in "ASFQYUP":
+            m[letter][..., :given] -= m[letter][..., given:] @ jump
+        R = m.pop("R")
+        m |= {"Y": m["Y"] + R @ m["F"], "P": m["P"] + R @ m["Q"], "W": m["W"] - R @ jump[:, 1:]}
+        size = np.abs(m["Y"][self.thermal, given:]).max(axis=0, initial=0.0)
+        unit = np.maximum(size, 0.1 * self.kelvin)
+        for letter in "ASFQYUP":
+            m[letter][..., given:] /= unit
+        m |= {letter: unit[:, None] * m[letter] for letter in "FQ"}
+        return m, modes / unit
+
+    def modes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the decay rates (n,) in 1/s, ascending, and the modes (n, n)."""
+        inner = -self.matrices["F"][:, self.given :]
+        rates, modes = np.linalg.eigh((inner + inner.T) / 2)
+        return np.maximum(rates, 0.0), modes
+
+    def leading(self, steps: np.ndarray, rest: np.ndarray, times: Times) -> np.ndarray:
+        """Order the directions of the state space by their effect on the outputs.
+
+        Parameters
+        ----------
+        steps, rest : (inputs,) arrays
+            The size of a step of each input, and the input at rest.
+
+        Returns
+        -------
+        (n, n) array
+            Orthonormal directions in the order of their effect on the responses to the steps, in their norm and on the
+            rows, each relative to its largest value.
+        """
+        m, n, given = self.matrices, self.states, self.given
+        rates, modes = self.modes()
+        rates = np.maximum(rates, 1e-12 * rates.max(initial=0.0))[:, None]
+        still = np.concatenate([[1.0], rest, np.zeros(n)])
+        # A pair of currents is as large as steps of the voltages make it.
+        largest = np.abs(np.linalg.solve(m["A"] @ still, m["S"][:, 1:given] * steps)).max(axis=1, initial=0.0)
+        first, second = np.triu_indices(len(largest))
+        sizes = largest[first] * largest[second]
+        loads = [m["F"][:, 1:given] * steps]
+        for heat, size in zip(m["Q"], sizes, strict=True):
+            cold = size * (heat @ still)
+            steady = modes @ ((modes.T @ cold) / rates[:, 0])
+            loads += [cold[:, None], size * heat[:, 1:given] * steps, (size * heat[:, given:] @ steady)[:, None]]
+        heating, decaying = modes.T @ np.hstack(loads), modes.T @ (m["I"][:, 1:] * steps)
+        responses = [heating / rates]
+        for g in [] if times is None else np.geomspace(times[0] / SOONER, max(times), 12):
+            responses += [g * heating / (1 + g * rates), decaying / (1 + g * rates)]
+        states = modes @ np.column_stack(responses)
+        rows = m["Y"][:, given:]
+        size = np.abs(rows @ states).max(axis=1, initial=0.0)
+        read = rows[size > 0] / size[size > 0, None]
+        whole = float(np.linalg.norm(states, axis=0).max(initial=1e-300))
+        weighed = np.linalg.cholesky(np.eye(n) / whole**2 + read.T @ read)
+        ordered = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
+        return np.linalg.qr(np.linalg.solve(weighed.T, ordered))[0]
+
+
+def krylov_fields(
+    mass: Any, stiffness: Any, solver: Callable[[float], Callable[[np.ndarray], np.ndarray]],
+    loads: Sequence[np.ndarray], times: Times, enough: float,
+) -> np.ndarray:  # fmt: skip
+    """Compute the rational Krylov fields of some loads, orthonormal in the mass matrix.
+
+    Parameters
+    ----------
+    mass, stiffness : (n, n) matrices
+    solver : callable
+        The solver of (M + s K) u = F for a shift s in s, of K u = F for an infinite one.
+    loads : sequence of (n,) arrays
+    enough : float
+        Shifts between the times are added until the residual at any shift is below this part of its load.
+    """
+    if not loads:
+        return np.empty((mass.shape[0], 0))
+    fields = [solver(np.inf)(load) for load in loads]
+    if times is None:
+        return orthonormal(mass, np.column_stack(fields))
+    shifts = np.geomspace(times[0] / SOONER, max(times), FIRST).tolist()
+    missing = shifts
+    while True:
+        for shift in missing:
+            solve = solver(shift)
+            fields += [solve(load) for load in loads]
+        basis = orthonormal(mass, np.column_stack(fields))
+        between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
+        missing = [g for g in between if _residual(mass, stiffness, basis, np.column_stack(loads), g) > enough]
+        if not missing or len(shifts) >= MOST:
+            return basis
+        shifts = sorted([*shifts, *missing])
+
+
+def _residual(mass: Any, stiffness: Any, basis: np.ndarray, loads: np.ndarray, shift: float) -> float:
+    """Estimate the largest relative error of (M + s K) u = F in the fields, in the energy norm. The diagonal of
+    the matrix suffices: the residual is orthogonal to the fields, hence rough."""
+    product = mass @ basis + shift * (stiffness @ basis)
+    weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())
+    tested = basis.T @ loads
+    solution = np.linalg.solve(basis.T @ product, tested)
+    residual = loads - product @ solution
+    return float(np.sqrt(((weight[:, None] * residual**2).sum(axis=0) / (tested * solution).sum(axis=0)).max()))
+
+
+def orthonormal(mass: Any, fields: np.ndarray) -> np.ndarray:
+    """Make fields (n, r) orthonormal in the mass matrix, without dependent fields.
+
+    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky, which is
+    enough for fields that are nearly orthonormal.
+    """
+    weighted = mass @ fields
+    products = fields.T @ weighted
+    if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
+        fields = _independent(fields, weighted)
+        products = fields.T @ (mass @ fields)
+    return np.linalg.solve(np.linalg.cholesky(products), fields.T).T
+
+
+def _independent(fields: np.ndarray, weighted: np.ndarray) -> np.ndarray:
+    """The fields made orthonormal in their order, without dependent ones, given their products with the mass matrix."""
+    kept, dual = (np.empty(fields.shape, order="F") for _ in range(2))
+    r = 0
+    for u, v in zip(fields.T, weighted.T, strict=True):
+        size = float(u @ v)
+        for _ in range(2):
+            along = dual[:, :r].T @ u
+            u, v = u - kept[:, :r] @ along, v - dual[:, :r] @ along
+        remaining = float(u @ v)
+        if remaining > DEPENDENT**2 * size:
+            kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
+            r += 1
+    return kept[:, :r]
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A run of the full model, with the value of each input by its name.
+
+    times : (n,), instants in s at which the outputs are compared; None in the steady state
+    values, errors, scales : by output, values (n,) or a number, their error bound, and the size of relative errors
+    """
+
+    inputs: Mapping[str, Given]
+    times: np.ndarray | None
+    values: Mapping[str, np.ndarray]
+    errors: Mapping[str, float]
+    scales: Mapping[str, float]
+
+    @staticmethod
+    def of_result(
+        inputs: Mapping[str, Value], result: Result, scales: Mapping[str, float], at: Any = slice(None)
+    ) -> Reference:
+        """The run of a result, of its traces at some of their times if it has any."""
+        tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in inputs.items()}
+        if result.traces is None:
+            values = {n: np.array(e.value) for n, e in result.steady.items()}
+            return Reference(tables, None, values, {n: e.error for n, e in result.steady.items()}, scales)
+        traces = result.traces
+        return Reference(tables, traces.time[at], {n: v[at] for n, v in traces.values.items()}, traces.errors, scales)
+
+    def compare(self, model: CompactModel) -> dict[str, dict[str, float]]:
+        """Bound the errors of a model: its distance from this run plus the error bound of the run."""
+        found: Mapping[str, Any]
+        found = model.steady(self.inputs) if self.times is None else model.simulate(self.times, self.inputs)
+        return {
+            name: relative(float(np.abs(found[name] - value).max()) + self.errors[name], self.scales[name])
+            for name, value in self.values.items()
+        }
+
+
+References = Mapping[str, Sequence[Reference]]
+"""The runs of the full model by name, in the steady state, over time, or both."""
+
+
+def relative(error: float, scale: float) -> dict[str, float]:
+    return {"error": error, "relative": error / scale}
+
+
+def compare(document: Mapping[str, Any], references: References) -> Errors:
+    """Bound the errors of the model of a document by each of several runs."""
+    model = CompactModel(document)
+    return {
+        name: {"steady" if run.times is None else "over time": run.compare(model) for run in runs}
+        for name, runs in references.items()
+    }
+
+
+def worst(errors: Errors) -> float:
+    """Return the largest relative error."""
+    return max(e["relative"] for run in errors.values() for kind in run.values() for e in kind.values())
+
+
+def reduce(
+    document: Callable[[int], dict[str, Any]], most: int, references: References, accuracy: float, states: int | None,
+    full: str,
+) -> dict[str, Any]:  # fmt: skip
+    """Find the model of fewest states, at most ``most``, within a relative accuracy; or of a number of ``states``.
+
+    ``document(n)`` is the document of the model of the first n directions. The result has "error" too. Where even
+    ``most`` states miss the accuracy it has the fewest whose error is about as small, and "warnings" about the
+    distance from the ``full`` model.
+    """
+    known: dict[int, Errors] = {}
+
+    def error(count: int) -> float:
+        if count not in known:
+            known[count] = compare(document(count), references)
+        return worst(known[count])
+
+    count = fewest(most, error, accuracy) if states is None else min(states, most)
+    warnings = []
+    if error(count) > accuracy and states is None:
+        count = fewest(most, error, 1.1 * error(count))
+        warnings = [not_reached(accuracy, full, error(count))]
+    return document(count) | {"error": known[count], "warnings": warnings}
+
+
+def not_reached(accuracy: float, full: str, reached: float, because: str = "") -> str:
+    """Write the warning of a model that misses its accuracy."""
+    return (
+        f"the compact model is known to be within {reached:.3g} of {full}, not within {accuracy:g}{because}: see its "
+        "errors before you use it"
+    )
+
+
+def fewest(most: int, error: Callable[[int], float], accuracy: float) -> int:
+    """Bisect for the smallest number of states, at most ``most``, whose error holds an accuracy.
+
+    A number of states with which the model cannot be run does not hold it; ``most`` is taken where no other does.
+    """
+
+    def exceeds(count: int) -> bool:
+        try:
+            return error(count) > accuracy
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return True
+
+    low, high = 0, min(1, most)
+    while high < most and exceeds(high):
+        low, high = high, min(2 * high, most)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if exceeds(middle) else (low, middle)
+    return high
