@@ -1,4 +1,4 @@
-"""The report of a free scene: its probes, and the lines, joints and conditions of a network to check by hand."""
+"""The report of a free scene: its probes, and the lines, joints and conditions of a network."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ PER_BLOCK, MOST_TIMES, FIRST = 4, 20, 3
 
 
 def network_entries(scene: AnyScene) -> dict[str, list[Entry]]:
-    """Lines, joints and conditions with formulas and values in SI units, as summary.json has them."""
+    """Lines, joints and conditions with values in SI units, as summary.json has them."""
     return table(layout(scene))
 
 
 def section(scene: AnyScene, style: Style) -> Section:
-    """Return a table of lines, joints and conditions, each with its formulas below."""
+    """Return a table of lines, joints and conditions."""
     parts: list[Table | str] = []
     for name, rows in network_entries(scene).items():
         shown = rows if style.page else rows[:MOST]
@@ -45,19 +45,13 @@ def section(scene: AnyScene, style: Style) -> Section:
             parts.append(Table((name, *units), [_row(row, units) for row in shown]))
         if len(shown) < len(rows):
             parts.append(f"{len(rows) - len(shown)} more {name} are in report.html and summary.json.")
-    return Section("The network, to check by hand", parts, headed=False)
+    return Section("The network", parts, headed=False)
 
 
 def _row(row: Entry, units: list[str]) -> Row:
-    values = [quantity(row[unit]["value"], unit) if _known(row, unit) else "" for unit in units]
-    formulas = [f"{row[unit]['formula']} = {quantity(row[unit]['value'], unit)}" if _known(row, unit)
-                else row[unit]["formula"] for unit in units if unit in row]  # fmt: skip
-    return Row([row["what"], *values], below="; ".join([row["how"], *formulas]))
-
-
-def _known(row: Entry, unit: str) -> bool:
-    value: Any = row.get(unit, {}).get("value")
-    return value is not None
+    values = [row.get(unit, {"value": None})["value"] for unit in units]
+    shown = ["" if value is None else quantity(value, unit) for value, unit in zip(values, units, strict=True)]
+    return Row([row["what"], *shown], below=row["how"])
 
 
 AnyProbe = Probe | GroupProbe

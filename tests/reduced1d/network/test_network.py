@@ -1,7 +1,6 @@
-"""The network on real scenes: the paper's sink by hand, its table of formulas, given currents, and compact models."""
+"""The network on real scenes: the paper's sink by hand, its table, given currents, and compact models."""
 
 import math
-import re
 from dataclasses import replace
 from typing import Any
 
@@ -125,30 +124,14 @@ def test_extremes_are_refused():
         compact(hottest, None, 1e-3)
 
 
-UNITS = {
-    "um2": "*1e-12", "um": "*1e-6", "W/(m2 K)": "", "W/(m K)": "", "W/m3": "", "W/m2": "", "kg/m3": "", "J/(kg K)": "",
-    "ohm m": "",
-}  # fmt: skip
-
-
-def worked_out(formula: str) -> float:
-    """Return the value of a formula in SI units."""
-    for unit in sorted(UNITS, key=len, reverse=True):
-        formula = re.sub(rf"([\d.e+-]+) {re.escape(unit)}(?![\w(])", rf"(\1{UNITS[unit]})", formula)
-    return float(eval(formula.replace(" x ", " * "), {"__builtins__": {}}))
-
-
 @pytest.mark.parametrize("name", ["bridge", "plate", "hotplate"])
-def test_formulas_give_the_values_that_the_network_has(name):
+def test_the_table_has_the_values_of_the_network(name):
     scene = load(name)
     model: Model = solve(scene).details["model"]
     made, layout = table(model.layout), model.layout
     rows: list[dict[str, Any]] = [row for part in made.values() for row in part]
     cells = [cell for row in rows for key, cell in row.items() if key not in ("what", "how")]
     assert len(cells) > len(layout.lines)
-    for cell in cells:
-        # Formulas show six digits of each number.
-        assert worked_out(cell["formula"]) == pytest.approx(cell["value"], rel=1e-5), cell
     branches = {key: model.conduction[at] for key, at in model.heat.rows.items()}
     for part, joint in (("joints", True), ("conditions", False)):
         numbers = [n for n, link in enumerate(layout.heat) if (link.other is not None) == joint]
@@ -180,11 +163,9 @@ def test_the_sinks_anchor_by_hand():
     assert joints["pad-0 | beam"]["how"] == "ends meet, nothing between"
     down = joints["oxide-0 | pad-0"]
     assert down["how"] == "point by point, y = -100 um to -50 um of oxide-0 and y = -100 um to -50 um of pad-0"
-    assert down["W/K"]["formula"] == "2500 um2 / (1 um/1.38 W/(m K) + 1 um/130 W/(m K))"
+    assert down["W/K"]["value"] == pytest.approx(2500e-12 / (1e-6 / 1.38 + 1e-6 / 130))
     beam = next(row for row in made["lines"] if row["what"] == "beam")
-    assert beam["W/K"]["formula"] == "130 W/(m K) x 200 um2 / 1000 um"
     assert beam["W/K"]["value"] == pytest.approx(26e-6)
-    assert beam["ohm"]["formula"] == "6e-05 ohm m x 1000 um / 200 um2"
     assert beam["ohm"]["value"] == pytest.approx(300)
 
 
