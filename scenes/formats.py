@@ -65,12 +65,6 @@ def quantity(value: float, unit: str, digits: int = 4, prefixed: bool = False) -
     return f"{_significant(value * factor, digits)} {shown}".rstrip()
 
 
-def area(value: float, digits: int = 4) -> str:
-    """An area (m2) in the unit that leaves the fewest zeros: "2500 um2", "1.2 mm2"."""
-    factor, unit = (1e12, "um2") if value < 1e-7 else (1e6, "mm2") if value < 1e-1 else (1.0, "m2")
-    return f"{_significant(value * factor, digits)} {unit}"
-
-
 def signed(value: float, unit: str, digits: int = 3) -> str:
     """As ``quantity``, with the sign in any case."""
     return ("+" if value >= 0 else "") + quantity(value, unit, digits)

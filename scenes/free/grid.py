@@ -183,14 +183,6 @@ class Grid(CellGraph):
         """Return `marked` of the "thermal_resistance" or the "electrical_resistance" of contacts."""
         return self.marked((self.between(c), getattr(c, key)) for c in self.scene.contacts)
 
-    def areas(self, faces: np.ndarray) -> np.ndarray:
-        """Return (faces,) the area (m2) of each face."""
-        at, lengths = np.unravel_index(faces // 3, self._shape), np.ones(len(faces))
-        for d in range(3):
-            gaps = np.append(np.diff(self.planes[d]), 1.0)
-            lengths = np.where(faces % 3 == d, lengths, lengths * gaps[at[d]])
-        return lengths
-
     def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
         """Return (cells,) labels from 1 on of the sets of chosen cells that faces join, except the faces ``cuts``."""
         from scipy.sparse import coo_array

@@ -5,7 +5,7 @@ Each refusal is one sentence that names the part; none needs numerics.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from itertools import combinations
 from typing import Any, TypeVar
@@ -17,7 +17,7 @@ from scenes.errors import SceneError, listed, quoted, unknown
 from scenes.free.graph import CellGraph, pairs
 from scenes.free.grid import Grid, grid_of
 from scenes.free.structure import gaps
-from scenes.model import FLOWS, ROUNDING, Boundary, Box, GroupBoundary, Point, Probe, Scene, Value, is_zero
+from scenes.model import FLOWS, ROUNDING, Boundary, Box, Contact, Point, Probe, Scene, Value, is_zero
 from scenes.units import extent, point
 
 Explain = Callable[[str], str]
@@ -59,10 +59,8 @@ def check_contacts(graph: CellGraph, explain: Explain) -> None:
             raise SceneError(explain(f"{both}, which have no face in common: give two that touch"))
         for name in contact.between if contact.electrical_resistance else ():
             if not graph.conducting[graph.part(name)].any():
-                raise SceneError(
-                    f"{label}.electrical_resistance is one with {part} {quoted(name)}, which insulates: leave it out, "
-                    "or give its material a resistivity"
-                )
+                where = f"{label}.electrical_resistance is one with {part} {quoted(name)}"
+                raise SceneError(f"{where}, which insulates: leave it out, or give a resistivity")
 
 
 def _plural(part: str) -> str:
@@ -72,58 +70,47 @@ def _plural(part: str) -> str:
 def check_boundaries(graph: CellGraph) -> None:
     """Refuse conditions that act on nothing, lie on a contact, or contradict each other."""
     place, acting = graph.place_word, [(b, graph.acting(b)) for b in graph.scene.boundaries]
-    for b, faces in acting:
-        name = f"boundary {quoted(b.name)}.{b.key}"
-        if not len(faces):
-            why = " has solid on both sides everywhere, and acts on exposed faces only"
-            why = " touches nothing that conducts" if b.kind == "voltage" else _behind(b) + why
-            raise SceneError(f"{name}{why}: give {place} on {'a conductor' if b.kind == 'voltage' else 'the surface'}")
-        for contact in graph.scene.contacts if b.kind in ("voltage", "temperature") else ():
-            jumps = contact.electrical_resistance if b.kind == "voltage" else contact.thermal_resistance
-            if jumps and np.isin(faces, graph.between(contact)).any():
-                raise SceneError(
-                    f"{name} lies on contact {quoted(contact.name)}, where nothing says on which side of it: give "
-                    f"{place} elsewhere, or leave the contact out"
-                )
-        sides = graph.sides(faces)
-        if b.kind == "voltage" and b.contact_resistance and (graph.conducting[sides] & (sides >= 0)).all(axis=0).any():
-            raise SceneError(
-                f"{name} behind a contact_resistance has conductors on both sides: give {place} on the surface of one, "
-                "or leave the resistance out"
-            )
-    _check_electrodes(graph, [each for each in acting if each[0].kind == "voltage"])
     held = [each for each in acting if each[0].kind == "temperature"]
+    fixed = np.concatenate([np.empty(0, int), *(faces for _, faces in held)])
+    for b, faces in acting:
+        # A temperature behind a contact resistance is a film.
+        behind = " behind a contact_resistance" if b.key != b.kind and b.kind == "convection" else ""
+        name, electrode = f"boundary {quoted(b.name)}.{b.key}{behind}", b.kind == "voltage"
+        if not len(faces):
+            why = "has solid on both sides everywhere, and acts on exposed faces only"
+            why, where = ("touches nothing that conducts", "a conductor") if electrode else (why, "the surface")
+            raise SceneError(f"{name} {why}: give {place} on {where}")
+        for contact in graph.scene.contacts if b.kind in ("voltage", "temperature") else ():
+            if _jumps(contact, electrode) and np.isin(faces, graph.between(contact)).any():
+                where = f"{name} lies on contact {quoted(contact.name)}, which has two sides"
+                raise SceneError(f"{where}: give {place} elsewhere, or leave the contact out")
+        sides = graph.sides(faces)
+        if electrode and b.contact_resistance and (graph.conducting[sides] & (sides >= 0)).all(axis=0).any():
+            raise SceneError(
+                f"{name} behind a contact_resistance has conductors on both sides: give {place} on a surface"
+            )
+        if b.kind in ("heat_flux", "convection", "radiation") and np.isin(faces, fixed).all():
+            raise SceneError(f"{name} lies where other boundaries fix the temperature: leave it out, or move it")
     for (a, of_a), (b, of_b) in combinations(held, 2):
         if a.value != b.value and np.isin(of_a, of_b).any():
             raise SceneError(
                 f"boundaries {quoted(a.name)} and {quoted(b.name)} overlap with different temperatures, "
                 f"{_shown(a.value, 'K')} and {_shown(b.value, 'K')}: give {place} that do not overlap"
             )
-    fixed = np.concatenate([np.empty(0, int), *(faces for _, faces in held)])
-    for b, faces in acting:
-        if b.kind in ("heat_flux", "convection", "radiation") and np.isin(faces, fixed).all():
-            raise SceneError(
-                f"boundary {quoted(b.name)}.{b.key}{_behind(b)} lies where other boundaries fix the temperature, and "
-                f"changes nothing: leave it out, or give {place} that do not overlap theirs"
-            )
-
-
-def _check_electrodes(graph: CellGraph, electrodes: Sequence[tuple[Any, np.ndarray]]) -> None:
-    """Refuse electrodes of different voltage that touch, even at an edge, where an infinite current would flow."""
-    nodes = [np.unique(graph.nodes(faces)) for _, faces in electrodes]
-    for (i, (a, _)), (j, (b, _)) in combinations(enumerate(electrodes), 2):
-        unknown = a.series_resistance or b.series_resistance
-        if (unknown or a.value != b.value) and np.isin(nodes[i], nodes[j]).any():
+    # Electrodes of different voltage that touch, even at an edge, would pass an infinite current.
+    electrodes = [(b, np.unique(graph.nodes(faces))) for b, faces in acting if b.kind == "voltage"]
+    for (a, of_a), (b, of_b) in combinations(electrodes, 2):
+        unknown_potential = a.series_resistance or b.series_resistance
+        if (unknown_potential or a.value != b.value) and np.isin(of_a, of_b).any():
             why = f" with different voltages, {_shown(a.value, 'V')} and {_shown(b.value, 'V')}"
-            why = ", and the potential of one is not given" if unknown else why
+            why = ", and the potential of one is not given" if unknown_potential else why
             raise SceneError(
                 f"boundaries {quoted(a.name)} and {quoted(b.name)} touch on a conductor{why}: leave a gap between them"
             )
 
 
-def _behind(boundary: Boundary | GroupBoundary) -> str:
-    """The words for a temperature behind a contact resistance, which is a film."""
-    return "" if boundary.key == boundary.kind else " behind a contact_resistance"
+def _jumps(contact: Contact, electric: bool) -> bool:
+    return bool(contact.electrical_resistance if electric else contact.thermal_resistance)
 
 
 def _shown(value: Value, unit: str) -> str:
@@ -138,7 +125,7 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
     parts, total = named_parts(graph, probe), quantity in FLOWS or quantity == "power"
     side = np.any([*map(graph.part, parts)] or [graph.solid], axis=0)
     if not total:
-        check_side(graph, probe, side)
+        check_side(graph, probe, parts, side)
 
     def covered(mask: np.ndarray) -> np.ndarray:
         if quantity in FLOWS:
@@ -156,9 +143,7 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
     conducts, fixed = (covered(mask & side) for mask in (graph.conducting, graph.fixed))
     if not (conducts.any() if total else conducts.all()):
         asks = "the potential" if quantity == "potential" else f"a {quantity}"
-        raise SceneError(
-            f"{name} asks for {asks} where nothing conducts: give a place in a conductor, or its material a resistivity"
-        )
+        raise SceneError(f"{name} asks for {asks} where nothing conducts: give a place in a conductor")
     if quantity != "power" and not (fixed.any() if total else fixed.all()):
         raise SceneError(explain(
             f"{name} asks for a {quantity} in a conductor that no electrode touches, so that nothing determines its "
@@ -173,25 +158,22 @@ def named_parts(graph: CellGraph, probe: Any) -> tuple[str, ...]:
         names = probe.groups or ((probe.side,) if probe.side else ())
     for name in names:
         if name not in graph.part_names:
-            raise unknown(
-                f"probe {quoted(probe.name)}.{graph.side_key} is no {graph.part_word}:", name, graph.part_names
-            )
+            label = f"probe {quoted(probe.name)}.{graph.side_key} is no {graph.part_word}:"
+            raise unknown(label, name, graph.part_names)
     return tuple(names)
 
 
-def check_side(graph: CellGraph, probe: Any, side: np.ndarray) -> None:
-    """Refuse a probe on a contact without a side, and one that its ``side`` (cells,) does not cover."""
+def check_side(graph: CellGraph, probe: Any, parts: tuple[str, ...], side: np.ndarray) -> None:
+    """Refuse a probe on a contact without a side, and one that its ``side`` (cells,), the ``parts``, does not cover."""
     name, key = f"probe {quoted(probe.name)}", graph.side_key
-    if parts := named_parts(graph, probe):
+    if parts:
         inside = graph.covered(probe, side)
         if not len(inside) or not inside.all():
-            raise SceneError(
-                f"{name}.{key} = {quoted(parts[0])} isn't everywhere at the probe: give a place in it or on its faces"
-            )
+            where = f"{name}.{key} = {quoted(parts[0])} isn't everywhere at the probe"
+            raise SceneError(f"{where}: give a place in it or on its faces")
         return
     for contact in graph.scene.contacts:
-        jumps = contact.electrical_resistance if probe.quantity == "potential" else contact.thermal_resistance
-        if not jumps:
+        if not _jumps(contact, probe.quantity == "potential"):
             continue
         beside = np.zeros(len(graph.solid), bool)
         beside[graph.sides(graph.between(contact))] = True
@@ -207,47 +189,36 @@ def check_side(graph: CellGraph, probe: Any, side: np.ndarray) -> None:
 def check_parts(graph: CellGraph) -> None:
     """Refuse conductors without a voltage, floating parts, parts without an exit for heat, and scenes at rest."""
     scene, labels = graph.scene, graph.parts(graph.solid)
-    physics.refuse_ungrounded(scene.boundaries, graph.joined().values())
-    pairs(scene, graph.joined().values())
+    conductors = graph.joined().values()
+    physics.refuse_ungrounded(scene.boundaries, conductors)
+    pairs(scene, conductors)
+
+    def refuse_others(fine: set[int], says: str, advice: str) -> None:
+        """Refuse the first part of the solid without one of the ``fine`` labels."""
+        for label in sorted(set(range(1, int(labels.max(initial=0)) + 1)) - fine):
+            names = graph.names(labels == label)
+            word, verb = (graph.part_word, 0) if len(names) == 1 else (_plural(graph.part_word), 1)
+            raise SceneError(f"{word} {listed(names)} {says.split('|')[verb]}{says.split('|')[2]}: {advice}")
+
     heated = set(np.unique(labels[graph.heated]).tolist())
-    for label in _missing(labels, graph.touched(labels, scene.boundaries) | heated):
-        said, one = _called(graph, labels == label)
-        raise SceneError(
-            f"{said} {'is' if one else 'are'} joined to nothing that a boundary or a heat source acts on: let it touch "
-            "the rest with a face, or give it a boundary"
-        )
-    exits = [b for b in scene.boundaries if physics.is_exit(b)]
-    for label in _missing(labels, graph.touched(labels, exits)) if scene.steady and physics.heat(scene) else ():
-        said, one = _called(graph, labels == label)
-        raise SceneError(
-            f"{said} {'has' if one else 'have'} no exit for heat, so there is no steady state: give a boundary with a "
-            "temperature or a convection, or run.end_time"
-        )
+    touched = graph.touched(labels, scene.boundaries) | heated
+    acts = "is|are| joined to nothing that a boundary or a heat source acts on"
+    refuse_others(touched, acts, "let it touch the rest with a face, or give it a boundary")
+    if scene.steady and physics.heat(scene):
+        exits = graph.touched(labels, filter(physics.is_exit, scene.boundaries))
+        none = "has|have| no exit for heat, so there is no steady state"
+        refuse_others(exits, none, "give a boundary with a temperature or a convection, or run.end_time")
     if heated or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries):
         return
     # An electrode without a current takes the potential of its conductor.
-    driving = {
-        physics.potential_of(b)
-        for b in scene.boundaries
-        if b.kind == "voltage" and not (b.key == "current" and is_zero(b.value))
-    }
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    driving = {physics.potential_of(b) for b in electrodes if not (b.key == "current" and is_zero(b.value))}
     if len(driving) < 2 or not graph.live.any():
         has = "no voltage across a conductor, " if physics.electric(scene) else ""
         raise SceneError(
             f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
             f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
         )
-
-
-def _missing(labels: np.ndarray, fine: set[int]) -> list[int]:
-    return sorted(set(range(1, int(labels.max(initial=0)) + 1)) - fine)
-
-
-def _called(graph: CellGraph, mask: np.ndarray) -> tuple[str, bool]:
-    """The words for a part of the solid, and whether it is one box or volume group."""
-    names = graph.names(mask)
-    one = len(names) == 1
-    return f"{graph.part_word if one else _plural(graph.part_word)} {listed(names)}", one
 
 
 def checked(scene: Scene) -> Scene:
@@ -262,28 +233,23 @@ def checked(scene: Scene) -> Scene:
     grid = grid_of(scene)
     visible = set(np.unique(grid.owner).tolist())
     if hidden := [box.name for number, box in enumerate(scene.boxes) if number not in visible]:
-        raise SceneError(
-            f"box {quoted(hidden[0])} is entirely covered by later ones, which win: leave it out, or put it after them"
-        )
+        raise SceneError(f"box {quoted(hidden[0])} is entirely covered by later ones, which win: put it after them")
     for axis in range(3):
         _check_extents("boundary", scene.boundaries, axis, -grid.small[axis])
         _check_extents("probe", scene.probes, axis, 0.0)
     for b in scene.boundaries:
+        name = f"boundary {quoted(b.name)}"
         if len(grid.flat(b.lower, b.upper)) != 1:
-            raise SceneError(
-                f"boundary {quoted(b.name)} is not flat: give corners that are equal along exactly one of x, y, z"
-            )
+            raise SceneError(f"{name} is not flat: give corners that are equal along exactly one of x, y, z")
         if not (grid.sides(grid.faces(b)) >= 0).any():
-            raise SceneError(
-                f"boundary {quoted(b.name)} touches no solid: give corners on a face of a box, or inside one"
-            )
+            raise SceneError(f"{name} touches no solid: give corners on a face of a box, or inside one")
     for probe in scene.probes:
         _check_probe(grid, probe)
     check(grid, lambda sentence: "; ".join([sentence, *gaps(grid)[:1]]))
     return tidy(grid)
 
 
-def _check_extents(kind: str, items: Sequence[Box | Boundary | Probe], axis: int, least: float) -> None:
+def _check_extents(kind: str, items: Iterable[Box | Boundary | Probe], axis: int, least: float) -> None:
     """Refuse items whose extent along an axis is below the ``least`` (m); the extent of a box is above it."""
     for item in items:
         size = item.upper[axis] - item.lower[axis]
@@ -296,16 +262,14 @@ def _check_extents(kind: str, items: Sequence[Box | Boundary | Probe], axis: int
 
 def _check_probe(grid: Grid, probe: Probe) -> None:
     """Refuse a probe of the wrong extent, flows of two directions, and flows past an edge of infinite flux."""
-    flat = grid.flat(probe.lower, probe.upper)
+    name, flat = f"probe {quoted(probe.name)}", grid.flat(probe.lower, probe.upper)
     if probe.quantity == "power" and flat:
-        raise SceneError(f"probe {quoted(probe.name)} asks for a power in what is no volume: give corners of one")
+        raise SceneError(f"{name} asks for a power in what is no volume: give corners of one")
     if probe.quantity not in FLOWS:
         return
     if len(flat) != 1:
-        raise SceneError(
-            f"probe {quoted(probe.name)} asks for a {probe.quantity.replace('_', ' ')} through what is not flat: give "
-            "lower and upper corners that are equal along exactly one of x, y, z"
-        )
+        asks = f"{name} asks for a {probe.quantity.replace('_', ' ')} through what is not flat"
+        raise SceneError(f"{asks}: give lower and upper corners that are equal along exactly one of x, y, z")
     faces, electric = grid.faces(probe), probe.quantity == "current"
     wanted = faces[grid.bordering(faces, grid.conducting if electric else grid.solid)]
     below, above = grid.sides(wanted) >= 0
@@ -313,27 +277,19 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
     for b in grid.scene.boundaries if (below & above).any() else ():
         if (b.kind == "voltage") == electric and np.isin(wanted[below & ~above], grid.faces(b)).any():
             raise SceneError(
-                f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along the axis, and partly "
-                f"on boundary {quoted(b.name)}, where it counts into the solid: give one probe for each"
+                f"{name} lies partly inside the solid, where it counts along the axis, and partly on boundary "
+                f"{quoted(b.name)}, where it counts into the solid: give one probe for each"
             )
-    if not electric:
-        _refuse_infinite(grid, probe, wanted)
-
-
-def _refuse_infinite(grid: Grid, probe: Probe, faces: np.ndarray) -> None:
-    """Refuse a flow past the edge at which two fixed temperatures meet, which is infinite.
-
-    Near the edge the flux grows like one over the distance; the flow through both boundaries together is finite.
-    """
-    held = [(b, grid.acting(b)) for b in grid.scene.boundaries if b.kind == "temperature"]
+    # Near the edge at which two fixed temperatures meet the flux grows like one over the distance; the flow through
+    # both boundaries together is finite.
+    held = [(b, grid.acting(b)) for b in grid.scene.boundaries if b.kind == "temperature" and not electric]
     for (a, of_a), (b, of_b) in combinations(held, 2):
-        edges = np.intersect1d(np.intersect1d(grid.edges(of_a), grid.edges(of_b)), grid.edges(faces))
+        edges = np.intersect1d(np.intersect1d(grid.edges(of_a), grid.edges(of_b)), grid.edges(wanted))
         around = [of[np.isin(grid.edges(of), edges).any(axis=0)] for of in (of_a, of_b)]
-        if a.value != b.value and not np.isin(np.concatenate(around), faces).all():
+        if a.value != b.value and not np.isin(np.concatenate(around), wanted).all():
             raise SceneError(
-                f"probe {quoted(probe.name)} reaches the edge at which boundaries {quoted(a.name)} and "
-                f"{quoted(b.name)} meet with different temperatures, where infinite heat flows: leave a gap "
-                "between them, or give corners short of that edge, or such that cover both"
+                f"{name} reaches the edge at which boundaries {quoted(a.name)} and {quoted(b.name)} meet with "
+                "different temperatures, where infinite heat flows: leave a gap between them, or cover both or neither"
             )
 
 
@@ -355,7 +311,5 @@ def tidy(grid: Grid) -> Scene:
     def tidied(items: tuple[T, ...]) -> tuple[T, ...]:
         return tuple(replace(item, lower=corner(item.lower), upper=corner(item.upper)) for item in items)
 
-    scene = grid.scene
-    return replace(
-        scene, boxes=tidied(scene.boxes), boundaries=tidied(scene.boundaries), probes=tidied(scene.probes)
-    )  # fmt: skip
+    boxes, boundaries, probes = tidied(grid.scene.boxes), tidied(grid.scene.boundaries), tidied(grid.scene.probes)
+    return replace(grid.scene, boxes=boxes, boundaries=boundaries, probes=probes)
