@@ -26,7 +26,6 @@ from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.device import Device, External
 from scenes.errors import NumericsError, SceneError
-from scenes.model import Scene
 from scenes.result import Estimate
 from scenes.varied import neighbour, numbers
 from statespace import ground
@@ -191,8 +190,11 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     """
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
-    marks, earliest = grading.features(part.scene), device.control.sample_time
-    grid = _first_grid(part.scene, min(accuracy, reach.COARSEST), earliest, marks)
+    earliest = device.control.sample_time
+    marks = grading.features(part.scene, earliest)
+    grid = reach.first_grid(part.scene, min(accuracy, reach.COARSEST), marks)
+    # A degree more across the layers, through which heat comes and goes in a few samples.
+    grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
     short = _short(device)
     generations, nodes = GENERATIONS, FEWEST
     slowest = LONGEST * earliest
@@ -278,13 +280,6 @@ def _scales(device: Device, run: March) -> dict[str, float]:
     """The scale of each quantity's error: the set temperature's rise, or its largest value."""
     largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces).max(axis=0), 1e-300).tolist(), strict=True))
     return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)
-
-
-def _first_grid(scene: Scene, accuracy: float, earliest: float, marks: Features) -> Grid:
-    """The grid to start with: the grid of the steady state, with layers at the polymer's top for a step there, and a
-    degree more across the layers, through which heat comes and goes in a few samples."""
-    grid = grading.graded(reach.first_grid(scene, accuracy, marks), scene, earliest)
-    return grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
 
 
 def _refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
