@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,12 +45,16 @@ class Column:
     unit : the text of the unit, "" for none
     values : (rows,), NaN in empty cells
     spice : whether the column is of a circuit, where volts may stand for kelvins
+    role : its meaning by `--column`: "time", "ignore", a quantity or a key of the scene; "" without
+    kind : "rise" or "curve" where `--column` adds that word
     """
 
     name: str
     unit: str
     values: np.ndarray
     spice: bool = False
+    role: str = ""
+    kind: str = ""
 
     @property
     def powers(self) -> Powers | None:
@@ -67,6 +71,26 @@ class Column:
     def is_time(self) -> bool:
         """Whether the column has a unit of time and the name of one."""
         return self.powers == TIME.powers and is_clock(self.name)
+
+    @property
+    def is_celsius(self) -> bool:
+        unit = find_unit(self.unit)
+        return unit is not None and unit.celsius
+
+    @property
+    def si(self) -> np.ndarray:
+        """(rows,): the values in SI units, temperatures absolute; numbers without a unit stay."""
+        return self.differences + (ICE_POINT if self.is_celsius else 0.0)
+
+    @property
+    def differences(self) -> np.ndarray:
+        """(rows,): the values in SI units as differences."""
+        unit = find_unit(self.unit)
+        return self.values if unit is None else self.values * float(unit.factor)
+
+    def at(self, rows: np.ndarray) -> Column:
+        """Return some rows of the column."""
+        return replace(self, values=self.values[rows])
 
 
 @dataclass(frozen=True)
@@ -104,11 +128,6 @@ def find_unit(text: str) -> Unit | None:
         return parse_unit(_WORDS.get(spelled.lower(), spelled))
     except UnitError:
         return None
-
-
-def to_si(values: np.ndarray, unit: Unit | None) -> np.ndarray:
-    """Return numbers of a unit in SI units; temperatures are absolute, and numbers without a unit stay."""
-    return values if unit is None else values * float(unit.factor) + (ICE_POINT if unit.celsius else 0.0)
 
 
 def split_unit(header: str) -> tuple[str, str]:

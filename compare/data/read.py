@@ -12,8 +12,8 @@ import numpy as np
 
 from compare.against import Data
 from compare.data import raw, text
-from compare.data.columns import ICE_POINT, Column, Table, find_unit, refusing
-from compare.data.match import Match, match_column, pick, read_meanings, refusal
+from compare.data.columns import ICE_POINT, Column, Table, refusing
+from compare.data.match import Match, assign, match_column, pick, refusal
 from compare.data.target import Target, make_target
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
@@ -51,29 +51,27 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     if data.curve is not None and uncertainty:
         raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
     data = replace(data, u=read_uncertainty(target.quantities, data, uncertainty))
-    if data.at_rest:
-        return data
     with refusing(named):
-        return replace(data, warnings=_compare_run(data, target))
+        return data if data.at_rest else replace(data, warnings=_compare_run(data, target))
 
 
-def _read(name: str, content: bytes, target: Target, columns: Sequence[str]) -> Data:
+def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Data:
     """The data of a file, without uncertainties."""
     catalogue = target.quantities
     if not catalogue.units:
         raise SceneError("the scene has no [[probe]] that data could be of: add one")
     table = _read_table(content, catalogue.steady)
-    given = read_meanings(target, table, columns)
-    run = pick(table, given, target)
+    columns = assign(target, table, given)
+    roles = {column.role for column in columns}
+    run = pick(columns, target)
     matches: dict[str, Match] = {}
-    left_out = dict(run.left_out)
     for column in run.columns:
-        match = match_column(column, given.get(column.name), target)
+        match = match_column(column, target)
         if isinstance(match, str):
-            left_out[column.name] = match + _describe_constant(column)
-        elif column.name not in given and match.key in (meaning.name for meaning in given.values()):
-            left_out[column.name] = "is not the one that --column names"
-        elif match.key in matches and matches[match.key].header not in given:
+            run.left_out[column.name] = match + _describe_constant(column)
+        elif not column.role and match.key in roles:
+            run.left_out[column.name] = "is not the one that --column names"
+        elif match.key in matches:
             word = catalogue.word(match.key)
             raise SceneError(
                 f"both {quoted(matches[match.key].header)} and {quoted(column.name)} may be the scene's {word}: say "
@@ -82,28 +80,26 @@ def _read(name: str, content: bytes, target: Target, columns: Sequence[str]) -> 
         else:
             matches[match.key] = match
     if not matches:
-        raise SceneError(refusal(table, left_out, target))
+        raise SceneError(refusal(table, run.left_out, target))
     rows, notes = _full_rows(matches)
     values = {key: match.values[rows] for key, match in matches.items()}
     for key, each in values.items():
         if not np.isfinite(each).all():
             raise SceneError(f"{quoted(matches[key].header)} has values that are not finite numbers")
     headers = {key: match.header for key, match in matches.items()}
-    how = {key: match.note for key, match in matches.items() if match.note}
-    time = np.repeat(AT_REST, int(rows.sum()))
-    if run.clock is not None:
-        headers, how = {"time_s": run.clock.name, **headers}, {**({"time_s": run.how} if run.how else {}), **how}
-        time = time if catalogue.steady else run.clock.values[rows]
-    if not catalogue.steady:
+    how = {"time_s": run.how} | {key: match.note for key, match in matches.items()}
+    time = run.time[rows]
+    if catalogue.steady:
+        time = np.repeat(AT_REST, len(time))
+    else:
         _check_times(time, catalogue.end)
     # Other columns in SI units may be uncertainties: of temperatures they are differences.
-    others = {
-        c.name: c.values[rows] * float(unit.factor)
-        for c in run.columns if c.name not in headers.values() and (unit := find_unit(c.unit)) is not None
-    }  # fmt: skip
+    known = [column for column in run.columns if column.name not in headers.values() and column.powers is not None]
     return Data(
-        name, table.kind, time, values, headers, how, notes, left_out, run.words, others=others,
-        words=catalogue.words, curve=run.curve and (run.curve[0], run.curve[1][rows]),
+        name, table.kind, time, values, {"time_s": run.clock} | headers if run.clock else headers,
+        {key: note for key, note in how.items() if note}, notes, run.left_out, run.words,
+        others={column.name: column.differences[rows] for column in known}, words=catalogue.words,
+        curve=run.curve and (run.curve[0], run.curve[1][rows]),
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.course import bends
 from compare.data import text
-from compare.data.columns import Column, find_unit, refusing, to_si
+from compare.data.columns import Column, refusing
 from compare.models.model import Answer, Model, Question, find_file, match_outputs
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
@@ -57,7 +57,7 @@ class Table(Model):
             )
         if column.powers is not None and unit and column.powers != parse_unit(unit).powers:
             raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
-        return to_si(column.values, find_unit(column.unit))
+        return column.si
 
 
 def open_model(given: str, folder: str) -> Table:
@@ -73,7 +73,7 @@ def open_model(given: str, folder: str) -> Table:
         raise SceneError(
             f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'
         )
-    rows = to_si(clock.values, find_unit(clock.unit))
+    rows = clock.si
     if len(rows) < 3 or not (np.diff(rows) > 0).all():
         raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
     others = [c for c in columns if c is not clock]

@@ -26,7 +26,7 @@ place of a sine). A row agrees where the difference is within that bound and the
 Temperatures are in kelvin. Of a quantity with several values the row has the one that is furthest off.
 
 Manufactured solutions: a smooth field is chosen, and loads in the interior and on the faces are computed so that it is
-the exact solution. The brick elements are those of the solver; the second path is Newton's method on scikit-fem's own
+the exact solution on the brick elements of the solver. The second path is Newton's method on scikit-fem's own
 hexahedra. L2 and H1 are norms of the error of the whole field.
 """
 

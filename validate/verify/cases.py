@@ -49,19 +49,14 @@ def second_code() -> Iterator[Row]:
 
 CASES = (
     Case("orders", "bricks, coupled", lambda: orders.bricks(joule(), 1, 2, 3, 4)),
-    Case("orders", "hexahedra", lambda: chain(
-        orders.hexahedra(conduction(ONE_K), 1, 2), orders.hexahedra(conduction(LAYERS), 1, 2),
-        orders.hexahedra(joule(), 1),
-    )),
     Case("orders", "bricks, transient", lambda: chain(
         orders.bricks(heating(ONE_K, ONE_CAPACITY), 1, 2), orders.bricks(heating(LAYERS, CAPACITIES), 1, 2, 3, 4),
     )),
     Case("orders", "bricks, constant k", lambda: orders.bricks(conduction(ONE_K), 1, 2, 3, 4)),
     Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
-    Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
     Case("orders", "L-shaped conductor, tetrahedra", orders.rows),
-    *_cases("orders", orders_in_time.exponential_collocation, orders_in_time.diagonally_implicit,
-            orders_in_time.runge_kutta, orders_in_time.layer, orders_in_time.partitioned,
+    *_cases("orders", orders_in_time.exponential_collocation, orders_in_time.runge_kutta,
+             orders_in_time.layer, orders_in_time.partitioned,
             orders_in_time.device_estimate),
     *_cases("exact", exact.slab_step, exact.slab_film, exact.heated_slab, exact.ramped_slab, exact.layers_steady,
             exact.layers_transient, exact.thin_layer, exact.brick, exact.joule_bar, exact.bend,

@@ -1,5 +1,4 @@
-"""Observed orders of convergence in space, on manufactured solutions: this project's bricks of any degree, and by the
-second path scikit-fem's hexahedra of degree 1 or 2.
+"""Observed orders of convergence in space, of this project's bricks of any degree on manufactured solutions.
 
 Errors are norms of the rise (and of the potential) in L2 and H1, of a weighted mean, and of the power.
 
@@ -12,7 +11,6 @@ along the edge alone are halved, their number goes like 1/h, and less fast where
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -20,7 +18,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import spsolve
-from skfem import Basis
 
 from benchmarks.rows import Row
 from fem3d.adaptivity.adapt import Search
@@ -34,22 +31,18 @@ from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces.domain import boxes
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from validate.verify import manufactured, newton, second_path
+from validate.verify import manufactured
 from validate.verify.expected import observed_order, order_row
 from validate.verify.manufactured import LAYER, SIZE, Heating, Manufactured
-from validate.verify.newton import On, Problem
 
 PLANES = ((0.0, 0.45, SIZE[0]), (0.0, 0.35, SIZE[1]), (0.0, LAYER, SIZE[2]))
 FINER = 3  # Gauss points more than usual along each axis, at which errors are integrated
-ORDER = 8  # of the quadrature for loads and errors on hexahedra
 PICARD, SETTLED = 200, 1e-13
 Errors = dict[str, float]
 FAMILY = "observed orders of convergence in space"
 CUTS = {1: (4, 6), 2: (4, 6), 3: (5, 6), 4: (3, 4), 5: (3, 4), 6: (2, 3)}  # of two intervals an axis, by degree
 COUPLED_CUTS = CUTS | {4: (4, 5)}  # the rise comes within the tolerance of its order from 4 cuts on only
 TRANSIENT_CUTS = {1: (4, 8), 2: (3, 6), 3: (3, 4), 4: (2, 3)}
-HEX_CUTS = {1: (3, 6), 2: (3, 5)}
-HEX_TRANSIENT = {1: ((2, 4), (4, 8)), 2: ((2, 3), (4, 6))}  # cuts, and steps in time
 MEANS = (1, 2, 4)  # degrees: those of twice their order take finer meshes at 3, and drown in rounding from 5 on
 CASE = "L-shaped conductor, tetrahedra of degree 3"
 WIDTH, ARM = 1e-5, 4  # m; in widths
@@ -57,48 +50,30 @@ FIRST, LAST = 1_000, 10_000  # unknowns: on fewer all cells are refined; from LA
 
 
 def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
-    """This project's bricks on a steady solution, or on a transient, the worst of some instants."""
+    """Refine this project's bricks on a steady solution, or on a transient, the worst of some instants.
+
+    In theory the order is p + 1 in L2, p in H1, 2 p for the power and for means with a smooth weight (Strang and Fix,
+    chapter 3).
+    """
     for degree in degrees:
         if isinstance(solution, Manufactured):
             kind, cuts = "steady", (COUPLED_CUTS if solution.potential else CUTS)[degree]
-            errors = [on_bricks(solution, degree, n) for n in cuts]
+            coarse, fine = (on_bricks(solution, degree, n) for n in cuts)
         else:
             kind, cuts = "transient", TRANSIENT_CUTS[degree]
             times = np.array([0.1, 0.5, 2.0]) / solution.modes[0][0]
-            errors = [on_bricks_over_time(solution, degree, n, times) for n in cuts]
-        yield from _rows(f"brick, {kind}, {solution.name}", degree, errors, cuts)
-
-
-def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
-    """Refine scikit-fem's hexahedra, over time in space and time together."""
-    for degree in degrees:
-        if isinstance(solution, Manufactured):
-            kind, cuts = "steady", HEX_CUTS[degree]
-            errors = [on_hexahedra(solution, degree, n) for n in cuts]
-        else:
-            kind, (cuts, steps) = "transient", HEX_TRANSIENT[degree]
-            end = 1 / solution.modes[0][0]
-            errors = [on_hexahedra_over_time(solution, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)]
-        yield from _rows(f"scikit-fem hexahedron, {kind}, {solution.name}", degree, errors, cuts)
-
-
-def theory(quantity: str, degree: int) -> int:
-    """p + 1 in L2, p in H1, 2 p for the power and for means with a smooth weight (Strang and Fix, chapter 3)."""
-    return {"L2": degree + 1, "H1": degree}.get(quantity[-2:], 2 * degree)
-
-
-def _rows(case: str, degree: int, errors: list[Errors], cuts: tuple[int, int]) -> Iterator[Row]:
-    coarse, fine = errors
-    for quantity in coarse:
-        if degree == 3 and quantity.startswith("potential"):
-            # Its part of the next order is as large: 4.21 in L2 from 2 to 3 cuts, 4.18 from 6 to 7, and 3.15 in H1.
-            continue
-        # The weight suits the dual problem of conduction; the dual of the coupled problem is less smooth with it.
-        means = degree in MEANS and not ("power" in coarse and (quantity == "mean" or degree > 2))
-        if means or quantity[-2:] in ("L2", "H1"):
+            coarse, fine = (on_bricks_over_time(solution, degree, n, times) for n in cuts)
+        for quantity in coarse:
+            norm = quantity[-2:]
+            # The weight suits the dual problem of conduction; the dual of the coupled problem is less smooth with it.
+            means = degree in MEANS and not ("power" in coarse and (quantity == "mean" or degree > 2))
+            # At degree 3 the potential's part of the next order is as large: 4.21 in L2 from 2 to 3 cuts.
+            if not (means or norm in ("L2", "H1")) or (degree == 3 and quantity.startswith("potential")):
+                continue
+            theory = {"L2": degree + 1, "H1": degree}.get(norm, 2 * degree)
             order = observed_order([coarse[quantity], fine[quantity]], cuts[1] / cuts[0])
             named = "weighted mean" if quantity == "mean" else quantity
-            yield order_row(FAMILY, f"{case}, degree {degree}", named, theory(quantity, degree), order)
+            yield order_row(FAMILY, f"brick, {kind}, {solution.name}, degree {degree}", named, theory, order)
 
 
 def _mesh(scene: Scene, degree: int, cuts: int) -> Grid:
@@ -184,55 +159,6 @@ def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:
     potential = np.zeros(domain.space.size)
     potential[on] = spsolve(mass[on][:, on].tocsc(), load[on])
     return potential
-
-
-def on_hexahedra(solution: Manufactured, degree: int, cuts: int) -> Errors:
-    """Return the errors of a steady solution on hexahedra; no errors of the potential."""
-    problem, finer = second_path_of(solution, degree, cuts)
-    state = newton.steady(problem)
-    errors = _on_quadrature(problem, finer, state[0], solution)
-    if solution.potential is None:
-        return errors
-    return errors | {"power": abs(float(state[1] @ problem.assembled(state)[0][1]) - solution.power())}
-
-
-def on_hexahedra_over_time(heating: Heating, degree: int, cuts: int, end: float, steps: int) -> Errors:
-    """Return the errors at an end time (s) after some steps of the diagonally implicit method."""
-    problem, finer = second_path_of(heating.at(np.inf), degree, cuts)
-    errors = _on_quadrature(problem, finer, marched(problem, end, steps), heating.at(end))
-    del errors["mean"]  # it converges faster in space than the method does in time
-    return errors
-
-
-def marched(problem: Problem, end: float, steps: int) -> np.ndarray:
-    """Return the temperature (nodes,) at an end time (s) after equal steps from rest."""
-    *_, (temperature, _) = newton.transient(problem, np.linspace(0.0, end, steps + 1))
-    return temperature
-
-
-def second_path_of(solution: Manufactured, degree: int, cuts: int) -> tuple[Problem, On]:
-    """Return the second path's problem of a solution with its loads and potential, and a fine quadrature for errors."""
-    # scikit-fem logs whenever it copies an array.
-    logging.getLogger("skfem").setLevel(logging.ERROR)
-    scene = solution.scene
-    basis, owner, order = second_path.base(scene, _mesh(scene, degree, cuts))
-    problem = second_path.problem(scene, basis, owner, order)
-    finer = On(Basis(basis.mesh, basis.elem, intorder=ORDER))
-    load = finer.load(problem.size, solution.f(*finer.places))
-    for boundary, entering in solution.loads():
-        face = second_path.exposed(basis, boundary, ORDER)
-        load += face.load(problem.size, entering(*face.places))
-    problem = replace(problem, load=load)
-    if solution.potential is not None:
-        # The scene's electrodes have one voltage each; the manufactured potential varies along them.
-        varying = [replace(e, voltage=solution.potential(*basis.doflocs[:, e.nodes])) for e in problem.electrodes]
-        problem = replace(problem, electrodes=tuple(varying))
-    return problem, finer
-
-
-def _on_quadrature(problem: Problem, finer: On, temperature: np.ndarray, solution: Manufactured) -> Errors:
-    rise = temperature - problem.start
-    return solution.distances(finer.weights, finer.places, finer.value(rise), finer.slope(rise))
 
 
 def rows() -> Iterator[Row]:

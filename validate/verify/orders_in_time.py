@@ -8,9 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.linalg import eigh
 
-from benchmarks import sdirk
 from benchmarks.rows import Row
 from fem3d.solution.exponential import integrate
 from reduced1d.device.lumped import Slab
@@ -24,9 +22,6 @@ from reduced1d.device.schemes import (
 )
 from scenes.device import Device, External
 from validate.verify.expected import observed_order, order_row
-from validate.verify.manufactured import CAPACITIES, LAYERS, heating, joule
-from validate.verify.newton import Problem
-from validate.verify.orders import marched, second_path_of
 
 FAMILY = "observed orders of convergence in time"
 
@@ -62,34 +57,9 @@ def _fixed_steps(
     return state
 
 
-def diagonally_implicit() -> Iterator[Row]:
-    """The method of the second path, on the semi-discrete problem of a heater, whose modes are exact, and with Joule
-    heat by a resistivity that follows the temperature."""
-    case = f"SDIRK of order {sdirk.ORDER} (second path)"
-    problem, _ = second_path_of(heating(LAYERS, CAPACITIES).at(np.inf), 1, 1)
-    end = 0.02
-    exact = _exact_linear(problem, end)
-    errors = [float(np.abs(marched(problem, end, steps) - exact).max()) for steps in (8, 16)]
-    yield order_row(FAMILY, case, "nodal rise, linear", sdirk.ORDER, observed_order(errors, 2.0))
-    coupled, _ = second_path_of(joule(), 1, 1)
-    runs = [marched(coupled, 0.004, steps) for steps in (8, 16, 32)]
-    yield _of_three(case, "nodal rise, resistivity of the temperature", sdirk.ORDER, runs)
-
-
 def _of_three(case: str, quantity: str, theory: int, runs: list[np.ndarray]) -> Row:
     gaps = [float(np.abs(b - a).max()) for a, b in pairwise(runs)]
     return order_row(FAMILY, case, quantity, theory, observed_order(gaps, 2.0), "from the differences of three runs")
-
-
-def _exact_linear(problem: Problem, end: float) -> np.ndarray:
-    """The temperature (nodes,) at an end time of M T' + K T = load from rest, by the modes of the free nodes."""
-    free, rest = problem.free, problem.rest
-    k, both = (problem.assembled(rest, by_rate=by_rate)[1][0][0].tocsr()[free][:, free] for by_rate in (0.0, 1.0))
-    rates, modes = eigh(k.toarray(), (both - k).toarray())
-    temperature = rest[0]
-    load = -problem.assembled(rest)[0][0, free]
-    temperature[free] += modes @ (-np.expm1(-rates * end) / rates * (modes.T @ load))
-    return temperature
 
 
 def runge_kutta() -> Iterator[Row]:
