@@ -153,16 +153,14 @@ def _plugins():
     PLUGINS.update(write=run, sweep=sweep)
 
 
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure() -> None:
     """Ctrl-C reaches the commands that tests start, also where a shell runs the suite in the background, with it
-    ignored. And where Python writes no bytecode it goes to pytest's cache: else every process of the suite,
-    and every command that a test starts, compiles all modules again."""
+    ignored. Python writes bytecode: else every process of the suite, and every command that a test starts, compiles
+    all modules again."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if sys.dont_write_bytecode:
-        sys.dont_write_bytecode, sys.pycache_prefix = False, str(config.rootpath / ".pytest_cache" / "bytecode")
-        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-        os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -197,10 +195,22 @@ def ran(tmp_path, capsys):
     return run
 
 
+_RUNGS: dict[object, Result] = {}
+
+
 @pytest.fixture
 def no_solver(monkeypatch):
-    """The stand-in in place of the 3D solver."""
+    """The stand-in in place of the 3D solver; the models of the ladder, most of a run's time then, are solved once."""
     import fem3d.runs.sink
+    from reduced1d.ladder import levels
 
+    def once(of: levels.Levels, rung: levels.Rung, steady_only: bool, times: np.ndarray | None) -> Result:
+        key = of.sink, of.rough, rung, steady_only, None if times is None else times.tobytes()
+        if key not in _RUNGS:
+            _RUNGS[key] = solve(of, rung, steady_only, times)
+        return _RUNGS[key]
+
+    solve = levels.solve
+    monkeypatch.setattr(levels, "solve", once)
     monkeypatch.setattr(fem3d.runs.sink, "solve", stand_in)
     monkeypatch.setattr(fem3d.runs.sink, "plan", plan_of_stand_in)

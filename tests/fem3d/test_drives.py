@@ -139,7 +139,7 @@ def test_a_given_current_with_a_rising_resistance_has_a_largest_one():
     assert 2 / rate < late.value.time < 12 / rate
 
 
-@pytest.mark.parametrize("current", [70e-3, 150e-3])
+@pytest.mark.parametrize("current", [70e-3, pytest.param(150e-3, marks=pytest.mark.long)])
 def test_a_given_current_that_takes_most_of_a_falling_resistance_leaves_the_hyperbolic_profile(current):
     """With the rise u, k u'' + J^2 rho (1 - u/S) = 0 between cold ends: u = S (1 - cosh(m y)/cosh(m L/2)). At the
     larger current the first meshes overshoot S, where nothing is left."""

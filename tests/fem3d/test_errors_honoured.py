@@ -38,7 +38,7 @@ SINKS = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=SINKS)
+@pytest.fixture(scope="module", params=["paper", "pads", pytest.param("narrow", marks=pytest.mark.long)])
 def sink(request):
     return SINKS[request.param]
 

@@ -48,6 +48,7 @@ def moves(scene: Scene, parameter: str) -> dict[str, float]:
     return found
 
 
+@pytest.mark.long
 def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge):
     scene, slopes = bridge
     assert not slopes.left_out

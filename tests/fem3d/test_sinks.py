@@ -178,7 +178,7 @@ SINKS = [
 ]
 
 
-@pytest.mark.parametrize("sink", SINKS)
+@pytest.mark.parametrize("sink", [SINKS[0], *(pytest.param(sink, marks=pytest.mark.long) for sink in SINKS[1:])])
 def test_quarter_has_values_of_whole(sink):
     scene = replace(sink.scene(), steady=True, accuracy=1e-2)
     quarter, whole = solve(scene), solve(scene, whole=True)

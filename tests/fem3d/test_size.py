@@ -108,17 +108,10 @@ def kept(scene: Any, names: list[str]) -> int:
         gc.enable()
 
 
-def kept_alone(scene: Any, names: list[str]) -> int:
-    """The same in a process of its own: a list of all objects holds tuples that another thread is still making, which
-    ends this thread in an error."""
+def test_a_run_leaves_nothing_behind():
+    """In a process of its own: a list of all objects holds tuples that another thread is still making, which ends this
+    thread in an error."""
+    plate, hotplate = (load_free(name, ["run.accuracy=5e-2"]) for name in ("plate", "hotplate"))
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-        return process.submit(kept, scene, names).result()
-
-
-@pytest.mark.parametrize(("scene", "names"), [("plate", []), ("hotplate", ["heat to the left"])])
-def test_a_run_on_bricks_leaves_nothing_behind(scene, names):
-    assert kept_alone(load_free(scene, ["run.accuracy=5e-2"]), names) == 0
-
-
-def test_a_run_on_tetrahedra_leaves_nothing_behind():
-    assert kept_alone(on_tetrahedra(), ["out"]) == 0
+        for scene, names in ((plate, []), (hotplate, ["heat to the left"]), (on_tetrahedra(), ["out"])):
+            assert process.submit(kept, scene, names).result() == 0, scene.name

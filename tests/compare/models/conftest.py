@@ -3,6 +3,7 @@ it."""
 
 import pytest
 
+from compare.worker import Worker
 from tests.validate.conftest import no_field
 
 __all__ = ["no_field"]
@@ -27,6 +28,12 @@ heat_source = 1e12
 [run]
 accuracy = 1e-3
 """
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Models that do not end their process are run without one of their own, which takes a second to start."""
+    monkeypatch.setattr(Worker, "run", lambda self, seconds, function, *arguments: function(*arguments))
 
 
 @pytest.fixture

@@ -107,7 +107,7 @@ def few_ends(monkeypatch):
     monkeypatch.setattr("compare.models.fmu.HORIZONS", (1e-4, 1e-2))
 
 
-@pytest.mark.usefixtures("few_ends")
+@pytest.mark.usefixtures("few_ends", "in_this_process")
 @pytest.mark.parametrize(
     ("tip", "heat"),
     [
@@ -129,7 +129,7 @@ def test_declared_units_are_converted(steady, tmp_path, tip, heat):
         assert checks["heat out"].predicted == pytest.approx(-2e-5 * rise, rel=1e-6)
 
 
-@pytest.mark.usefixtures("few_ends")
+@pytest.mark.usefixtures("few_ends", "in_this_process")
 def test_declared_units_are_converted_over_time(transient, tmp_path):
     model = build(tmp_path, tip=('unit="degC"', *CELSIUS), heat=('unit="uW"', "-20*(T - 300)"))
     run = compare.solve(transient, model=model).traces
@@ -137,6 +137,7 @@ def test_declared_units_are_converted_over_time(transient, tmp_path):
     assert run["reduced1d tip"][-1] == pytest.approx(400 - 100 * 2.718281828 ** (-5e-4 / 1.6e-4), rel=1e-5)
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(
     ("unit", "why"), [("uW", '"tip" is in "uW", not in K'), ("lm", "not in K"), ("furlong", "is not known")]
 )
@@ -145,6 +146,7 @@ def test_units_of_another_dimension_are_refused(steady, tmp_path, unit, why):
         compare.solve(steady, model=build(tmp_path, tip=(f'unit="{unit}"', "T", "x")))
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(
     "rate",
     [
@@ -162,6 +164,7 @@ def test_the_end_value_is_independent_of_the_scale_of_time(steady, tmp_path, rat
     assert check.verdict == "agrees"
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("rate", ["1.0", "1e5*cos(1e3*t)"], ids=["ramp", "oscillation"])
 def test_an_fmu_without_a_steady_state_is_refused(steady, tmp_path, rate):
     with pytest.raises(SceneError, match="does not come to rest"):

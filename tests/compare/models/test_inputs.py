@@ -88,6 +88,7 @@ def test_the_assertion_for_tests_of_ones_own(steady, transient):
         assert_model_agrees(steady, steep, tip=0.21, uncertain=UNCERTAIN)
 
 
+@pytest.mark.long
 def test_a_model_made_of_the_scenes_parameters_follows_them():
     """A bridge's current as w h/L, and as the model's own parameter made of these; 3D and the model move together."""
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from compare.worker import Worker
 from validate.cli import main
 
 NETLISTS = {
@@ -117,12 +116,6 @@ def here(steady, model, tmp_path, monkeypatch):
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-@pytest.fixture
-def in_this_process(monkeypatch):
-    """Functions that do not end their process are run without one of their own, which takes a second to start."""
-    monkeypatch.setattr(Worker, "run", lambda self, seconds, function, *arguments: function(*arguments))
 
 
 def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> None:

@@ -86,6 +86,7 @@ def off(document: dict[str, Any], found: Traces, truth: Traces, kind: str = "ove
     return max(float(np.abs(found[n] - truth[n]).max()) / stated[n]["error"] for n in stated)
 
 
+@pytest.mark.long
 def test_the_scene_itself(document):
     assert document["states"] <= 12 * len(document["inputs"])
     each = [e for run in document["error"].values() for kind in run.values() for e in kind.values()]

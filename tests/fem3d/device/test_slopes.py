@@ -59,6 +59,7 @@ def test_laws(summary):
     assert table["materials.pdms.thermal_conductivity"]["polymer_flux_W"]["value"] == pytest.approx(1, abs=1e-2)
 
 
+@pytest.mark.long
 def test_u_input(run):
     """The polymer's conductivity moves power and claims, and both models alike."""
     summary = run("--uncertain", "pdms.thermal_conductivity=5%")

@@ -178,10 +178,3 @@ def test_the_sensor_pays_for_the_polymer_alone():
     # V is the root of power times resistance, and that is as long as the film.
     voltage = found["sink.length"]["sensor_V"]
     assert voltage == pytest.approx(1.0, abs=1e-6)
-
-
-def test_slopes_by_the_command(ran):
-    summary, said = ran("device --sensitivities --figure 9")
-    assert "pdms.thermal_conductivity" in said
-    found = summary["sensitivities"]
-    assert found["device.polymer_thickness"]["sensor_power_W"]["reduced1d"]["value"] == pytest.approx(-1, abs=1e-6)
