@@ -28,8 +28,9 @@ from fem3d.solution.march import AT_FULL_ORDER
 from meshes import grid, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
+from scenes.errors import NumericsError, RunawayError, RunawayInTimeError, listed
 from scenes.free import structure
+from scenes.free.graph import CellGraph
 from scenes.model import AnyScene, Boundary, GroupBoundary, MeshScene, Point, Probe, Scene, Value
 from scenes.result import Estimate, Result, Step, Traces
 from scenes.units import TIME
@@ -221,57 +222,54 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
 
 def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
     """Return the plan of `solve` beforehand; with the last ``mesh`` the plan as carried out."""
+    laid, before = mesh or start(scene, whole)[1], tuple[Step, ...]()
     if isinstance(scene, MeshScene):
-        given = mesh or on_file(scene)
-        lines, reached = given.steps(mesh and mesh.levels), f"errors estimated, and compared with {scene.accuracy:g}"
-        electric = Step("electric problem", "skipped", "there is no electrode")
-        if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
-            placed = given.domain.placed
-            alone = int((placed.conducting & ~placed.fixed).sum())
-            heat_alone = f"; {alone} of them, which no electrode touches, are solved for heat alone" * bool(alone)
-            electric = Step("electric problem", "done", f"in the cells that conduct{heat_alone}")
-        return *lines, heat_step(scene), electric, *states(scene, reached)
-    part = symmetry.reduce(clipped(scene))
-    laid = mesh or start(scene, whole)[1]
-    warm = any(b.material.warms for b in part.scene.boxes)
-    if grid.live(part.scene).any():
-        follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
-        electric = Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}")
+        graph: CellGraph = laid.domain.placed
+        reached = f"errors estimated, and compared with {scene.accuracy:g}"
     else:
-        electric = Step("electric problem", "skipped", "no part touches electrodes of two voltages")
-    reached = f"refined until every estimated error is below {scene.accuracy:g}"
-    line = part.step
-    if whole and part.planes:
-        line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
-    if laid.whole:
-        reached = f"refined until every estimated error is below {scene.accuracy:g}, or memory ends it"
-    told = (Step(what, "done", text) for what, text in structure.described(scene))
-    if laid.whole and part.planes:
-        line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")
-    return *told, line, *laid.steps(mesh and mesh.levels), heat_step(scene), electric, *states(scene, reached)
-
-
-def heat_step(scene: AnyScene) -> Step:
-    """Return the line of the heat problem."""
-    if physics.heat(scene):
-        why = physics.nonlinear(scene, not scene.steady)
-        once = "one factorization per mesh: the conductivity doesn't depend on temperature"
-        how = "by Newton's method"
-        return Step("heat", "done", f"{how}: {why}" if why else once)
-    return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
-
-
-def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
-    """Return the lines of the steady state, with the text ``reached``, and of the transient."""
+        part = symmetry.reduce(clipped(scene))
+        line, graph = part.step, grid.graph(part.scene)
+        if part.planes and laid.whole:
+            line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")
+        elif part.planes and whole:
+            line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
+        before = *(Step(what, "done", text) for what, text in structure.described(scene)), line
+        reached = f"refined until every estimated error is below {scene.accuracy:g}"
+        reached += ", or memory ends it" * laid.whole
+    steps = *before, *laid.steps(mesh and mesh.levels), heat_step(scene, not scene.steady), electric_step(graph)
     if scene.steady:
         only = "only the steady state was asked for"
-        return Step("steady state", "done", reached), Step("transient", "skipped", only)
+        return *steps, Step("steady state", "done", reached), Step("transient", "skipped", only)
     if not physics.heat(scene):
-        return currents.plan(scene)
-    way = AT_FULL_ORDER if physics.nonlinear(scene, True) else "projected on Krylov fields"
-    how = f"to {scene.end_time:g} s, {way}, errors held against {scene.accuracy:g}"
+        return *steps, *currents.plan(scene)
+    how = f"to {scene.end_time:g} s, {way(scene)}, errors held against {scene.accuracy:g}"
     only = "only the transient was asked for"
-    return Step("steady state", "skipped", only), Step("transient", "done", how)
+    return *steps, Step("steady state", "skipped", only), Step("transient", "done", how)
+
+
+def way(scene: AnyScene) -> str:
+    """Return how a transient is solved."""
+    return AT_FULL_ORDER if physics.nonlinear(scene, True) else "projected on a few Krylov fields"
+
+
+def heat_step(scene: AnyScene, over_time: bool) -> Step:
+    """Return the line of the heat problem."""
+    if not physics.heat(scene):
+        return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
+    if why := physics.nonlinear(scene, over_time):
+        return Step("heat", "done", f"by Newton's method: {why}")
+    return Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature")
+
+
+def electric_step(graph: CellGraph) -> Step:
+    """Return the line of the electric problem."""
+    if not graph.live.any():
+        return Step("electric problem", "skipped", "no part touches electrodes of two voltages")
+    warm = physics.heat(graph.scene) and any(m.warms for m in physics.materials(graph.scene))
+    follows = ", whose resistance follows the temperature" * warm
+    dead = graph.names(graph.solid & ~graph.live)
+    still = f"; no current flows in {listed(dead)}" if dead else ""
+    return Step("electric problem", "done", f"in {listed(graph.names(graph.live))}{follows}{still}")
 
 
 TRIES = 4  # runs that may each move the end: a finer mesh may run away earlier

@@ -13,17 +13,13 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.mesh import Answer
 from fem3d.results.outputs import Outputs, Quantities, Study
 from fem3d.runs import scene as scene_run
-from fem3d.solution.march import AT_FULL_ORDER
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Transient
-from meshes import grid as grids
-from meshes import symmetry
+from meshes import grid, symmetry
 from meshes.symmetry import Symmetry
 from scenes import laws, physics
-from scenes.result import Estimate, Result, Step, Traces, noted, step
+from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.sink import Sink, different
 
 EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
@@ -31,7 +27,10 @@ NOT_TRACED = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
 
 
 def study(sink: Sink, part: Symmetry) -> Study:
-    """Return the quantities, scales and times of a sink."""
+    """Return the quantities, scales and times of a sink.
+
+    The scale of an error is the steady value of the quantity: the final rise, current, power or heat.
+    """
     rises = goals = over_time = ["peak", "end", "mean"]
     ratios = {"anchor_resistance_K_per_W": "end_rise_K"}
     if sink.spans > 1:
@@ -42,12 +41,16 @@ def study(sink: Sink, part: Symmetry) -> Study:
         shared = {n: n.replace("middle", "peak") for n in spans if n.endswith("middle")}
         shared |= {"peak": f"{inner}_peak", "mean": "span1_mean"}
         ratios |= {f"{n}_rise_K": f"{goal}_rise_K" for n, goal in shared.items()}
+
+    def sizes(out: Outputs) -> dict[str, float]:
+        return {name: abs(float(v)) for name, v in steady(sink, out).items()}
+
     return Study(
         part, sink.accuracy, sink.drive.value, sink.end_time, EARLIEST, (),
         {f"{n}_rise_K": n for n in goals}, {f"{n}_K": n for n in goals},
         tuple(f"{n}_rise_K" for n in rises), tuple(f"{n}_K" for n in over_time), ratios,
-        steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out),
-        steady_scales=lambda out: sizes(steady(sink, out)), trace_scales=lambda out: trace_sizes(steady(sink, out)),
+        steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out), steady_scales=sizes,
+        trace_scales=lambda out: {n.replace("_rise_K", "_K"): v for n, v in sizes(out).items() if n not in NOT_TRACED},
     )  # fmt: skip
 
 
@@ -56,11 +59,12 @@ def steady(sink: Sink, out: Outputs) -> Quantities:
 
     The anchor resistance is the end's rise over ``end_flow_W``.
     """
-    values = _common(sink, out)
-    heat_out, end_flow = _heat_of_row(sink, out, values) if sink.spans > 1 else _heat_of_one(sink, out)
+    values, end_flow = _common(sink, out), _end_flow(sink, out)
+    heat_out = -sum(flow for name, flow in out.items() if name.startswith("flow:substrate"))
     rises = {f"{n.removesuffix('_K')}_rise_K" if n.endswith("_K") else n: v for n, v in values.items()}
     return rises | {
-        "heat_out_W": heat_out, "anchor_resistance_K_per_W": values["end_K"] / end_flow, "end_flow_W": end_flow
+        "heat_out_W": np.asarray(heat_out), "anchor_resistance_K_per_W": values["end_K"] / end_flow,
+        "end_flow_W": end_flow,
     }  # fmt: skip
 
 
@@ -70,16 +74,6 @@ def traces(sink: Sink, out: Outputs) -> Quantities:
     return {n: v + sink.room_temperature if n.endswith("_K") else v for n, v in values.items()}
 
 
-def sizes(values: Quantities) -> dict[str, float]:
-    """Return the scale for the error of each steady quantity: its own size."""
-    return {name: abs(float(v)) for name, v in values.items()}
-
-
-def trace_sizes(values: Quantities) -> dict[str, float]:
-    """Return the scale for the error of each trace: the final rise, or the final current, power or heat."""
-    return {name.replace("_rise_K", "_K"): v for name, v in sizes(values).items() if name not in NOT_TRACED}
-
-
 def _of_spans(sink: Sink) -> list[str]:
     """Return the probes of the spans of half a row."""
     return [f"span{k}_{kind}" for k in range(1, different(sink.spans) + 1) for kind in ("peak", "middle", "mean")]
@@ -87,45 +81,39 @@ def _of_spans(sink: Sink) -> list[str]:
 
 def _common(sink: Sink, out: Outputs) -> Quantities:
     """Return the quantities common to steady state and traces, with rises in place of temperatures."""
-    current = out["current:electrode-0"]
+    electric = {"current_A": out["current:electrode-0"], "power_W": out["power"]}
     if sink.spans == 1:
-        rises = {f"{n}_K": out[f"probe:{n}"] for n in ("peak", "end", "mean")}
-        return rises | {"current_A": current, "power_W": out["power"]}
-    kinds, spans = different(sink.spans), {f"{n}_K": out[f"probe:{n}"] for n in _of_spans(sink)}
-    means, inner = [spans[f"span{k}_mean_K"] for k in range(1, kinds + 1)], sink.spans - 2 * (kinds - 1)
+        return {f"{n}_K": out[f"probe:{n}"] for n in ("peak", "end", "mean")} | electric
+    spans, kinds = {f"{n}_K": out[f"probe:{n}"] for n in _of_spans(sink)}, different(sink.spans)
+    # Each span stands for two, but the one in the middle of an odd row.
+    weights = np.array([*[2] * (kinds - 1), sink.spans - 2 * (kinds - 1)]) / sink.spans
+    peaks, means = (np.array([spans[f"span{k}_{n}_K"] for k in range(1, kinds + 1)]) for n in ("peak", "mean"))
     return {
-        "peak_K": np.max([spans[f"span{k}_peak_K"] for k in range(1, kinds + 1)], axis=0),
-        "end_K": out["probe:end"],
-        "mean_K": (2 * sum(means[:-1]) + inner * means[-1]) / sink.spans,
-        "current_A": current,
-        "power_W": sink.spans * sink.voltage * current,
-        **spans,
+        "peak_K": peaks.max(axis=0), "end_K": out["probe:end"], "mean_K": weights @ means, **electric, **spans,
         "anchor_heat_W": -out["flow:substrate-0"],
         **{f"island{k}_heat_W": -out[f"flow:substrate-island-{k}"] for k in range(1, sink.spans // 2 + 1)},
-    }
+    }  # fmt: skip
 
 
-def _heat_of_one(sink: Sink, out: Outputs) -> tuple[np.ndarray, np.ndarray]:
-    """Return the heat that leaves one span, and the heat through one end: half of the beam's own heat less its losses
-    to air, gas and radiation, which holds for heated or cooled pads too."""
-    into_beam = [out[name] for name in ("flow:air-beam", "flow:substrate-gas-beam") if name in out]
-    into_beam += [flow for name, flow in out.items() if name.startswith("flow:radiation-beam")]
+def _end_flow(sink: Sink, out: Outputs) -> np.ndarray:
+    """Return the heat (W) through one end of the sink.
+
+    For one span it is half of the beam's own heat less its losses to air, gas and radiation, which holds for heated or
+    cooled pads too; for a row the anchor's heat less the pad's Joule heat, plus the loss at the pad's faces.
+    """
+
+    def total(*prefixes: str) -> Any:
+        return sum(v for n, v in out.items() if n.startswith(prefixes))
+
+    if sink.spans > 1:
+        pad = out.get("joule:pad-0", 0.0) + total("flow:air-pad-0", "flow:radiation-pad-0")
+        return np.asarray(-out["flow:substrate-0"] - pad)
+    heat = out["joule:beam"] + total("flow:air-beam", "flow:substrate-gas-beam", "flow:radiation-beam")
     if "probe:below" in out:
         # Gas on a substrate's surface: linear from the beam's underside down.
         warmer = out["probe:underside"] - out["probe:below"]
-        into_beam.append(-sink.gap_coefficient * sink.length * sink.width * warmer)
-    entering = [flow for name, flow in out.items() if name.startswith("flow:substrate")]
-    return -np.sum(entering, axis=0), (out["joule:beam"] + sum(into_beam)) / 2
-
-
-def _heat_of_row(sink: Sink, out: Outputs, values: Quantities) -> tuple[np.ndarray, np.ndarray]:
-    """Return the heat that leaves a row, and the heat through one end: the anchor's less the pad's Joule heat, plus
-    the loss at the pad's faces."""
-    pad = [v for n, v in out.items() if n == "joule:pad-0" or n.startswith(("flow:air-pad-0", "flow:radiation-pad-0"))]
-    kinds = sink.spans // 2
-    heats = [values[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
-    of_islands = 2 * sum(heats[:-1]) + (sink.spans - 1 - 2 * (kinds - 1)) * heats[-1]
-    return 2 * values["anchor_heat_W"] + of_islands, values["anchor_heat_W"] - sum(pad, np.float64(0.0))
+        heat = heat - sink.gap_coefficient * sink.length * sink.width * warmer
+    return heat / 2
 
 
 def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | None = None) -> Result:
@@ -141,7 +129,7 @@ def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | 
     traces = None if response is None else Traces(response.times, response.traces, response.errors)
     details = scene_run.described(study(sink, part), answer)
     details |= {
-        "plan": noted(_plan(sink, part, transient), _found(sink, answer)),
+        "plan": plan(sink, transient),
         "warnings": [*details["warnings"], *_warnings(sink, float(answer.fine.quantities["peak_rise_K"]))],
         "profile": _profile(sink, answer.fine.state, part),
         "sink": sink,
@@ -152,48 +140,13 @@ def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | 
 
 def plan(sink: Sink, transient: bool) -> tuple[Step, ...]:
     """Return the steps of `solve` before it takes them."""
-    return _plan(sink, symmetry.reduce(sink.scene()), transient)
-
-
-def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
-    grid, boxes = grids.coarsest(part.scene), part.scene.boxes
-    live = {boxes[n].name for n in np.unique(grid.owner[grids.live(part.scene)])}
-    dead = sorted(b.name for b in boxes if b.name not in live)
-    newton = physics.nonlinear(part.scene, transient)
-    factors = (
-        f"for Newton's steps: {newton}" if newton else "one per mesh: the conductivity doesn't depend on temperature"
-    )
-    steps = [
-        part.step,
+    part = symmetry.reduce(sink.scene())
+    lasts = f"to {sink.end_time * 1e3:g} ms, {scene_run.way(part.scene)}"
+    return (
+        part.step, scene_run.heat_step(part.scene, transient), scene_run.electric_step(grid.graph(part.scene)),
         Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),
-        Step("thermal factorization", "done", factors),
-        Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
-    ]
-    if dead:
-        steps.append(Step(f"electric unknowns in {', '.join(dead)}", "skipped", "no current flows there"))
-    if newton:
-        steps.append(Step("Newton's method", "done", "with the current of the hot state at each step"))
-    elif sink.silicon.temperature_coefficient:
-        steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
-    lasts = f"{_lasts(sink)}{AT_FULL_ORDER if newton else 'projected on a few Krylov fields'}"
-    return *steps, step("transient", lasts, "" if transient else "only the steady state was asked for")
-
-
-def _found(sink: Sink, answer: Answer) -> list[Step]:
-    """Return the lines of the plan that only a run determines: numbers of steps and of fields."""
-    state = answer.fine.state
-    over_time = []
-    if answer.response is not None:
-        response = answer.response.transient
-        how = f"projected on {response.reduced.states} fields" if isinstance(response, Transient) else AT_FULL_ORDER
-        over_time.append(Step("transient", "done", f"{_lasts(sink)}{how}"))
-    if state.heat.about is not None:
-        return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space"), *over_time]
-    return [Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"), *over_time]
-
-
-def _lasts(sink: Sink) -> str:
-    return f"to {sink.end_time * 1e3:g} ms, "
+        step("transient", lasts, "" if transient else "only the steady state was asked for"),
+    )  # fmt: skip
 
 
 def _warnings(sink: Sink, peak: float) -> list[str]:
