@@ -60,18 +60,6 @@ def by_interval(spread: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [m if m.ndim == 1 else m.sum(axis=tuple({0, 1, 2} - {d})) for d, m in enumerate(spread)]
 
 
-def of_cells(values: np.ndarray) -> list[np.ndarray]:
-    """Return per axis the largest of values (nx, ny, nz), none negative, of the cells around each edge."""
-    around = []
-    for d in range(3):
-        largest = values
-        for e in {0, 1, 2} - {d}:
-            padded = np.pad(largest, [(1, 1) if a == e else (0, 0) for a in range(3)])
-            largest = np.maximum(np.delete(padded, 0, axis=e), np.delete(padded, -1, axis=e))
-        around.append(largest)
-    return around
-
-
 def share_of(missing: Sequence[np.ndarray], target: float) -> float:
     """Return the level to which larger indicators must fall, so that the sum of all is the target."""
     return grading.share_of(np.concatenate([m.ravel() for m in missing]), target)

@@ -8,16 +8,15 @@ whether heating really runs away.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from fem3d.adaptivity import marched, nested, reach
-from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.mesh import Answer, Indicators, Mesh, improved
+from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response
@@ -83,16 +82,15 @@ def adapt(
     study : scene, quantities with their scales, accuracy and times (s)
     with_transient, with_steady : solve the transient, the steady state, or both. A scene whose conditions vary in time
         has no steady state: it takes with_steady=False.
-    progress : called with lines of text, for levels, transients after a steady state, and meshes for the field
+    progress : called with lines of text, for levels and for transients after a steady state
     mesh : first mesh; by default a grid of bricks
 
-    Returns the last level; for a steady run with a tolerance of the field, the best of a few more. Its errors exceed
-    the accuracy where `Mesh.refine` returns None, as meshes of cells do at their limit of memory or unknowns;
-    `Mesh.warnings` says so. Raises RunawayError if no steady state is found at the whole drive (there is none, it is
-    hotter than `steady.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError
-    if states stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError if heat has
-    no exit, refinement no longer reduces the errors, a singular edge puts the accuracy out of reach, or `MOST_LEVELS`
-    are used up.
+    Returns the last level. Its errors exceed the accuracy where `Mesh.refine` returns None, as meshes of cells do at
+    their limit of memory or unknowns; `Mesh.warnings` says so. Raises RunawayError if no steady state is found at the
+    whole drive (there is none, it is hotter than `steady.HOTTEST`, or the path to it ends), RunawayInTimeError if the
+    transient runs away, BeyondLawError if states stay beyond a resistivity law, TooLargeError if a mesh exceeds the
+    memory, and NumericsError if heat has no exit, refinement no longer reduces the errors, a singular edge puts the
+    accuracy out of reach, or `MOST_LEVELS` are used up.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
@@ -103,7 +101,7 @@ def adapt(
             assert verdict.answer is not None
             if study.field is None or verdict.level is None or with_transient:
                 return verdict.answer
-            return improved(study, verdict.answer, verdict.level, progress)
+            return replace(verdict.answer, field=estimate(verdict.level))
         finer: Mesh | None
         if verdict.action == "refine":
             assert verdict.answer is not None

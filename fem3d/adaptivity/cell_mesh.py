@@ -13,22 +13,21 @@ one mesh to the other by i times the difference of the estimates.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Self
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import goal_errors, reach
 from fem3d.adaptivity.estimator import Estimator, worst_of
 from fem3d.adaptivity.goal_errors import Level, Record
-from fem3d.adaptivity.mesh import CAUSES, Indicators, less_accurate, sampled
+from fem3d.adaptivity.mesh import Indicators, Mesh, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
-from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
-from fem3d.solution.transient import Base
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, groups
 from fem3d.spaces.size import START_UP, Size, of_cells
@@ -37,7 +36,7 @@ from meshes.grouped.check import Placed, check, remarks
 from meshes.grouped.model import refine
 from meshes.grouped.read import read
 from scenes.errors import TooLargeError
-from scenes.model import AnyScene, MeshScene
+from scenes.model import MeshScene
 from scenes.result import Step
 
 # An error is stated as 1 + n^(-1/2) times the largest fraction i of any of n readings, because one reading may be right
@@ -114,87 +113,51 @@ def _fractions(now: Record, history: Sequence[Record]) -> tuple[float, Mapping[s
     return min(max((1 + len(fractions) ** -0.5) * max(fractions.values()), LEAST), 1.0), larger
 
 
-class Layout(Protocol):
-    """A scene on the cells of a mesh: `choice.BoxLayout` for boxes, `FileLayout` for a file."""
-
-    advice: str
-    """What to do where the accuracy is not reached, in words."""
-
-    @property
-    def scene(self) -> Any:
-        """The scene."""
-
-    @property
-    def name(self) -> str:
-        """The cells, for a message."""
-
-    @property
-    def cells(self) -> Any:
-        """scikit-fem's mesh."""
-
-    def domain(self, degree: int) -> Domain:
-        """Return the cells and facets with materials and conditions, for elements of a degree."""
-
-    def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> Layout:
-        """Return the layout with cells cut that are to be ``shorter`` along an axis (3, cells).
-
-        Vertices are ``sharp`` (3, vertices) where an edge along an axis ends at which gradients are infinite.
-        """
-
-    def with_scene(self, scene: Any) -> Layout:
-        """Return the same cells with another scene."""
-
-    def remarks(self) -> list[str]:
-        """Return warnings of the cells."""
-
-    def steps(self, levels: int | None, degree: int) -> tuple[Step, ...]:
-        """Return the lines of the plan; after a run with the number of its refinements."""
-
-    def statistics(self) -> dict[str, Any]:
-        """Return the statistics of the cells for a result."""
-
-
-@dataclass(frozen=True, eq=False)
-class CellMesh:
-    """A scene on tetrahedra or hexahedra.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CellMesh(Mesh):
+    """A scene on tetrahedra or hexahedra: `choice.BoxCells`, or the `FileCells` of a mesh file.
 
     Attributes
     ----------
-    layout: the cells with their parts and conditions.
     accuracy: the largest relative error.
     degree: the highest degree of the elements.
     levels: how many times the mesh was refined.
     history: estimates of earlier levels, which correct later estimates.
     """
 
-    layout: Layout
     accuracy: float
     degree: int = 3
     levels: int = 0
     history: tuple[Record, ...] = ()
 
-    whole = True
+    @property
+    @abstractmethod
+    def cells(self) -> Any:
+        """scikit-fem's mesh."""
 
     @property
-    def scene(self) -> AnyScene:
-        """The scene."""
-        scene: AnyScene = self.layout.scene
-        return scene
+    @abstractmethod
+    def name(self) -> str:
+        """The cells, for a message."""
 
-    @cached_property
-    def domain(self) -> Domain:
-        """The scene on the mesh."""
-        return self.layout.domain(self.degree)
+    @property
+    @abstractmethod
+    def advice(self) -> str:
+        """The remedy where the accuracy is not reached, in words."""
+
+    @abstractmethod
+    def cut(self, shorter: np.ndarray) -> Self:
+        """Return the mesh with cells cut that are to be ``shorter`` along an axis (3, cells)."""
 
     @cached_property
     def size(self) -> Size:
         """Cells, unknowns and memory."""
-        return of_cells(self.layout.cells, self.degree, float(self.domain.live.mean()))
+        return of_cells(self.cells, self.degree, float(self.domain.live.mean()))
 
     @property
     def simplex(self) -> bool:
         """Whether cells are tetrahedra."""
-        return len(self.layout.cells.t) == 4
+        return len(self.cells.t) == 4
 
     @property
     def _room(self) -> float:
@@ -205,44 +168,30 @@ class CellMesh:
         return float(min(np.inf if self.scene.memory else most / self.size.unknowns, max(room, 0.0) ** (3 / 4)))
 
     @property
-    def _last(self) -> bool:
-        """Whether the mesh is refined no more."""
+    def last(self) -> bool:
         return self._room < (LEAST_GROWTH if self.simplex else 8.0)
 
-    def problems(self) -> Problems:
-        """Return the problems of degrees 1 to `degree`."""
-        return nested.problems(self.domain, self.accuracy)
-
     @cached_property
-    def _at_vertices(self) -> np.ndarray:
+    def at_vertices(self) -> np.ndarray:
         """(2, 3, vertices): the exponents of edges, for heat and for current."""
         return edge_exponents.at_vertices(self.domain)
 
     @cached_property
-    def _estimator(self) -> Estimator:
-        exponents = edge_exponents.of_cells(self.layout.cells, self._at_vertices) if self.simplex else None
+    def estimator(self) -> Estimator:
+        exponents = edge_exponents.of_cells(self.cells, self.at_vertices) if self.simplex else None
         return Estimator.of_cells(exponents, self.size.cells, self.degree)
 
     def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        level = goal_errors.examined(study, given, fine, self._estimator)
+        level = super().examine(study, given, fine)
         if level is None:
             return None
         level = corrected(level, self.history)
         return replace(level, errors=goal_errors.as_balanced(study, level.errors, fine, level.scales))
 
-    def respond(
-        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
-    ) -> Response:
-        estimator, last = self._estimator, self._last
-        return trace_errors.respond(study, given, bases, shift, estimator, steady, generations, as_it_is=last)
-
-    def begin(self) -> CellMesh:
-        return self
-
-    def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
+    def refine(self, indicators: Indicators, target: float) -> Self | None:
         """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""
         record = () if indicators.record is None else (indicators.record,)
-        if self._last:
+        if self.last:
             return None
         start = replace(self, history=(*self.history, *record))
         if not self.simplex:
@@ -259,80 +208,67 @@ class CellMesh:
         while count:
             marked = np.zeros_like(shorter)
             marked[:, order[:count]] = shorter[:, order[:count]]
-            finer = start._cut(marked)
-            growth = finer.layout.cells.t.shape[1] / shorter.shape[1]
+            finer = start._finer(marked)
+            growth = finer.cells.t.shape[1] / shorter.shape[1]
             # In a mesh of few cells the neighbours of a single one may be many.
             if growth <= min(self._room, MOST_GROWTH if count > 1 else np.inf):
                 return finer
             count //= 2
         return None
 
-    def refine_all(self) -> CellMesh | None:
-        return None if self._last else self._cut(self._longest())
+    def refine_all(self) -> Self | None:
+        return None if self.last else self._finer(self._longest())
 
     def _longest(self, by_axis: np.ndarray | None = None) -> np.ndarray:
         """Return (3, cells) the axes along which to halve each cell, for indicators per axis (3, cells)."""
-        size: np.ndarray = np.ptp(self.layout.cells.p[:, self.layout.cells.t], axis=1)
+        size: np.ndarray = np.ptp(self.cells.p[:, self.cells.t], axis=1)
         if by_axis is not None:
             varies = by_axis * size
             size[varies < VARIES * varies.max(axis=0)] = 0.0
         return size > SHORTER * size.max(axis=0)
 
-    def _cut(self, shorter: np.ndarray) -> CellMesh:
-        sharp = self._at_vertices.min(axis=0) < 1 if self.simplex else np.zeros(0, bool)
-        return replace(self, layout=self.layout.refine(shorter, sharp), levels=self.levels + 1)
-
-    def refine_for_field(self, level: Level) -> CellMesh | None:
-        worst = sampled(level)[0].max(axis=1)
-        return None if self._last else self._cut(self._longest() & (worst >= CAUSES * worst.max()))
-
-    def steps(self, levels: int | None) -> tuple[Step, ...]:
-        return self.layout.steps(levels, self.degree)
-
-    def with_scene(self, scene: Any) -> CellMesh:
-        return CellMesh(self.layout.with_scene(scene), scene.accuracy, self.degree, self.levels)
+    def _finer(self, shorter: np.ndarray) -> Self:
+        return replace(self.cut(shorter), levels=self.levels + 1)
 
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         weights = heat.domain.space.on(np.arange(self.size.cells)).weights
         return {
             "cells": self.size.cells, "nodes": heat.size, "refined": self.levels > 0, "lowest_degree": self.degree,
-            "highest_degree": self.degree, "volume_m3": float(weights.sum()), **self.layout.statistics(),
+            "highest_degree": self.degree, "volume_m3": float(weights.sum()), "cell_type": "tetra",
         }  # fmt: skip
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         cells = "tetrahedra" if self.simplex else "hexahedra"
-        why = f"{self.size.cells:,} {cells} of degree {self.degree}; {self.layout.advice}"
+        why = f"{self.size.cells:,} {cells} of degree {self.degree}; {self.advice}"
         short = self.simplex and self.degree < 3
         remark = f"elements of degree 2, for degree 3 takes more memory: {reach.allowed(self.scene)}"
-        return [*less_accurate(study, relative, why), *[remark] * short, *self.layout.remarks()]
+        return [*less_accurate(study, relative, why), *[remark] * short]
+
+    def fitting(self) -> Self:
+        """Return the mesh with the highest degree that memory has room for: 3 or 2 on tetrahedra.
+
+        Raises TooLargeError where degree 2 does not fit.
+        """
+        for degree in (3, 2) if self.simplex else (2,):
+            mesh = replace(self, degree=degree)
+            if reach.fits(self.scene, mesh.size):
+                return mesh
+        raise TooLargeError(
+            f"{self.name} take {mesh.size.memory / 1e9:.2g} GB with elements of degree 2, the lowest with an error "
+            f"estimate, and {reach.allowed(self.scene)}; set run.memory, or use a machine with more memory"
+        )
 
 
-def fitting(layout: Layout, accuracy: float) -> CellMesh:
-    """Return the mesh of a layout with the highest degree that memory has room for: 3 or 2 on tetrahedra.
-
-    Raises TooLargeError where degree 2 does not fit.
-    """
-    most = reach.limit(layout.scene)
-    for degree in (3, 2):
-        mesh = CellMesh(layout, accuracy, degree if len(layout.cells.t) == 4 else 2)
-        if mesh.size.memory <= most:
-            return mesh
-    raise TooLargeError(
-        f"{layout.name} take {mesh.size.memory / 1e9:.2g} GB with elements of degree 2, the lowest with an error "
-        f"estimate, and {reach.allowed(layout.scene)}; set run.memory, or use a machine with more memory"
-    )
-
-
-def mesh_of(scene: MeshScene) -> CellMesh:
+def mesh_of(scene: MeshScene) -> FileCells:
     """Return the scene on the mesh of its file.
 
     Raises SceneError where they do not fit together, TooLargeError where the cells take too much memory.
     """
-    return fitting(FileLayout(check(scene, read(scene.path, scene.unit))), scene.accuracy)
+    return FileCells(check(scene, read(scene.path, scene.unit)), accuracy=scene.accuracy).fitting()
 
 
 @dataclass(frozen=True, eq=False)
-class FileLayout:
+class FileCells(CellMesh):
     """A scene on the cells of its file, or on refined cells."""
 
     placed: Placed
@@ -352,32 +288,33 @@ class FileLayout:
     def cells(self) -> Any:
         return self.placed.mesh.mesh
 
-    def domain(self, degree: int) -> Domain:
-        return groups(self.placed, degree)
+    @cached_property
+    def domain(self) -> Domain:
+        return groups(self.placed, self.degree)
 
-    def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> FileLayout:
+    def cut(self, shorter: np.ndarray) -> FileCells:
         """Bisect three times to halve the length, regardless of sharp edges; cut all hexahedra into eight."""
         mesh, times = self.placed.mesh, np.where(shorter.any(axis=0), 3, 0)
-        return FileLayout(replace(self.placed, mesh=refine(mesh, times)))
+        return replace(self, placed=replace(self.placed, mesh=refine(mesh, times)))
 
-    def with_scene(self, scene: MeshScene) -> FileLayout:
-        return FileLayout(replace(self.placed, scene=scene))
+    def with_scene(self, scene: MeshScene) -> FileCells:
+        return replace(self, placed=replace(self.placed, scene=scene), accuracy=scene.accuracy, history=())
 
-    def remarks(self) -> list[str]:
-        return remarks(self.placed.mesh)
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        return [*super().warnings(study, relative), *remarks(self.placed.mesh)]
 
-    def statistics(self) -> dict[str, Any]:
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         mesh = self.placed.mesh
         named = {"volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces)}
-        return {"file_cells": mesh.file_cells, "cell_type": mesh.file_type, **named}
+        return super().statistics(heat) | {"file_cells": mesh.file_cells, "cell_type": mesh.file_type, **named}
 
-    def steps(self, levels: int | None, degree: int) -> tuple[Step, Step]:
+    def steps(self, levels: int | None) -> tuple[Step, Step]:
         mesh, accuracy = self.placed.mesh, f"an estimated error of {self.scene.accuracy:g}"
         cut = "halved where readings miss most" if mesh.simplex else "cut into eight"
         how = f"{cut}, until {accuracy} is reached or memory or time ends it"
         if levels is not None:
             how = f"{cut}, {levels} times, to {mesh.count} cells"
-        degrees = ", ".join(str(p) for p in range(1, degree)) + f" and {degree}"
+        degrees = ", ".join(str(p) for p in range(1, self.degree)) + f" and {self.degree}"
         why = f"degrees {degrees} estimate the errors on the cells of the file" if levels == 0 else how
-        what = f"{mesh.file_cells} {mesh.file_type} cells of {self.scene.file}, degree {degree}"
-        return Step("mesh", "done", what), Step("refinement", "skipped" if levels == 0 else "done", why)
+        cells = f"{mesh.file_cells} {mesh.file_type} cells of {self.scene.file}, degree {self.degree}"
+        return Step("mesh", "done", cells), Step("refinement", "skipped" if levels == 0 else "done", why)

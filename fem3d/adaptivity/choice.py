@@ -7,23 +7,20 @@ accuracy. Planes that align with no others make a grid grow with the square of t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from fem3d.adaptivity import reach
-from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.brick_mesh import LARGE, Bricks
-from fem3d.adaptivity.cell_mesh import CellMesh, fitting
-from fem3d.adaptivity.mesh import Answer, Mesh
+from fem3d.adaptivity.cell_mesh import CellMesh
+from fem3d.adaptivity.mesh import LARGE, Bricks, Mesh
 from fem3d.results.outputs import Study
 from fem3d.spaces.domain import Boxes, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes.columns import Columns
 from meshes.grid import coarsest
-from scenes.errors import NumericsError, TooLargeError
 from scenes.free.grid import crowding
 from scenes.model import Scene
 from scenes.result import Step
@@ -35,7 +32,7 @@ TO_PERCENT, PER_DECADE = 4.0, 7.0
 
 
 @dataclass(frozen=True, eq=False)
-class BoxLayout:
+class BoxCells(CellMesh):
     """A scene of boxes on tetrahedra (`meshes.columns`), and why it is not on bricks."""
 
     columns: Columns
@@ -56,25 +53,21 @@ class BoxLayout:
     def cells(self) -> Any:
         return self.columns.mesh
 
-    def domain(self, degree: int) -> Boxes:
-        return box_cells(self.scene, self.cells, degree)
+    @cached_property
+    def domain(self) -> Boxes:
+        return box_cells(self.scene, self.cells, self.degree)
 
-    def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> BoxLayout:
-        return replace(self, columns=self.columns.refined(shorter, sharp))
+    def cut(self, shorter: np.ndarray) -> BoxCells:
+        """Cut cells, near vertices at which gradients are infinite."""
+        return replace(self, columns=self.columns.refined(shorter, self.at_vertices.min(axis=0) < 1))
 
-    def with_scene(self, scene: Scene) -> BoxLayout:
-        return replace(self, columns=replace(self.columns, scene=scene))
+    def with_scene(self, scene: Scene) -> BoxCells:
+        return replace(self, columns=replace(self.columns, scene=scene), accuracy=scene.accuracy, history=())
 
-    def remarks(self) -> list[str]:
-        return []
-
-    def statistics(self) -> dict[str, Any]:
-        return {"cell_type": "tetra"}
-
-    def steps(self, levels: int | None, degree: int) -> tuple[Step, ...]:
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
         cells = self.cells.t.shape[1]
         done = "" if levels is None else f"; finer where readings missed most, {levels} times, to {cells} cells"
-        return (Step("mesh", "done", f"tetrahedra of degree {degree}, of the whole scene: {self.why}{done}"),)
+        return (Step("mesh", "done", f"tetrahedra of degree {self.degree}, of the whole scene: {self.why}{done}"),)
 
 
 def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
@@ -100,43 +93,6 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
     return (study, many) if many else (whole, tetrahedra)
 
 
-def solve(
-    study: Study, mesh: Mesh, whole: Callable[[], Study], with_transient: bool, progress: Callable[[str], None]
-) -> tuple[Study, Answer]:
-    """Return the answer on a mesh of `choose`, and its study.
-
-    Where memory has no room for all bricks that an accuracy takes, the scene is solved on tetrahedra too, and the
-    answer with the smaller error is taken. Raises as `adapt` does.
-    """
-    known, left = None, np.inf
-    try:
-        known = adapt(study, with_transient, progress, mesh, not with_transient)
-        left = 0.0 if with_transient else max(known.relative(study).values(), default=0.0)
-    except TooLargeError:
-        if not _may_change(mesh):
-            raise
-    if known is not None and (left <= study.accuracy or not _may_change(mesh)):
-        return study, known
-    every, last = whole(), mesh if known is None else known.mesh
-    assert isinstance(last, Bricks)
-    try:
-        tetrahedra = on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid))
-        progress("begun anew on tetrahedra: bricks would be too many")
-        answer = adapt(every, with_transient, progress, tetrahedra, not with_transient)
-    except NumericsError:
-        if known is None:
-            raise
-        return study, known
-    if known is not None and left <= max(answer.relative(every).values(), default=0.0):
-        return study, known
-    return every, answer
-
-
-def _may_change(mesh: Mesh) -> bool:
-    """Return whether tetrahedra may take the place of bricks that become too many."""
-    return isinstance(mesh, Bricks) and not mesh.scene.mesh
-
-
 def _suits(scene: Scene, grid: Size, most: float) -> bool:
     """Return whether a grid has at most so many unknowns, and fits the memory."""
     return grid.unknowns <= most and reach.fits(scene, grid)
@@ -147,11 +103,11 @@ def factor(accuracy: float) -> float:
     return float(TO_PERCENT * PER_DECADE ** max(np.log10(1e-2 / accuracy), 0.0))
 
 
-def on_tetrahedra(scene: Scene, grid: Size) -> CellMesh:
+def on_tetrahedra(scene: Scene, grid: Size) -> BoxCells:
     """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
         crowded = crowding(scene, coarsest(scene).breaks)
         unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
         why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
-    return fitting(BoxLayout(Columns.of(scene), why), scene.accuracy)
+    return BoxCells(Columns.of(scene), why, accuracy=scene.accuracy).fitting()

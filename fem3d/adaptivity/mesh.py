@@ -1,4 +1,4 @@
-"""Interface of the meshes that `fem3d.adaptivity.adapt.adapt` refines, its answer, and refinement for a whole field.
+"""Meshes that `fem3d.adaptivity.adapt.adapt` refines, grids of bricks among them, and its answer.
 
 Errors of probes converge twice as fast as the error of the field, so a grid made for probes may leave a field that
 oscillates beside a steep decay. The error of the field is estimated by the difference of the two highest degrees at
@@ -7,36 +7,44 @@ points of every cell, relative to the largest rise.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import nested
-from fem3d.adaptivity.estimator import Spread, total
+from fem3d.adaptivity import goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity.estimator import Estimator, Spread, total, worst_of
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.solution.transient import Base
+from fem3d.spaces.domain import Boxes, Domain, boxes
+from fem3d.spaces.size import foreseen
 from meshes import edgewise, grading
-from meshes.grading import RATIO
+from meshes import grid as grids
+from meshes.grading import Features
 from meshes.grid import Grid
-from scenes.errors import NumericsError
+from scenes.model import Scene
 from scenes.result import Step
 
 # Largest ratio of the error to the difference of the two degrees: the worst of 1,200 steady scenes has 1.85, below the
 # coldest boundary (`validate stress`, "field away from the probes").
 CAUTION = 2.0
-# Intervals with at least this fraction of the largest difference are refined: one more layer at a re-entrant edge
-# reduces it by this factor.
-CAUSES = RATIO ** (2 / 3)
 POINTS = 6  # points along each axis of a cell at which two fields are compared
-MOST_LEVELS = 6  # levels for the field, after those that the probes need
-MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
+# A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
+# and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
+AIM = 0.5
+# Degree of a rough grid; a first grid with at least MANY unknowns is preceded by a rough grid. With fewer unknowns the
+# rough grid takes longer than it saves (random scenes, also on blocks).
+ROUGH, MANY = 2, 6_000
+LARGE = 30_000  # unknowns of a grid beyond which tetrahedra are looked at (`fem3d.adaptivity.choice`)
 
 
 class Indicators(NamedTuple):
@@ -54,52 +62,71 @@ class Indicators(NamedTuple):
     record: Record | None = None
 
 
-class Mesh(Protocol):
-    """A mesh of a scene with its error estimator: `Bricks`, or the tetrahedra and hexahedra of `CellMesh`."""
+class Mesh(ABC):
+    """A mesh of a scene for a relative ``accuracy``: `Bricks`, or the tetrahedra and hexahedra of `CellMesh`."""
+
+    scene: Any
+    accuracy: float
+    whole = True  # whether the mesh is of the whole scene, not of its symmetric part
 
     @property
-    def whole(self) -> bool:
-        """Whether the mesh is of the whole scene, not of its symmetric part."""
+    def last(self) -> bool:
+        """Whether the mesh is refined no more, so that its errors are accepted."""
+        return False
+
+    @property
+    @abstractmethod
+    def domain(self) -> Domain:
+        """The scene on the cells."""
+
+    @property
+    @abstractmethod
+    def estimator(self) -> Estimator:
+        """The error estimator of the cells."""
 
     def begin(self) -> Mesh:
         """Return the mesh to begin with, which may be a coarser one."""
+        return self
 
     def problems(self) -> Problems:
         """Return the problems in nested spaces."""
+        return nested.problems(self.domain, self.accuracy)
 
     def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one
         has."""
+        return goal_errors.examined(study, given, fine, self.estimator)
 
     def respond(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        """Return the response of the first of ``bases``, in the highest space, with its errors; lower spaces follow.
+        """Return the response over time with its errors, by `trace_errors.respond`."""
+        return trace_errors.respond(study, given, bases, shift, self.estimator, steady, generations, self.last)
 
-        ``steady`` is the level of its steady state, if solved; ``generations`` of Krylov fields are the first trial.
-        """
-
+    @abstractmethod
     def refine(self, indicators: Indicators, target: float) -> Mesh | None:
         """Return the mesh refined where indicators are large, aiming at the relative error ``target``.
 
         None where the mesh cannot be refined further. Raises NumericsError where no refinement reaches the target.
         """
 
+    @abstractmethod
     def refine_all(self) -> Mesh | None:
         """Return the mesh a little finer everywhere, or None where that is impossible."""
 
-    def refine_for_field(self, level: Level) -> Mesh | None:
-        """Return the mesh refined where the steady field has the largest errors; None where that is impossible."""
-
+    @abstractmethod
     def with_scene(self, scene: Any) -> Mesh:
         """Return the same cells with another scene, whose parts are in the same places."""
 
+    @abstractmethod
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         """Return cells, degrees and volume for a result."""
 
+    @abstractmethod
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         """Return the lines of the plan; after a run with the number of its refinements."""
 
+    @abstractmethod
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         """Return warnings of the mesh and of ``relative`` errors above the accuracy."""
 
@@ -156,64 +183,11 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
     ]
 
 
-def most(size: int) -> float:
-    """Return how many nodes a level for the field may have, for the ``size`` that the probes need."""
-    return max(min(MOST_GROWTH * size, MOST), FREELY)
-
-
-def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str], None]) -> Answer:
-    """Refine a few more levels for the field, at a few times the cost of the probes; return also the field's error."""
-    assert study.field is not None
-    best = replace(answer, field=estimate(level))
-    mesh: Mesh | None = answer.mesh
-    most_nodes = most(best.heat.size)
-    for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
-        mesh = mesh.refine_for_field(level) if mesh is not None and best.field > study.field else None
-        if mesh is None:
-            break
-        try:
-            problems = mesh.problems()
-            if problems.heat.size > most_nodes:
-                break
-            fine = nested.solution(study, problems, near=best.fine.state)
-            finer = mesh.examine(study, problems, fine)
-        except NumericsError:
-            break
-        if finer is None:
-            break
-        level = finer
-        progress(f"level {number}, for the field: {problems.heat.size} unknowns")
-        if level.worst <= study.accuracy and (error := estimate(level)) < best.field:
-            best = Answer(mesh, problems.heat, problems.conductor, level.fine, level.errors, None, number, error)
-    return best
-
-
 def estimate(level: Level) -> float:
     """Return the largest error of the fine steady field over its largest rise."""
     gaps, field = sampled(level)
     largest = float(max(field.max(), 0.0) - min(field.min(), 0.0)) or 1.0
     return CAUTION * float(gaps.max()) / largest
-
-
-def refined(level: Level, aim: Grid | None = None) -> Grid:
-    """Return the grid refined on the intervals with most of the field's error.
-
-    Towards singular planes they are cut, elsewhere they gain a degree, or are halved at the highest; edges of a rough
-    grid gain a degree, at most to its ``aim``.
-    """
-    space, (gaps, _) = level.problems.bricks, sampled(level)
-    grid, marks = space.grid, grading.features(level.problems.domain.scene)
-    cells = np.zeros(grid.owner.shape)
-    cells[tuple(space.ijk)] = gaps.max(axis=1)
-    if grid.edges:
-        missing = edgewise.of_cells(np.where(cells >= CAUSES * gaps.max(), 1.0, 0.0))
-        if aim is not None:
-            return edgewise.finer(grid, missing, 0.5, aim)
-        return edgewise.refined(grid, missing, 0.5 * total(missing), marks)
-    worst = [cells.max(axis=tuple({0, 1, 2} - {d})) for d in range(3)]
-    missing = [np.where(each >= CAUSES * gaps.max(), 1.0, 0.0) for each in worst]
-    # Half the target makes twice the share: one step everywhere.
-    return grading.refined(grid, missing, 0.5 * total(missing), marks)
 
 
 def sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
@@ -226,3 +200,93 @@ def sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
     fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, -2)]))
     fine, low = fields[:, space.dofs.T] @ space.at(X).T
     return np.abs(fine - low), fine
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks(Mesh):
+    """A grid of bricks, refined where the contributions of the last two degrees are large.
+
+    ``marks`` are the features of the scene with its singular edges. A grid of rough degrees selects the edges that need
+    the degrees of its ``aim``. If memory has no room for a finer grid, the accuracy is refused or, with
+    ``as_far_as_it_goes``, the grid is taken as it is."""
+
+    scene: Scene
+    grid: Grid
+    accuracy: float
+    marks: Features
+    aim: Grid | None = None
+    as_far_as_it_goes: bool = False
+
+    whole = False
+    levels = None
+
+    @staticmethod
+    def of(study: Study, over_time: bool = False) -> Bricks:
+        """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
+        scene, accuracy = study.part.scene, study.accuracy
+        reach.check_planes(scene)
+        marks = grading.features(scene, study.earliest if over_time else None)
+        return Bricks(scene, reach.first_grid(scene, accuracy, marks), accuracy, marks)
+
+    @property
+    def domain(self) -> Boxes:
+        return boxes(self.scene, self.grid)
+
+    @cached_property
+    def estimator(self) -> Estimator:
+        return Estimator.of_grid(self.grid, self.marks)
+
+    def begin(self) -> Bricks:
+        if foreseen(self.scene, self.grid).unknowns < MANY:
+            return self
+        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
+        return replace(self, grid=edgewise.of_degree(self.grid, ROUGH), aim=grading.raised(self.grid))
+
+    def problems(self) -> Problems:
+        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
+        given = super().problems()
+        if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
+            # The power of the cold conductor is available before any other solution.
+            power = self.estimator.indicators(given.electric_parts)
+            reach.check_edges(self.grid, self.marks, [power], self.accuracy)
+        return given
+
+    def refine(self, indicators: Indicators, target: float) -> Bricks | None:
+        missing = worst_of(indicators.goals)
+        missing = [m * max(indicators.worst / max(total(missing), 1e-300), 1.0) for m in missing]
+        if self.aim is not None:
+            # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
+            share = edgewise.share_of(missing, AIM * target / (2 * edgewise.FALLS))
+            finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
+        else:
+            reach.check_edges(self.grid, self.marks, indicators.goals, target)
+            refined = edgewise.refined if self.grid.edges else grading.refined
+            finer = replace(self, grid=refined(self.grid, missing, AIM * target, self.marks))
+            if finer.grid.same(self.grid):
+                raise not_reached(self.accuracy, reach.because(self.marks))
+        if self.as_far_as_it_goes and not reach.fits(self.scene, foreseen(self.scene, finer.grid)):
+            return None
+        return finer
+
+    def refine_all(self) -> Bricks | None:
+        if self.aim is not None:
+            return replace(self, grid=self.aim, aim=None)
+        finer = grading.raised(self.grid)
+        return None if finer.same(self.grid) else replace(self, grid=finer)
+
+    def with_scene(self, scene: Scene) -> Bricks:
+        return replace(self, scene=scene)
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        """Return a line of the plan if the scene demands the grid, or if the grid is large."""
+        size = foreseen(self.scene, self.grid)
+        if not self.scene.mesh and size.unknowns <= LARGE:
+            return ()
+        why = "run.mesh asks for it" if self.scene.mesh else "tetrahedra are foreseen to take more"
+        return (Step("mesh", "done", f"a grid of bricks of {size.unknowns:,} unknowns to start with; {why}"),)
+
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
+        return grids.statistics(self.grid)
+
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        return less_accurate(study, relative, f"as many bricks as the memory has room for; {reach.ADVICE}")

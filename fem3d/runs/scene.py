@@ -64,7 +64,7 @@ def observe(
     every = replace(scene, probes=(*scene.probes, *probes))
     study, whole = (probe_quantities.study(scene, part_of(every, uncut)) for uncut in (False, True))
     study, mesh = choice.choose(replace(study, field=None), replace(whole, field=None))
-    study, answer = choice.solve(study, mesh, lambda: replace(whole, field=None), False, lambda _: None)
+    answer = adapt(study, False, mesh=mesh)
     values = probe_quantities.study(every, study.part).steady(answer.fine.out)
     needed = probes if chosen is None else chosen({name: float(value) for name, value in values.items()})
     full = probe_quantities.study(replace(scene, probes=(*scene.probes, *needed)), study.part)
@@ -97,16 +97,7 @@ def solve(
     answer: Answer | None = None if rough is None else rough.details.get("answer")
     if answer is not None and answer.response is not None and answer.mesh.whole:
         study, mesh = _refined(scene, answer.mesh, answer.response)
-    say = progress or (lambda _: None)
-    if isinstance(scene, MeshScene):
-        answer = adapt(study, not scene.steady, say, mesh, scene.steady)
-    else:
-        from fem3d.adaptivity import choice
-
-        def every() -> Study:
-            return probe_quantities.study(scene, part_of(scene, True))
-
-        study, answer = choice.solve(study, mesh, every, not scene.steady, say)
+    answer = adapt(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
     details |= {"plan": plan(scene, not study.part.planes, on), "answer": answer}

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import brick_mesh
+from fem3d.adaptivity import mesh
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
 from fem3d.spaces.size import foreseen
@@ -33,7 +33,7 @@ def bridge(accuracy=1e-2):
 def close():
     """A solution to a part in 1,000 whose degrees are uniform in its intervals."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(brick_mesh, "MANY", np.inf)
+        patch.setattr(mesh, "MANY", np.inf)
         return scene_run.solve(bridge(1e-3)).steady
 
 
