@@ -253,10 +253,15 @@ class Conductor:
             charge[t.at] += float(t.load(voltage))
         return charge
 
-    @cached_property
+    @property
     def cold_potentials(self) -> np.ndarray:
         """(channels, functions): the potentials at the initial temperature, per unit of each channel."""
-        return np.array([self.given(v) + self.respond(self._charge(v)) if v.any() else v for v in self.voltages])
+
+        def solved() -> np.ndarray:
+            return np.array([self.given(v) + self.respond(self._charge(v)) if v.any() else v for v in self.voltages])
+
+        potentials: np.ndarray = self.kept.get("cold_potentials", solved)
+        return potentials
 
     @cached_property
     def supplied_at(self) -> np.ndarray:
@@ -313,7 +318,7 @@ class Conductor:
         resistivity = self.resistivity(rise)
         if not (resistivity > 0).all():
             raise NumericsError("the resistivity is not positive at the temperatures that are reached")
-        first = self.respond(self._charge(voltage)) if guess is None else guess
+        first = self.near(resistivity).respond(self._charge(voltage)) if guess is None else guess
         start = self.given(voltage) + self.expanded(self.unknowns(first))
         start += self.expanded(self._conjugate_gradients(resistivity, start, voltage))
         density = -self.on.gradient(start) / resistivity

@@ -19,7 +19,8 @@ from fem3d.adaptivity.estimator import Spread, left, total
 from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import Problems, problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected
-from fem3d.runs.differences import TIGHT, Point, Table, Values, difference, move
+from fem3d.runs.differences import Point, Table, Values, difference, move
+from fem3d.solution.tangent import TIGHT
 from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from meshes.grading import Features

@@ -5,10 +5,11 @@ the parabola through f(0), f(a) and f(b) is
 
     D = (b D_a - a D_b) / (b - a),    D_a = (f(a) - f(0)) / a,
 
-for h and -h the central difference. Its distance from D_a bounds the truncation error and shows the noise of the
-solutions. The error of space is estimated in the next lower space: all solutions share their cells, so that the
-difference D_a is a smooth function of the mesh, and converges as the quantities do. Steady quantities are
-differentiated in logarithms, which are straight for powers.
+for h and -h the central difference. Its distance from D_a bounds the truncation error. A steady state beside another
+one is solved to the first order in h (`fem3d.solution.tangent`), as terms of the second order cancel. The error of
+space is estimated in the next lower space: all solutions share their cells, so that the difference D_a is a smooth
+function of the mesh, and converges as the quantities do. Steady quantities are differentiated in logarithms, which are
+straight for powers.
 
 Transients are projected on the same fields for all values of a key: Krylov fields of the loads, and of the dual
 problems of the traces. A trace is then off by the product of the errors of both solutions, and the change of the fields
@@ -39,11 +40,13 @@ from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.results.probes import reading
 from fem3d.solution import transient
+from fem3d.solution.tangent import Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces.domain import Domain, box_cells, boxes, groups
 from meshes import grading
 from meshes.grouped.check import Placed
 from meshes.symmetry import Symmetry
+from scenes import physics
 from scenes.errors import NumericsError, SceneError
 from scenes.model import ROUNDING, AnyScene, MeshScene, Scene
 from scenes.result import Estimate
@@ -122,8 +125,6 @@ def _names(scene: AnyScene) -> list[str]:
 
 STEP = 2.0**-10
 """Relative step of a key: a parabola is then off by some 1e-6 of a derivative."""
-TIGHT = 1e-2
-"""Part of the accuracy to which solutions are solved: the error of iterations is divided by the step."""
 NOISE = 1e-8
 """Relative error that rounding in two solutions leaves in their difference over the step."""
 FEWER = 2
@@ -221,7 +222,7 @@ def sensitivities(
     profile, left_out = dict[str, np.ndarray](), dict[str, str]()
     for key, vary in keys.items():
         try:
-            found = difference(base, partial(solver.beside, vary, base), solver.edges)
+            found = difference(base, partial(solver.beside, vary), solver.edges)
         except (SceneError, NumericsError) as error:
             left_out[key] = str(error)
             continue
@@ -294,12 +295,10 @@ def difference(base: Point, solve: Callable[[float, bool], Point], edges: float)
 
 
 class _Solver:
-    """Solutions of scenes next to the scene of an answer, on its mesh, moved."""
+    """Values of scenes next to the scene of an answer, on its mesh, moved."""
 
     def __init__(self, study: Study, answer: Answer, rows: Any) -> None:
-        self._answer, self._part, self._rows, self._accuracy = answer, study.part, rows, TIGHT * study.accuracy
-        state = None if answer.steady is None else answer.steady.state
-        self._start = None if state is None else state.heat.field(state.rise)
+        self._answer, self._part, self._rows = answer, study.part, rows
         self.times = np.empty(0)
         if answer.response is not None:
             rows = answer.response.times
@@ -312,36 +311,57 @@ class _Solver:
         if isinstance(study.part.scene, Scene):
             sharpest = grading.features(study.part.scene).sharpest
             self.edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+        self._first: Problems | None = None
+        self._first, self._tangents = self._moved(study), dict[int, Tangent]()
+        if answer.steady is not None and physics.heat(study.part.scene):
+            given, start = self._first, answer.steady.state.heat.field(answer.steady.state.rise)
+            self._tangents = {
+                k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
+            }
 
-    def beside(self, vary: Vary, base: Point, step: float, lower: bool) -> Point:
-        """Solve a scene next to the base, or take its values where both have the same steady state and no traces."""
-        study = vary(step)
-        if self._answer.response is None and _at_rest(study.part.scene) == _at_rest(self._part.scene):
-            return base
-        return self.point(study, lower)
+    def beside(self, vary: Vary, step: float, lower: bool) -> Point:
+        """Return the values of the scene whose key is larger by a relative step."""
+        return self.point(vary(step), lower)
 
     def point(self, study: Study, lower: bool) -> Point:
-        """Solve a scene, in the ``lower`` space too."""
-        study = replace(study, accuracy=self._accuracy)
-        given = nested.problems(move(self._answer.heat.domain, self._part, study.part), self._accuracy)
+        """Return the values of a scene, in the ``lower`` space too."""
+        given = self._moved(study)
+        return Point(self._values(study, given, -1), self._values(study, given, -2) if lower else None)
+
+    def _moved(self, study: Study) -> Problems:
+        """The problems of a scene on the mesh of the answer, moved."""
+        given = nested.problems(move(self._answer.heat.domain, self._part, study.part), study.accuracy)
         for heat, conductor in zip(given.heats, given.conductors, strict=True):
             heat.ordering.share(self._answer.heat.ordering)
             if conductor is not None and self._answer.conductor is not None:
                 conductor.ordering.share(self._answer.conductor.ordering)
-        return Point(self._values(study, given, -1), self._values(study, given, -2) if lower else None)
+        # Beside a scene its factors are near enough to start from and to correct by.
+        for problem, first in zip(self._first.heats if self._first else (), given.heats, strict=False):
+            first.kept.tell(solve_steady=problem.solve_steady)
+        for of_first, conductor in zip(self._first.conductors if self._first else (), given.conductors, strict=False):
+            if of_first is not None and conductor is not None:
+                near = of_first.kept.get("near", lambda: None) or of_first
+                conductor.kept.tell(near=near, cold_potentials=of_first.cold_potentials)
+        return given
 
     def _values(self, study: Study, given: Problems, level: int) -> Values:
         """Solve in one of the nested spaces; over time in the fields of the base."""
-        steady, profile, base, response = dict[str, float](), np.empty(0), None, self._answer.response
+        steady, profile, response = dict[str, float](), np.empty(0), self._answer.response
         if self._answer.steady is not None:
-            solution = nested.solution(study, given, level, start=self._start)
-            steady = {name: float(value) for name, value in solution.quantities.items()}
+            tangent = self._tangents.get(level)
+            if tangent is None:
+                state = nested.solution(study, given, level).state
+            else:
+                state = tangent.state(given.heats[level], given.conductors[level])
+            steady = {n: float(v) for n, v in study.steady(outputs.of_steady(state, study.part)).items()}
             if self._rows is not None:
-                profile = self._rows @ solution.state.heat.field(solution.state.rise)
-            base = Base.of_steady(solution.state, study.accuracy)
+                profile = self._rows @ state.heat.field(state.rise)
         if response is None:
             return Values(steady, profile, {})
-        base = base or hold(given.heats[level], given.conductors[level], self._hot, self._base.heat)
+        if self._answer.steady is not None:
+            base = Base.of_steady(state, study.accuracy)
+        else:
+            base = hold(given.heats[level], given.conductors[level], self._hot, self._base.heat)
         if level not in self._fields:
             self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))
         reduced = base.project(np.column_stack([base.fields, self._fields[level]]))
@@ -370,10 +390,3 @@ class _Solver:
         halves = (bare, generations), (dual, generations // 2)
         spaces = [Krylov(each, self._shift, earliest).fields(count) for each, count in halves]
         return orthonormal(base.heat.inner_mass, np.column_stack(spaces))
-
-
-def _at_rest(scene: Any) -> Any:
-    """Return the scene without heat capacities, which do not affect a steady state."""
-    parts = getattr(scene, scene.parts)
-    still = (replace(p, material=replace(p.material, density=None, specific_heat=None)) for p in parts)
-    return replace(scene, **{scene.parts: tuple(still)})

@@ -137,7 +137,7 @@ def solve_steady(
         except NotConvergedError:
             break  # the coarser quadrature stands, with its error
         newton = finer
-    return _state(newton, point, unsettled + off, tangent)
+    return read_state(newton, point, unsettled + off, tangent)
 
 
 class NotConvergedError(NumericsError):
@@ -512,7 +512,7 @@ def _currents(conductor: Conductor, point: Point) -> np.ndarray:
     return np.array([*conductor.pattern(potential).currents.values()])
 
 
-def _state(newton: Newton, point: Point, unsettled: float, tangent: HeatProblem | None) -> SteadyState:
+def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProblem | None) -> SteadyState:
     """The steady state of a point, with the problem linearized about it where a law makes it nonlinear."""
     heat, c, rise, source = newton.heat, newton.conductor, point.rise, newton.heat.loads[0]
     joule, currents, potential, density = dict[str, float](), dict[str, float](), None, np.zeros((3, 0, 0))
