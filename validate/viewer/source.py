@@ -26,7 +26,6 @@ QUANTITIES = {
 }
 """What can be shown: the data's name, its label and unit."""
 _CUTS = {"": "x", "x": "y", "y": "z", "z": ""}
-FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 @dataclass
@@ -192,7 +191,6 @@ class View:
     place: float = 0.5
     probe: bool = False
     own_scale: bool = False
-    keys: bool = True
     playing: bool = False
 
     def at(self, step: int) -> View:
@@ -205,56 +203,17 @@ def _next_quantity(view: View) -> View:
     return replace(view, quantity=view.quantities[(k + 1) % len(view.quantities)])
 
 
-def _moved(view: View, by: float) -> View:
-    return replace(view, place=round(min(max(view.place + by, 0.02), 0.98), 4)) if view.cut else view
-
-
-def _stretched(view: View, up: bool) -> View:
-    others = [f for f in FACTORS if (f > view.factor if up else f < view.factor)]
-    return replace(view, factor=float((others[0] if up else others[-1]) if others else view.factor))
-
-
-def _play(view: View) -> View:
-    return replace(view, playing=not view.playing) if view.steps > 1 else view
-
-
-def _switch(name: str) -> Callable[[View], View]:
-    def switched(view: View) -> View:
-        turned: dict[str, Any] = {name: not getattr(view, name)}
-        return replace(view, **turned)
-
-    return switched
-
-
 KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
-    "space": ("space", "play, stop", _play),
+    "space": ("space", "play, stop", lambda view: replace(view, playing=not view.playing)),
     "Right": ("right", "later", lambda view: view.at(view.step + 1)),
     "Left": ("left", "earlier", lambda view: view.at(view.step - 1)),
     "t": ("t", "next quantity", _next_quantity),
-    "x": ("x", "clip across x, y, z, not", lambda view: replace(view, cut=_CUTS[view.cut], place=0.5)),
-    "bracketright": ("]", "plane on", lambda view: _moved(view, 0.05)),
-    "bracketleft": ("[", "plane back", lambda view: _moved(view, -0.05)),
-    "l": ("l", "line probe", _switch("probe")),
-    "a": ("a", "colours: all times, this", _switch("own_scale")),
-    "m": ("m", "mesh edges", _switch("edges")),
-    "period": (".", "thicker", lambda view: _stretched(view, True)),
-    "comma": (",", "thinner", lambda view: _stretched(view, False)),
-    "k": ("k", "these keys", _switch("keys")),
+    "x": ("x", "clip", lambda view: replace(view, cut=_CUTS[view.cut], place=0.5)),
+    "l": ("l", "line probe", lambda view: replace(view, probe=not view.probe)),
+    "r": ("r", "reset the camera", lambda view: view),
+    "q": ("q", "close", lambda view: view),
 }
-"""By VTK's name of a key: label, words, function. VTK itself uses q (close the window) and r (reset the camera)."""
-
-
-def keys_text(view: View, columns: int) -> str:
-    """The keys that do something here, in so many columns, read downwards."""
-    idle = set()
-    if view.steps < 2:
-        idle |= {"space", "Right", "Left", "a"}
-    if len(view.quantities) < 2:
-        idle |= {"t"}
-    entries = [f"{shown:<6} {what}" for name, (shown, what, _) in KEYS.items() if name not in idle]
-    entries += ["r      reset the camera", "q      close"]
-    rows = -(-len(entries) // columns)
-    return "\n".join("".join(f"{entry:<34}" for entry in entries[row::rows]).rstrip() for row in range(rows))
+"""By VTK's name of a key: label, words, function. VTK itself closes the window (q) and resets the camera (r)."""
 
 
 def title(view: View, name: str, time: float | None) -> str:

@@ -20,7 +20,6 @@ import numpy as np
 
 from scenes.errors import SceneError, quoted
 from scenes.model import Scene
-from validate.report.figures import table
 from validate.viewer.source import KEYS, QUANTITIES, View, find, present
 
 FAULT = "fault: "
@@ -163,7 +162,7 @@ def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
     axis, place = request["clip"] or ("", 0.5)
     return View(
         tuple(names), len(source.times), factor, step, quantity, request["edges"], axis, place, request["probe"],
-        bool(request["screenshot"]) and not request["movie"], not request["off_screen"],
+        bool(request["screenshot"]) and not request["movie"],
     )  # fmt: skip
 
 
@@ -209,13 +208,13 @@ def film(stage: Any, view: View, path: Path) -> None:
     if path.suffix.lower() == ".gif":
         from PIL import Image
 
-        colours = _palette()
-        palette = Image.new("P", (1, 1))
-        palette.putpalette(colours)
+        # One palette for all frames, else colours would flicker.
+        palette = Image.fromarray(np.concatenate(frames)).quantize(dither=Image.Dither.NONE)
         images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
         each = 1000 // FRAMES_PER_SECOND
         lasting = [each] * (FRAMES - 1) + [each * (1 + HOLD)]
-        images[0].save(path, save_all=True, append_images=images[1:], duration=lasting, loop=0, palette=bytes(colours))
+        colours = bytes(palette.getpalette() or ())
+        images[0].save(path, save_all=True, append_images=images[1:], duration=lasting, loop=0, palette=colours)
         return
     import imageio.v2 as imageio
 
@@ -224,65 +223,38 @@ def film(stage: Any, view: View, path: Path) -> None:
     imageio.mimwrite(path, even, fps=FRAMES_PER_SECOND, macro_block_size=2)
 
 
-def _palette() -> list[int]:
-    """Return 256 colours for all frames, else they would flicker: of the field, and of ink."""
-    inks = np.linspace((34, 34, 34), (255, 255, 255), 24)
-    field = table()[np.linspace(0, len(table()) - 1, 232).round().astype(int)]
-    return np.concatenate([field, inks]).round().astype(int).ravel().tolist()
-
-
 def interact(stage: Any, view: View) -> None:
     """A window with the keys, a time slider and playback, until it is closed."""
     now = [view]
     plotter = stage.plotter
-    slider = _slider(stage, now) if view.steps > 1 else None
 
-    def pressed(change: Any) -> None:
-        before, now[0] = now[0], change(now[0])
-        if now[0] == before:
-            return
-        stage.show(now[0])
-        if slider is not None:
-            slider.GetRepresentation().SetValue(now[0].step)
-            _say_time(slider, stage.source.times, now[0].step)
-        plotter.render()
+    def change(made: View) -> None:
+        if made != now[0]:
+            now[0] = made
+            stage.show(made)
+            plotter.render()
 
     plotter.reset_key_events()
-    for name, (_, _, change) in KEYS.items():
-        plotter.add_key_event(name, lambda change=change: pressed(change))
+    for name, (_, _, moved) in KEYS.items():
+        if name not in "rq":
+            plotter.add_key_event(name, lambda moved=moved: press(moved))
+    plotter.subplot(0, 0)
+    slider = view.steps > 1 and plotter.add_slider_widget(
+        lambda value: change(now[0].at(round(value))), (0, view.steps - 1), value=view.step, title="stored time",
+        pointa=(0.55, 0.95), pointb=(0.85, 0.95), fmt="%.0f", style="modern", interaction_event="always",
+    )  # fmt: skip
+
+    def press(moved: Callable[[View], View]) -> None:
+        change(moved(now[0]))
+        if slider:
+            slider.GetRepresentation().SetValue(now[0].step)
 
     def tick(*_: object) -> None:
         if now[0].playing:
-            pressed(lambda v: v.at(v.step + 1))
+            press(lambda v: v.at(v.step + 1))
 
-    if view.steps > 1:
+    if slider:
         plotter.iren.initialize()
         plotter.iren.add_observer("TimerEvent", tick)
         plotter.iren.create_timer(1000 // STEPS_PER_SECOND, repeating=True)
     plotter.show(title=f"validate view {stage.source.name}", auto_close=False)
-
-
-def _slider(stage: Any, now: list[View]) -> Any:
-    def moved(value: float, widget: Any) -> None:
-        step = round(value)
-        _say_time(widget, stage.source.times, step)
-        if step != now[0].step:
-            now[0] = now[0].at(step)
-            stage.show(now[0])
-            stage.plotter.render()
-
-    from validate.viewer.stage import SLIDER
-
-    stage.plotter.subplot(SLIDER, 0)
-    return stage.plotter.add_slider_widget(
-        moved, (0, now[0].steps - 1), value=now[0].step, title=" ", pointa=(0.2, 0.55), pointb=(0.8, 0.55),
-        style="modern", interaction_event="always", title_height=0.3, slider_width=0.25, tube_width=0.06,
-        pass_widget=True,
-    )  # fmt: skip
-
-
-def _say_time(slider: Any, times: tuple[float, ...], step: int) -> None:
-    """Show the stored time under the slider, whose own number would be the state's."""
-    shown = slider.GetRepresentation()
-    shown.ShowSliderLabelOff()
-    shown.SetTitleText(f"{times[step] * 1e3:.4g} ms, stored time {step + 1} of {len(times)}")

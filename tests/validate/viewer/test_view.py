@@ -18,7 +18,7 @@ from validate.cli import main
 from validate.report import output
 from validate.viewer import window
 from validate.viewer.boxes import parts
-from validate.viewer.source import KEYS, View, find, keys_text, title
+from validate.viewer.source import KEYS, View, find, title
 from validate.viewer.window import start
 
 REQUEST = {
@@ -108,7 +108,7 @@ def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
 def test_a_colour_bar_has_round_labels(low, high, labels):
     from validate.viewer.stage import label_format, round_ticks
 
-    ticks = round_ticks(low, high, 5)
+    ticks = round_ticks(low, high)
     assert [label_format(ticks) % tick for tick in ticks][: len(labels)] == labels
     assert ticks[0] >= low - 1e-9
     assert ticks[-1] <= high + 1e-9
@@ -206,7 +206,7 @@ def pressed(view: View, *keys: str) -> View:
     return view
 
 
-@pytest.mark.parametrize("key", ["space", "l", "m", "a", "k"])
+@pytest.mark.parametrize("key", ["space", "l"])
 def test_a_switch_pressed_twice_is_as_before(key):
     once = pressed(VIEW, key)
     assert once != VIEW
@@ -218,19 +218,10 @@ def test_each_key_moves_its_own_setting():
     assert steps == [2, 3, 0]
     assert [pressed(VIEW, *["t"] * n).quantity for n in range(4)] == ["rise", "temperature", "potential", "rise"]
     assert [pressed(VIEW, *["x"] * n).cut for n in range(5)] == ["", "x", "y", "z", ""]
-    assert pressed(VIEW, "bracketright") == VIEW
-    assert pressed(VIEW, "x", "bracketright", "bracketright").place == pytest.approx(0.6)
-    assert pressed(VIEW, "x", *["bracketleft"] * 30).place > 0
-    assert [pressed(VIEW, *keys).factor for keys in (["period"], ["comma"] * 2, ["comma"] * 20)] == [50, 5, 1]
-    assert "thickness drawn x50" in title(pressed(VIEW, "period"), "run", 1e-3)
+    assert "thickness drawn x50" in title(replace(VIEW, factor=50.0), "run", 1e-3)
     assert "true proportions" in title(replace(VIEW, factor=1.0), "run", None)
     assert "1 ms" in title(VIEW, "run", 1e-3)
     assert "steady" in title(VIEW, "run", None)
-    assert "play" not in keys_text(replace(VIEW, steps=1), 4)
-    for columns in (1, 4, 40):
-        text = keys_text(VIEW, columns)
-        assert all(what in text for _, what, _ in KEYS.values())
-        assert text.count("\n") + 1 == -(-(len(KEYS) + 2) // columns)
 
 
 def test_a_scene_without_a_run_and_with_a_sign_that_the_font_lacks_is_drawn(tmp_path, capsys):
