@@ -14,17 +14,12 @@ import numpy as np
 
 from compare import quantities
 from compare.against import Data, simulated
-from compare.kinds.free import own_model
-from compare.outcome import Outcome
-from scenes.errors import SceneError, did_you_mean
+from scenes.errors import SceneError
 from scenes.formats import percent
-from scenes.model import AnyScene, OwnModel
 from scenes.uncertain import path_of
 from scenes.varied import kind_of as kind_of_key
 from scenes.varied import numbers, varied
 
-OF_MODEL = "model.parameters."
-"""Start of the keys of a 1D model's own parameters."""
 COVERS = 1.96
 """Standard deviations of a normal distribution that hold 95 %."""
 APART = 0.95  # Two keys can't be told apart where their correlation exceeds this in size.
@@ -32,7 +27,6 @@ TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty 
 MOST = 20  # The most solutions of the least-squares iteration.
 SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
 WIDEST = 50.0  # The largest step of the logarithm of a key without bounds.
-BESIDE = 1e-3  # Step of a central difference in the logarithm of a key; its relative error is the step's square.
 TINY = 1e-300  # A bound where there is none: still a number, as is its inverse.
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
@@ -88,17 +82,6 @@ class Fit:
         return tuple(said)
 
 
-def of_model(keys: Sequence[str]) -> bool:
-    """Whether keys to be fitted are a 1D model's own. Raises SceneError for some of both kinds."""
-    flags = [key.startswith(OF_MODEL) for key in keys]
-    if any(flags) and not all(flags):
-        raise SceneError(
-            f"--calibrate fits keys of the scene in 3D, or with {OF_MODEL}NAME those of the 1D model: give one kind in "
-            "a run"
-        )
-    return any(flags)
-
-
 def keys_of(scene: Any, keys: Sequence[str]) -> tuple[str, ...]:
     """Return the full names of keys to be fitted. Raises SceneError for an unknown key, or one that is named twice."""
     paths = tuple(path_of(scene, key, numbers(scene), "--calibrate") for key in keys)
@@ -109,31 +92,76 @@ def keys_of(scene: Any, keys: Sequence[str]) -> tuple[str, ...]:
 
 
 def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | None = None) -> Fit:
-    """Fit keys (by their full names) of a scene to data, by a ``model``, by default 3D.
+    """Fit keys (by their full names) of a scene to the data that have an uncertainty, by a ``model``, by default 3D.
 
-    Raises SceneError as `fit`, and where a fit leaves the scenes that can be built.
+    Raises SceneError for data of fewer points than keys, where they do not follow a key, and where a fit leaves the
+    scenes that can be built.
     """
+    from scipy.optimize import least_squares
 
-    def with_(values: Mapping[str, float]) -> Any:
-        changed = scene
-        for key, value in values.items():
-            changed = varied(changed, key, value / start[key])
-        if scene.kind == "sink":
-            from scenes.validity import check as check_sink
-
-            return replace(check_sink(changed), expected_to_differ=None)
-        from scenes.free import check
-
-        # A mesh is checked against its scene when it is read.
-        return replace(check(changed) if changed.parts == "boxes" else changed, expected_to_differ=None)
-
-    start, bounds = {key: numbers(scene)[key] for key in keys}, []
+    sure, numbered, model = quantities.of(scene).sure(data.time), numbers(scene), model or in_3d
+    start = {key: numbered[key] for key in keys}
+    points = int(sure.sum()) * len(data.values)
+    if points <= len(keys):
+        raise SceneError(
+            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(keys)} "
+            f"key{'s' * (len(keys) > 1)}: give data of more points than keys"
+        )
+    # Of the logarithm of a value over its first one.
+    bounds = []
     for key in keys:
         kind, value = kind_of_key(scene, key), abs(start[key])
         bounds.append([np.log(max(kind.lower, TINY) / value) - 1e-9, np.log(min(kind.upper, 1 / TINY) / value) + 1e-9])
-    by_scene = model or in_3d
-    found = fit(scene, data, start, lambda values, times: by_scene(with_(values), keys, times), with_, np.array(bounds))
-    return replace(found, fitted={key: numbers(found.scene)[key] for key in keys})
+    solved: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and their derivatives."""
+        if x.tobytes() not in solved:
+            traces, slopes = model(_moved(scene, keys, x), keys, data.time[sure])
+            names = [name for name in data.values if name in data.u and name in traces]
+            if not names:
+                raise SceneError(
+                    f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
+                    "uncertainty: give --data-uncertainty of one"
+                )
+            u = {name: data.u[name][sure] for name in names}
+            residuals = np.concatenate([(traces[n] - data.values[n][sure]) / u[n] for n in names])
+            columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
+            solved[x.tobytes()] = residuals, np.array(columns).T
+        return solved[x.tobytes()]
+
+    jacobian = at(np.zeros(len(keys)))[1]
+    still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
+    if still:
+        raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
+    solution = least_squares(
+        lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], tuple(np.transpose(bounds)), x_scale="jac",
+        xtol=1e-5, ftol=1e-8, max_nfev=MOST,
+    )  # fmt: skip
+    residuals, jacobian = at(solution.x)
+    normal, fitted = jacobian.T @ jacobian, _moved(scene, keys, solution.x)
+    # Keys with the same effect would leave it singular; their uncertainties come out huge.
+    covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
+    u = np.sqrt(np.diag(covariance))
+    return Fit(
+        start, {key: numbers(fitted)[key] for key in keys}, dict(zip(keys, u.tolist(), strict=True)),
+        covariance / np.outer(u, u), float(residuals @ residuals) / max(len(residuals) - len(keys), 1),
+        len(residuals), fitted,
+    )  # fmt: skip
+
+
+def _moved(scene: Any, keys: Sequence[str], logarithms: np.ndarray) -> Any:
+    """The scene with keys larger by logarithms, checked. SceneError where it cannot be built."""
+    for key, factor in zip(keys, np.exp(logarithms).tolist(), strict=True):
+        scene = varied(scene, key, factor)
+    if scene.kind == "sink":
+        from scenes.validity import check as check_sink
+
+        return replace(check_sink(scene), expected_to_differ=None)
+    from scenes.free import check
+
+    # A mesh is checked against its scene when it is read.
+    return replace(check(scene) if scene.parts == "boxes" else scene, expected_to_differ=None)
 
 
 def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
@@ -156,109 +184,3 @@ def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
     names = result.steady if np.isinf(times[-1]) else result.over_time.values
     values = {name: simulated(result, name, times)[0] for name in names}
     return values, {key: {name: np.nan_to_num(slopes.at(key, name, times)) for name in names} for key in keys}
-
-
-def fit(
-    scene: Any, data: Data, start: Mapping[str, float],
-    model: Callable[[Mapping[str, float], np.ndarray], Modelled], with_: Callable[[Mapping[str, float]], Any],
-    bounds: np.ndarray,
-) -> Fit:  # fmt: skip
-    """Fit keys to the quantities of data that have an uncertainty.
-
-    Parameters
-    ----------
-    start : the keys with their first values
-    model : the quantities for values of the keys at times (s), with their derivatives
-    with_ : the scene with values of the keys
-    bounds : (keys, 2) of the logarithm of a value over its first one
-
-    Raises SceneError for data of fewer points than keys, and where they do not follow a key.
-    """
-    from scipy.optimize import least_squares
-
-    sure, keys = quantities.of(scene).sure(data.time), list(start)
-    points = int(sure.sum()) * len(data.values)
-    if points <= len(keys):
-        raise SceneError(
-            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(keys)} "
-            f"key{'s' * (len(keys) > 1)}: give data of more points than keys"
-        )
-    solved: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
-
-    def values(x: np.ndarray) -> dict[str, float]:
-        return {key: start[key] * float(np.exp(log)) for key, log in zip(keys, x.tolist(), strict=True)}
-
-    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals and their derivatives."""
-        if x.tobytes() not in solved:
-            traces, slopes = model(values(x), data.time[sure])
-            names = [name for name in data.values if name in data.u and name in traces]
-            if not names:
-                raise SceneError(
-                    f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
-                    "uncertainty: give --data-uncertainty of one"
-                )
-            u = {name: data.u[name][sure] for name in names}
-            residuals = np.concatenate([(traces[n] - data.values[n][sure]) / u[n] for n in names])
-            columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
-            solved[x.tobytes()] = residuals, np.array(columns).T
-        return solved[x.tobytes()]
-
-    jacobian = at(np.zeros(len(keys)))[1]
-    still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
-    if still:
-        raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
-    solution = least_squares(
-        lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], tuple(bounds.T), x_scale="jac", xtol=1e-5,
-        ftol=1e-8, max_nfev=MOST,
-    )  # fmt: skip
-    residuals, jacobian = at(solution.x)
-    normal = jacobian.T @ jacobian
-    # Keys with the same effect would leave it singular; their uncertainties come out huge.
-    covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
-    u, fitted = np.sqrt(np.diag(covariance)), values(solution.x)
-    return Fit(
-        dict(start), fitted, dict(zip(keys, u.tolist(), strict=True)), covariance / np.outer(u, u),
-        float(residuals @ residuals) / max(len(residuals) - len(keys), 1), len(residuals), with_(fitted),
-    )  # fmt: skip
-
-
-def fit_own_model(outcome: Outcome[AnyScene]) -> Fit:
-    """Fit parameters of the user's own model, [model.parameters] of the scene. SceneError where there is none."""
-    from compare.models import open_model
-    from compare.models.sampling import ask, make_question
-
-    scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
-    given = own_model(scene, outcome.options) if scene.kind == "free" else None
-    if given is None:
-        raise SceneError(f"--calibrate {keys[0]} is of a 1D model: give one with --model, too")
-    own, parameters = open_model(*given), dict(make_question(scene).parameters)
-    for name in (key.removeprefix(OF_MODEL) for key in keys):
-        if not parameters.get(name):
-            listed = f"has {', '.join(parameters)}" if parameters else "has none"
-            is_zero = name in parameters
-            why = "is zero, of which there is no percent" if is_zero else f"is none: [model.parameters] {listed}"
-            raise SceneError(f"--calibrate model.parameters.{name} {why}{did_you_mean(name, parameters)}")
-
-    def with_(values: Mapping[str, float]) -> AnyScene:
-        model = scene.model or OwnModel()
-        changed = dict(model.parameters) | {key.removeprefix(OF_MODEL): value for key, value in values.items()}
-        return replace(scene, model=replace(model, parameters=tuple(changed.items())))
-
-    def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
-        # A model over time is run up to the last time, which is that of the run.
-        every = None if np.isinf(times[-1]) else np.union1d(times, scene.end_time)
-        found = ask(own, make_question(with_(values)), every).values
-        return {n: np.atleast_1d(v) if every is None else np.interp(times, every, v) for n, v in found.items()}
-
-    def modelled(values: Mapping[str, float], times: np.ndarray) -> Modelled:
-        slopes = {}
-        for key, value in values.items():
-            more, less = (answers({**values, key: value * np.exp(step)}, times) for step in (BESIDE, -BESIDE))
-            slopes[key] = {n: (more[n] - less[n]) / (2 * BESIDE) for n in more}
-        return answers(values, times), slopes
-
-    start = {key: parameters[key.removeprefix(OF_MODEL)] for key in keys}
-    if len(start) < len(keys):
-        raise SceneError("--calibrate names a parameter twice: give each key once")
-    return fit(scene, data, start, modelled, with_, np.array([[-WIDEST, WIDEST]] * len(start)))

@@ -30,10 +30,7 @@ class Calibration(Analysis["Fit"]):
 
         progress("fitting")
         with progress.stage("fit"):
-            if fitting.of_model(keys):
-                fit = fitting.fit_own_model(outcome)
-            else:
-                fit = fitting.fit_scene(scene, data, fitting.keys_of(scene, keys))
+            fit = fitting.fit_scene(scene, data, fitting.keys_of(scene, keys))
         outcome.scene, outcome.analyses[self.name] = fit.scene, fit
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Fit:

@@ -81,34 +81,6 @@ def test_a_key_is_fitted_in_3d(at_rest, steady, transient, ran):
     assert summary["scene"]["material"][0]["thermal_conductivity"] == found["value"]
 
 
-MODEL = """
-import numpy as np
-
-def bar(scene, times):
-    own = scene["model"]["parameters"]
-    rise = own["top"] * (1.0 if times is None else 1 - np.exp(-times / own["tau"]))
-    return {"tip": 300 + rise}
-"""
-
-
-def test_parameters_of_the_model_are_fitted_with_it(transient, ran):
-    """Data of the model itself: the fit returns its time constant and its end, whatever 3D has."""
-    (transient.parent / "own.py").write_text(MODEL, encoding="utf-8")
-    with transient.open("a", encoding="utf-8") as scene:
-        scene.write('[model]\nfile = "own.py:bar"\nparameters = {top = "80 K", tau = "0.1 ms"}\n')
-    noise = 0.1 * np.random.default_rng(0).standard_normal(len(TIMES))
-    file = transient.parent / "mine.csv"
-    file.write_text(lines({"tip": 300 + 95 * (1 - np.exp(-TIMES / 1.7e-4)) + noise}), encoding="utf-8")
-    keys = "--calibrate model.parameters.top --calibrate model.parameters.tau"
-    summary, _ = ran(f"solve {transient} --model scene --against {file} --data-uncertainty 0.1K {keys}")
-    for key, truth in (("model.parameters.top", 95.0), ("model.parameters.tau", 1.7e-4)):
-        found = summary["calibration"]["keys"][key]
-        assert found["interval"][0] < truth < found["interval"][1]
-        assert found["relative_u"] < 0.01
-    end = {(s["model"], s["where"]): s for s in summary["validation"]["statements"]}["1D", "end"]
-    assert not end["seen"]
-
-
 @pytest.mark.parametrize(("text", "more", "said"), [
     ("time (ms),tipp (K)\n0,300\n1,301\n2,302\n", [], "none of its columns is a probe of the scene"),
     ("time (ms),tip (A)\n0,1\n1,2\n2,3\n", [], "not a temperature"),
@@ -116,10 +88,6 @@ def test_parameters_of_the_model_are_fitted_with_it(transient, ran):
     ("time (ms),tip (K)\n0,350\n0.2,390\n0.4,395\n", [], "--set scene.initial_temperature=350"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--calibrate", KEY], "give --data-uncertainty"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--data-uncertainty", "1A"], "is one of no quantity"),
-    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
-     ["--data-uncertainty", "1K", "--calibrate", "model.parameters.tau"], "give one with --model"),
-    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
-     ["--data-uncertainty", "1K", "--calibrate", "model.parameters.tau", "--calibrate", KEY], "one kind in a run"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
      ["--data-uncertainty", "1K", "--calibrate", "film.conductivity"], "names no number"),
 ])  # fmt: skip
