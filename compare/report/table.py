@@ -120,7 +120,7 @@ class Table:
                 cells[0] = f"<code>{cells[0]}</code>"
                 at = -1 if cells[-1] == verdict else 0
                 cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
-            rows.append(_html_row(heads, cells, numbers, " class='judged'" if row.below else ""))
+            rows.append(_html_row(cells, numbers, " class='judged'" * bool(row.below)))
             if row.below:
                 rows.append(f'<tr class="because"><td {across}>{html_text(row.below)}</td></tr>')
         return html_table(heads, rows, numbers)
@@ -211,22 +211,15 @@ def html_section(title: str, *content: str) -> str:
 
 def html_table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: Sequence[int] = ()) -> str:
     """A table of rows that are HTML, or cells that are; columns in ``numbers`` stand to the right."""
-    tops = "".join(f"<th{_html_class('n' * (i in numbers))}>{html_text(head)}</th>" for i, head in enumerate(heads))
-    body = "\n".join(row if isinstance(row, str) else _html_row(heads, row, numbers) for row in rows)
-    return f'<table class="cards"><thead><tr>{tops}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+    tops = _html_row([html_text(head) for head in heads], numbers, cell="th")
+    body = "\n".join(row if isinstance(row, str) else _html_row(row, numbers) for row in rows)
+    return f"<table><thead>{tops}</thead>\n<tbody>\n{body}\n</tbody></table>"
 
 
-def _html_row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
-    markup = (
-        f'<td{_html_class("n" * (i in numbers), "empty" * (not cell))} data-label="{html_text(head)}">{cell}</td>'
-        for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
-    )
+def _html_row(cells: Sequence[str], numbers: Sequence[int], kind: str = "", cell: str = "td") -> str:
+    classes = [' class="n"' * (i in numbers) for i in range(len(cells))]
+    markup = (f"<{cell}{look}>{each}</{cell}>" for look, each in zip(classes, cells, strict=True))
     return f"<tr{kind}>{''.join(markup)}</tr>"
-
-
-def _html_class(*names: str) -> str:
-    classes = " ".join(filter(None, names))
-    return f' class="{classes}"' * bool(classes)
 
 
 def in_3d(result: Result, *details: str) -> dict[str, Any]:

@@ -1,6 +1,4 @@
-"""The page itself: head, verdict, sections, style and script, all in one file; the sections of a run's
-summary; and their elements: escaped texts, tables that become cards on a phone, lists of keys and values.
-"""
+"""report.html: head, verdict, figures, sections and style in one file, and any JSON value as markup."""
 
 from __future__ import annotations
 
@@ -19,11 +17,11 @@ from compare.outcome import Outcome
 from compare.pipeline import sections
 from compare.quantities import OF_A_DEVICE as DEVICE
 from compare.report.sink import QUANTITIES as SINK
-from compare.report.table import Section, Style, Table, html_table
+from compare.report.table import Row, Section, Style, Table, html_table
 from compare.report.table import html_section as section
 from compare.report.table import html_text as text
 from compare.verdict import contrary
-from scenes.formats import percent, quantity, with_error
+from scenes.formats import percent, quantity
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -62,29 +60,16 @@ def page(folder: Path, title: str, said: str, sections: Iterable[Section], docum
     """Return the page as text; figures are read from ``folder``."""
     steps = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
     plan = Section("Plan", [Table(("step", "state", "why"), steps, "<<<")] if steps else [])
-    sections_html = [part.html() for part in (*sections, _errors(document), _energy(document), plan)]
-    parts = [
-        _field(folder),
-        figures(folder, document),
-        *sections_html,
-        _mesh(document),
-        _scene(document),
-        _provenance(document),
-    ]
+    made = [part.html() for part in (*sections, _errors(document))]
+    parts = [_field(folder), figures(folder, document), *made, *_solution(document), plan.html(), _scene(document)]
     parts = [part for part in (*parts, _provenance(document)) if part]
     answer = str(document.get("answer") or said)
-    counted = said.removeprefix(answer).strip()
-    links = (
-        f'<a href="#{at}">{head}</a>' for at, head in re.findall('<section id="(.*?)"><h2>(.*?)</h2>', "".join(parts))
-    )
-    head = [
-        f'<p class="verdict">{text(answer)}</p>',
-        f"<p>{text(counted)}</p>" if counted else "",
-        _tally(document),
-        "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ()),
-        f"<nav>{' '.join(links)}</nav>",
-    ]
-    return whole(title, "\n".join(head), parts)
+    found = re.findall('<section id="(.*?)"><h2>(.*?)</h2>', "".join(parts))
+    links = " ".join(f'<a href="#{at}">{head}</a>' for at, head in found)
+    head = [f'<p class="verdict">{text(answer)}</p>']
+    head += [f"<p>{text(said.removeprefix(answer).strip())}</p>", _tally(document)]
+    head += [f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ()]
+    return whole(title, "\n".join([*head, f"<nav>{links}</nav>"]), parts)
 
 
 def whole(title: str, head: str, parts: Sequence[str]) -> str:
@@ -139,67 +124,51 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
 
 
 def _errors(document: Document) -> Section:
-    """The numerical error beside each tolerance, and its bound."""
+    """The estimated error of every number, beside the number or the tolerance."""
     fem3d, reduced1d = document.get("fem3d") or {}, document.get("reduced1d") or {}
     over_time, units = fem3d.get("transient") or {}, fem3d.get("units") or {}
-
-    def row(key: str, error: float | None) -> list[str]:
-        """A probe has a name and a unit of its own, a quantity's are in the key."""
-        name, unit = (key, units[key]) if key in units else named(key)
-        return [name, "infinite" if error is None else quantity(error, unit, 2)]
-
-    steady = []
-    for key, item in (fem3d.get("steady") or {}).items():
-        error = item.get("error")
-        part = percent(error / abs(item["value"])) if error and item["value"] else ""
-        steady.append([*row(key, error), part])
-    judged = [
-        [c["id"], *(percent(ratio, 1) for ratio in (c["u_num"], c["tolerance"], c["u_num"] / c["tolerance"]))]
-        for c in document.get("checks", ())
-        if c["u_num"]
-    ]
-    # A sink's summary has no start of the errors over time: it is always the same.
-    start = over_time.get("accurate_from_s", 1e-5)
-    again = ", and that long after each jump of a given temperature" if over_time.get("jumps") else ""
-    since = f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
-    tables = [
-        Table(("steady", "estimated error", "of the value"), steady),
-        Table(
-            (f"over time, {since}", "estimated error"), [row(*pair) for pair in (over_time.get("errors") or {}).items()]
-        ),
-        Table(
-            ("1D model, over time", "estimated error"), [row(*pair) for pair in (reduced1d.get("errors") or {}).items()]
-        ),
-        Table(("check", "error of the difference", "tolerance", "error / tolerance"), judged),
-    ]
-    said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
-    filled = [table for table in tables if table.rows]
-    return Section("Error budget", [said, *filled] if filled else [])
+    steady = fem3d.get("steady") or {}
+    groups = {
+        "steady": {key: item.get("error") for key, item in steady.items()},
+        "over time": over_time.get("errors") or {}, "1D model, over time": reduced1d.get("errors") or {},
+    }  # fmt: skip
+    rows: list[Row] = []
+    for head, errors in groups.items():
+        rows += [Row([head])] * bool(errors)
+        for key, error in errors.items():
+            # A probe has a name and a unit of its own, a quantity's are in the key.
+            name, unit = (key, units[key]) if key in units else named(key)
+            value = steady.get(key, {}).get("value") if head == "steady" else None
+            shown_error = "infinite" if error is None else quantity(error, unit, 2)
+            rows.append(Row([name, shown_error, percent(error / abs(value)) if error and value else ""]))
+    checks = [c for c in document.get("checks", ()) if c["u_num"]]
+    rows += [Row(["difference of a check, and its part of the tolerance"])] * bool(checks)
+    rows += [Row([c["id"], percent(c["u_num"], 1), percent(c["u_num"] / c["tolerance"], 1)]) for c in checks]
+    said = ["Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."]
+    if over_time:
+        # A sink's summary has no start of the errors over time: it is always the same.
+        start = quantity(over_time.get("accurate_from_s", 1e-5), "s", 2)
+        again = ", and that long after each jump of a given temperature" * bool(over_time.get("jumps"))
+        said.append(f"Over time they hold from {start} on{again}.")
+    table = Table(("quantity", "estimated error", "of the value"), rows)
+    return Section("Error budget", [" ".join(said), table] if rows else [])
 
 
-def _energy(document: Document) -> Section:
-    """The balance of heat in, heat out and stored heat."""
-    fem3d, rows = document.get("fem3d") or {}, []
-    for key in ("power_W", "heat_out_W"):
-        if item := (fem3d.get("steady") or {}).get(key):
-            name, in_full = named(key)
-            value, error, unit, _, _ = with_error(item["value"], item["error"], in_full)
-            rows.append([name, f"{value} {_STYLE.plus_minus} {error} {unit}"])
-    imbalances = {
-        "imbalance of the steady state, of the power": fem3d.get("energy_imbalance"),
-        "largest imbalance over time, of the heat supplied until then": (fem3d.get("transient") or {}).get("imbalance"),
-    }
-    rows += [[name, f"{imbalance:.1e}"] for name, imbalance in imbalances.items() if imbalance is not None]
-    return Section("Energy balance", [Table(("heat", ""), rows)] if rows else [])
-
-
-def _mesh(document: Document) -> str:
+def _solution(document: Document) -> list[str]:
+    """The balance of heat, and the mesh."""
     fem3d = document.get("fem3d") or {}
-    rows = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
-    if fem3d.get("field_error"):
-        rows["error of the steady field at its worst place, of its largest rise"] = f"{fem3d['field_error']:.2g}"
-    rows = {key: value for key, value in rows.items() if value is not None} | (fem3d.get("mesh") or {})
-    return section("Mesh", values(rows) if rows else "")
+    transient, steady = fem3d.get("transient") or {}, fem3d.get("steady") or {}
+    heat = {key: steady[key]["value"] for key in ("power_W", "heat_out_W") if key in steady} | {
+        "imbalance of the steady state, of the power": fem3d.get("energy_imbalance"),
+        "largest imbalance over time, of the heat supplied until then": transient.get("imbalance"),
+    }
+    mesh = {
+        "part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps"),
+        "error of the steady field at its worst place, of its largest rise": fem3d.get("field_error") or None,
+        **(fem3d.get("mesh") or {}),
+    }  # fmt: skip
+    parts = {"Energy balance": heat, "Mesh": mesh}
+    return [section(name, values({k: v for k, v in part.items() if v is not None})) for name, part in parts.items()]
 
 
 def _scene(document: Document) -> str:
