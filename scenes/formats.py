@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from scenes.sink import Sink
 from scenes.units import CURRENT, VOLTAGE
@@ -34,29 +33,6 @@ def with_error(value: float, error: float, unit: str, prefixed: bool = False) ->
     places = max(min(meant, most, 12), 0)
     bound = max(scaled, 10.0**-places) if error > 0 else 0.0
     return f"{value * factor:.{places}f}", f"{bound:.{places}f}", shown, places, factor
-
-
-@dataclass(frozen=True)
-class Column:
-    """How the values of one trace are written, all alike: times a factor, to the decimals that its error leaves."""
-
-    factor: float
-    places: int
-    unit: str
-
-    @staticmethod
-    def of(largest: float, error: float, unit: str) -> Column:
-        """The column of values up to ``largest``, all with one error."""
-        _, _, shown, places, factor = with_error(largest, error, unit)
-        return Column(factor, min(places, 6), shown)
-
-    def show(self, value: float) -> str:
-        """A value without its unit; zero is added so that a rounded zero has no sign."""
-        return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
-
-    def show_error(self, error: float) -> str:
-        """An error, rounded up to the last decimal, so that it stays a bound."""
-        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
 
 
 def quantity(value: float, unit: str, digits: int = 4, prefixed: bool = False) -> str:

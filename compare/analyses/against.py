@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
@@ -18,6 +17,7 @@ from compare.analyses.sensitivities import by_differences
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
+from compare.verdict import COVERS
 from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Step, step
 
@@ -114,7 +114,7 @@ class Statement:
     @property
     def u_val(self) -> float:
         """The validation uncertainty."""
-        return math.sqrt(self.u_num**2 + self.u_input**2 + self.u_data**2)
+        return math.hypot(self.u_num, self.u_input, self.u_data)
 
     @property
     def seen(self) -> bool:
@@ -138,6 +138,10 @@ class Statement:
     def when(self) -> str:
         """Return the window in words."""
         return "steady state" if math.isinf(self.end) else span(self.start, self.end)
+
+    def document(self) -> dict[str, Any]:
+        entry = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval), "seen": self.seen}
+        return entry | {"said": self.said(), "start_s": entry.pop("start"), "end_s": entry.pop("end")}
 
 
 @dataclass(frozen=True)
@@ -168,39 +172,31 @@ class Course:
     @property
     def inside(self) -> int:
         """The number of data within 2 u_val."""
-        from compare.verdict import COVERS
-
         return int((abs(self.error) <= COVERS * self.u_val).sum())
 
-    def statements(self) -> tuple[Statement, ...]:
+    def statements(self) -> list[Statement]:
         """Return the statements of the worst window and of the last one."""
         from compare import course as courses
-        from compare.verdict import COVERS
 
         means = courses.windows(self.times, self.error, self.u_data, courses.cut(self.simulated))
         others = [float(((self.u_num**2 + self.u_input**2) ** 0.5)[window.rows].mean()) for window in means]
         i, k = courses.worst(means, others)
-        last = len(means) - 1
-        chosen = [(i, "worst", k)] * (i != last) + [(last, "end", COVERS)]
-        return tuple(
-            Statement(
-                self.model, self.quantity, self.called, self.unit, where, float(self.times[w.rows][0]),
-                float(self.times[w.rows][-1]), len(self.times[w.rows]), w.distance, float(self.u_num[w.rows].mean()),
-                float(self.u_input[w.rows].mean()), w.u_data, factor,
-            )
-            for w, where, factor in ((means[n], where, factor) for n, where, factor in chosen)
-        )  # fmt: skip
+        windows = {i: ("worst", k)} | {len(means) - 1: ("end", COVERS)}
+        made = []
+        for n, (where, factor) in windows.items():
+            w, times = means[n], self.times[means[n].rows]
+            u_num, u_input = (float(u[w.rows].mean()) for u in (self.u_num, self.u_input))
+            who, u = (self.model, self.quantity, self.called, self.unit, where), (u_num, u_input, w.u_data, factor)
+            made.append(Statement(*who, float(times[0]), float(times[-1]), len(times), w.distance, *u))
+        return made
 
 
 @dataclass(frozen=True)
 class Validated:
     """The courses of the models, and statements about each."""
 
-    courses: tuple[Course, ...]
-
-    @cached_property
-    def statements(self) -> tuple[Statement, ...]:
-        return tuple(statement for course in self.courses for statement in course.statements())
+    courses: list[Course]
+    statements: list[Statement]
 
 
 class Validation(Analysis[Validated]):
@@ -214,18 +210,14 @@ class Validation(Analysis[Validated]):
     def run(self, outcome: Outcome[Any], progress: Progress) -> Validated:
         names = {"3D": "fem3d", "1D": "reduced1d"}
         models = {
-            called: (outcome.results[name], outcome.slopes.get(name))
-            for called, name in names.items()
-            if name in outcome.results
+            word: (outcome.results[n], outcome.slopes.get(n)) for word, n in names.items() if n in outcome.results
         }
         return validate(outcome.scene, outcome.options.against, models, outcome.options.uncertain)
 
     def section(self, found: Validated, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each model and quantity in the worst window and at the end: E, its parts, the model's error."""
-        heads, rows = (
-            ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error"),
-            [],
-        )
+        heads = ["S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error"]
+        rows = []
         for s in found.statements:
             parts = [
                 "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > NOTHING * s.u_val else "0"
@@ -244,15 +236,11 @@ class Validation(Analysis[Validated]):
         return Section("Validation", [V20 * style.page, Table(heads, rows), *text], headed=False)
 
     def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
-        statements = []
-        for s in found.statements:
-            entry = asdict(s) | {"u_val": s.u_val, "interval": list(s.interval), "seen": s.seen, "said": s.said()}
-            statements.append(entry | {"start_s": entry.pop("start"), "end_s": entry.pop("end")})
         points = [
             {"model": c.model, "quantity": c.quantity, "points": len(c.times), "within_2_u_val": c.inside}
             for c in found.courses
         ]
-        return {"statements": statements, "points": points}
+        return {"statements": [statement.document() for statement in found.statements], "points": points}
 
 
 def finding(found: Validated) -> str:
@@ -292,4 +280,4 @@ def validate(
             u_data = data.u[key][late] if key in data.u else zero
             measured, u_num, unit = data.values[key][late], zero + error, catalogue.units[key]
             courses.append(Course(called, key, word, unit, times, values, measured, u_num, u_input, u_data))
-    return Validated(tuple(courses))
+    return Validated(courses, [statement for course in courses for statement in course.statements()])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from compare.verdict import Check
 from reduced1d.network.lines import layout
 from reduced1d.network.model import Row as Entry
 from reduced1d.network.model import table
-from scenes.formats import Column, cut, quantity, with_error
+from scenes.formats import cut, quantity, with_error
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe
 from scenes.result import Estimate, Traces
 from scenes.units import TIME
@@ -113,16 +112,15 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     result, traces, rows, said = outcome.solved, outcome.solved.traces, [], []
     title, heads = "Steady state", ["probe", "steady state"]
     for probe in outcome.scene.probes:
-        name = probe.name
+        name, unit = probe.name, UNITS[probe.quantity]
         if traces is None:
-            rows.append([cut(name, NAME), _with_bound(result.steady[name], UNITS[probe.quantity], style)])
+            rows.append([cut(name, NAME), _with_bound(result.steady[name], unit, style)])
             continue
-        column, error = _column(probe, traces), traces.errors[name]
-        few, last = replace(column, places=min(column.places, 3)), column.show(float(traces.values[name][-1]))
-        cells = [cut(name, NAME), f"{last} {style.plus_minus} {column.show_error(error)} {column.unit}"]
+        error, cells = traces.errors[name], [cut(name, NAME)]
+        cells.append(_with_bound(Estimate(float(traces.values[name][-1]), error), unit, style))
         for most, _ in _extremes(traces, name):
-            own = f" {style.plus_minus} {few.show_error(most.error)}" * (most.error > error)
-            cells.append(f"{few.show(most.value)}{own} {few.unit}")
+            few = _shown(traces, probe, np.array([most.value]), 3)[0]
+            cells.append(_with_bound(most, unit, style) if most.error > error else few)
         rows.append(cells)
     if traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
@@ -143,33 +141,31 @@ def _extremes(traces: Traces, name: str) -> list[tuple[Estimate, float]]:
     return [(Estimate(float(traces.values[name][i]), float(errors[i])), float(traces.time[i])) for i in at]
 
 
-def _column(probe: AnyProbe, traces: Traces) -> Column:
+def _shown(traces: Traces, probe: AnyProbe, values: np.ndarray, most: int = 6) -> list[str]:
+    """Values of a probe in one unit, to the decimals that the error of its trace leaves."""
     largest = float(np.abs(traces.values[probe.name][traces.sure(traces.time)]).max())
-    return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
+    _, _, unit, places, factor = with_error(largest, traces.errors[probe.name], UNITS[probe.quantity])
+    # Zero is added so that a rounded zero has no sign.
+    rounded = [round(value * factor, min(places, most)) + 0.0 for value in values.tolist()]
+    return [f"{value:.{min(places, most)}f} {unit}" for value in rounded]
 
 
 def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     """Blocks of probes at the output times."""
-    scene, traces, title, blocks = outcome.scene, outcome.solved.traces, "At the output times", []
-    times = np.array(scene.output_times)
+    probes: Sequence[AnyProbe] = outcome.scene.probes
+    traces, title, times = outcome.solved.traces, "At the output times", np.array(outcome.scene.output_times)
     if traces is None or not len(times):
         return []
     if len(times) > MOST_TIMES:
         said = f"The {len(times)} output times are in summary.json and traces.csv."
         return [Section(title, [said], headed=False)]
-    most = len(scene.probes) if style.page else PER_BLOCK
-    at_rows = [
-        TIME.show(t) + " (errors larger)" * (not sure) for t, sure in zip(times, traces.sure(times), strict=True)
-    ]
-    for first in range(0, len(scene.probes), most):
-        probes: Sequence[AnyProbe] = scene.probes[first : first + most]
-        columns = [
-            (_column(probe, traces), np.interp(times, traces.time, traces.values[probe.name])) for probe in probes
-        ]
-        shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
-        heads = ("time", *(cut(p.name, NAME) if style.page else stacked(p.name) for p in probes))
-        rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
-        blocks.append(Section(title, [Table(heads, rows)], headed=False))
+    most, sure, blocks = len(probes) if style.page else PER_BLOCK, traces.sure(times).tolist(), []
+    when = [TIME.show(t) + " (errors larger)" * (not known) for t, known in zip(times.tolist(), sure, strict=True)]
+    for first in range(0, len(probes), most):
+        some = probes[first : first + most]
+        columns = [_shown(traces, p, np.interp(times, traces.time, traces.values[p.name])) for p in some]
+        heads = ("time", *(cut(p.name, NAME) if style.page else stacked(p.name) for p in some))
+        blocks.append(Section(title, [Table(heads, list(zip(when, *columns, strict=True)))], headed=False))
     return blocks
 
 

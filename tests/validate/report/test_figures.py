@@ -1,4 +1,4 @@
-"""Figures: no kink that is not real, round lengths, legends and axes of time; and the picture of a scene before it is
+"""Figures: titles, legends and axes of time; and the picture of a scene before it is
 solved, with the names of its parts."""
 
 from dataclasses import replace
@@ -14,8 +14,6 @@ from matplotlib.transforms import Bbox
 
 from compare.options import Options
 from compare.outcome import Outcome
-from compare.sink_checks import profile
-from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
 from scenes.model import Box, Contact, Scene
 from scenes.result import Result, Traces
@@ -23,8 +21,6 @@ from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures import scene_figures
 from validate.report.figures.drawing import new_figure, spread
-from validate.report.figures.offscreen import round_length
-from validate.report.figures.sink_figures import without_kinks
 from validate.viewer.boxes import THIN, parts
 
 
@@ -42,30 +38,6 @@ def test_a_long_title_is_in_lines():
     assert inside(figure)
     figure.texts[0].set_text(title)
     assert not inside(figure)
-
-
-def kink(y: np.ndarray, values: np.ndarray) -> float:
-    """The largest third difference (K) between 60 and 90 um, where two cells meet at 75 um."""
-    return float(np.abs(np.diff(values, 3)[(y[:-3] > 60) & (y[:-3] < 90)]).max())
-
-
-def test_the_kink_between_cells_goes_and_the_curve_stays():
-    """A bump larger than the error, which must be real, stays."""
-    sink = load("sink", ["accuracy=1e-3"])
-    found = solve(sink, transient=False)
-    y, rise, fitted = profile(Outcome(sink, results={"fem3d": found}))
-    um, raw = 1e6 * y, rise - fitted
-    error = max(found.steady[key].error for key in ("peak_rise_K", "end_rise_K"))
-    drawn = without_kinks(um, raw, error / 20)
-    assert kink(um, drawn) < 0.1 * kink(um, raw)
-    assert np.abs(drawn - raw).max() < 0.5 * error
-    bumped = raw + 3 * error * np.exp(-(((um - 75) / 10) ** 2))
-    assert np.abs(without_kinks(um, bumped, error / 20) - bumped).max() < 0.5 * error
-
-
-@pytest.mark.parametrize(("wanted", "found"), [(260.0, 200.0), (5.0, 5.0), (1.99, 1.0), (0.06, 0.05)])
-def test_round_lengths(wanted, found):
-    assert round_length(wanted) == pytest.approx(found)
 
 
 END = 0.1

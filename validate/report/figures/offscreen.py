@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from scenes.units import LENGTH
 from validate.report.figures import table
 
 SIZE = [1400, 700]  # Pixels.
@@ -47,8 +46,7 @@ def warm_up() -> None:
 def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
     """The image: seen from above one side, the beam's length across it, parallel lines parallel, outlines drawn.
 
-    Faces to the top have the scale's own colours, others are darker by where they face; bars along the three axes
-    show lengths.
+    Faces to the top have the scale's own colours, others are darker by where they face.
     """
     drawn = points * [1e6, 1e6, 1e6 * factor]
     cells = np.column_stack([np.full(len(hexes), 8), hexes]).ravel()
@@ -69,7 +67,6 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
     )  # fmt: skip
     plotter.remove_all_lights()
     plotter.add_light(pv.Light(position=LIGHT, light_type="scene light"))
-    _add_bars(plotter, drawn, factor)
     edges = surface.extract_feature_edges(30, boundary_edges=False, manifold_edges=False)
     plotter.add_mesh(edges, color="#404040", line_width=1.5, lighting=False)
     plotter.enable_parallel_projection()
@@ -80,27 +77,3 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
     ink = np.any(image < 255, axis=2)
     rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
     return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-
-
-def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
-    """Add a corner in front of the solid with a labelled bar of a round length (um) along each axis."""
-    lower, upper = drawn.min(axis=0), drawn.max(axis=0)
-    longest = float((upper - lower).max())
-    corner = np.array([upper[0] + 0.16 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])
-    for axis, (extent, scale) in enumerate(zip(upper - lower, (1.0, 1.0, factor), strict=True)):
-        length = round_length(max(0.3 * extent, 0.04 * longest) / scale)
-        end = corner + length * scale * np.eye(3)[axis]
-        plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
-        text = f"{'xyz'[axis]} {LENGTH.show(float(f'{1e-6 * length:.0e}'))}".replace(" um", " \N{MICRO SIGN}m")
-        # The upright bar's stands to its left, where no other bar is.
-        side, away = ("right", -0.012) if axis == 2 else ("left", 0.012)
-        plotter.add_point_labels(
-            (end + np.array([0.0, away * longest, 0.0]))[None], [text], font_size=17, text_color="#222222", shape=None,
-            show_points=False, always_visible=True, justification_horizontal=side, justification_vertical="center",
-        )  # fmt: skip
-
-
-def round_length(wanted: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not beyond a length."""
-    power = 10.0 ** np.floor(np.log10(wanted) + 1e-9)
-    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))

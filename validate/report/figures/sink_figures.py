@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.polynomial import Chebyshev
 
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
@@ -19,11 +18,7 @@ from validate.report.figures.drawing import band, legend, new_figure
 
 def profile(outcome: Outcome[Sink]) -> Figure:
     """Figure 5: the 3D profile with eq 9's parabola through its own end and peak, and the 1D model's; below, the
-    distances, with the numerical error about them.
-
-    A discrete solution has kinks between its cells, far smaller than its error but visible on the scale of the
-    distance; the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
-    """
+    distance from the parabola within its numerical error."""
     sink, fem3d, reduced1d = outcome.scene, outcome.solved, outcome.reduced1d
     y, rise, fitted = sampled(outcome)
     checks = [check for check in outcome.checks if check.id == "fig5"]
@@ -34,7 +29,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     above.plot(um, fitted, color=LINES["mean_K"], ls=(0, (5, 3)), label="eq 9's parabola through the 3D end and peak")
     # The errors of the profile and of the parabola through two of its points.
     error = 2 * max(fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
-    off = without_kinks(um, rise - fitted, error / 40)
+    off = rise - fitted
     band(below, um, off, error, LINES["mean_K"])
     below.plot(um, off, color=LINES["mean_K"])
     if reduced1d is not None and {"end_rise_K", "peak_rise_K"} <= reduced1d.steady.keys():
@@ -50,16 +45,6 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     above.set(ylabel="rise above room (K)", ylim=(0.0, None), xlim=(um[0], um[-1]))
     above.legend(loc="lower center")
     return figure
-
-
-def without_kinks(place: np.ndarray, values: np.ndarray, distance: float) -> np.ndarray:
-    """The values as a smooth curve, the polynomial of the least degree that is off them by ``within`` (RMS) at most; as
-    they are where no degree up to half their number does."""
-    for degree in range(4, len(place) // 2, 2):
-        fitted = Chebyshev.fit(place, values, degree)(place)
-        if np.sqrt(np.mean((fitted - values) ** 2)) <= distance:
-            return fitted
-    return values
 
 
 def row(outcome: Outcome[Sink]) -> Figure:
