@@ -128,9 +128,12 @@ def _errors(document: Document) -> Section:
     fem3d, reduced1d = document.get("fem3d") or {}, document.get("reduced1d") or {}
     over_time, units = fem3d.get("transient") or {}, fem3d.get("units") or {}
     steady = fem3d.get("steady") or {}
+    # A sink's summary has no start of the errors over time: it is always the same.
+    start = f"over time, from {quantity(over_time.get('accurate_from_s', 1e-5), 's', 2)} on"
+    start += ", and that long after each jump of a given temperature" * bool(over_time.get("jumps"))
     groups = {
         "steady": {key: item.get("error") for key, item in steady.items()},
-        "over time": over_time.get("errors") or {}, "1D model, over time": reduced1d.get("errors") or {},
+        start: over_time.get("errors") or {}, "1D model, over time": reduced1d.get("errors") or {},
     }  # fmt: skip
     rows: list[Row] = []
     for head, errors in groups.items():
@@ -138,20 +141,15 @@ def _errors(document: Document) -> Section:
         for key, error in errors.items():
             # A probe has a name and a unit of its own, a quantity's are in the key.
             name, unit = (key, units[key]) if key in units else named(key)
-            value = steady.get(key, {}).get("value") if head == "steady" else None
+            value = steady.get(key, {}).get("value") if errors is groups["steady"] else None
             shown_error = "infinite" if error is None else quantity(error, unit, 2)
             rows.append(Row([name, shown_error, percent(error / abs(value)) if error and value else ""]))
     checks = [c for c in document.get("checks", ()) if c["u_num"]]
     rows += [Row(["difference of a check, and its part of the tolerance"])] * bool(checks)
     rows += [Row([c["id"], percent(c["u_num"], 1), percent(c["u_num"] / c["tolerance"], 1)]) for c in checks]
-    said = ["Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."]
-    if over_time:
-        # A sink's summary has no start of the errors over time: it is always the same.
-        start = quantity(over_time.get("accurate_from_s", 1e-5), "s", 2)
-        again = ", and that long after each jump of a given temperature" * bool(over_time.get("jumps"))
-        said.append(f"Over time they hold from {start} on{again}.")
+    said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
     table = Table(("quantity", "estimated error", "of the value"), rows)
-    return Section("Error budget", [" ".join(said), table] if rows else [])
+    return Section("Error budget", [said, table] if rows else [])
 
 
 def _solution(document: Document) -> list[str]:
