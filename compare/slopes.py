@@ -36,6 +36,7 @@ BENT = 0.1
 of a box becomes its longest."""
 
 ByKey = dict[str, dict[str, Estimate]]
+Course = dict[str, dict[str, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ class Slopes:
     shift: dict[str, dict[str, float]] = field(default_factory=dict)
     steady: bool = True
     times: np.ndarray | None = None
-    traces: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    traces: Course = field(default_factory=dict)
     table: dict[str, np.ndarray] = field(default_factory=dict)
     top: dict[str, float] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
@@ -136,12 +137,13 @@ def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
     from fem3d.runs import sensitivities
 
     found = sensitivities.of_sink(sink, result, keys, profile)
-    times, course = None, {}
-    if found.course is not None:
-        times, traces = found.course.times, found.course.traces
-        course = {key: {n: v / traces[n] for n, v in by.items()} for key, by in found.course.values.items()}
-    slopes = _of_sink(sink, result, found.steady, times, course, "fem3d")
-    return replace(slopes, left_out=found.left_out, profile=found.profile)
+    sizes = {name: e.value for name, e in result.steady.items()}
+    slopes = Slopes(sizes, dict(found.steady), left_out=found.left_out, profile=found.profile)
+    if (course := found.course) is None or result.traces is None:
+        return slopes
+    relative = {key: {n: v / course.traces[n] for n, v in by.items()} for key, by in course.values.items()}
+    traces = _traces(sink, course.values, [name for name in course.traces if name.endswith("_K")])
+    return replace(slopes, times=course.times, traces=traces, table=_table(course.times, relative, "fem3d"))
 
 
 def sink_1d(sink: Sink, result: Result, times: np.ndarray | None) -> Slopes:
@@ -150,32 +152,39 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None) -> Slopes:
 
     name = "paper" if result.model in PAPERS else result.model
     over_time = times if name == "paper" else None
-    steady, course = slopes.of_sink(sink, name, numbers(sink), over_time)
+    steady, relative = slopes.of_sink(sink, name, numbers(sink), over_time)
     exact = {key: {n: Estimate(v, 0.0) for n, v in by_name.items()} for key, by_name in steady.items()}
-    return _of_sink(sink, result, exact, over_time, course, "reduced1d")
+    made = Slopes({name: e.value for name, e in result.steady.items()}, exact)
+    if over_time is None or result.traces is None:
+        return made
+    thermal = [name for name in result.traces.values if name.endswith("_K")]
+    rises = {n: np.interp(over_time, result.traces.time, v) - sink.room_temperature * (n in thermal)
+             for n, v in result.traces.values.items()}  # fmt: skip
+    course = {key: {n: v * rises[n] for n, v in by_name.items()} for key, by_name in relative.items()}
+    traces, table = _traces(sink, course, thermal), _table(over_time, relative, "reduced1d")
+    return replace(made, times=over_time, traces=traces, table=table)
 
 
-def _of_sink(
-    sink: Sink, result: Result, relative: ByKey, times: np.ndarray | None,
-    course: Mapping[str, Mapping[str, np.ndarray]], model: str,
-) -> Slopes:  # fmt: skip
-    """The slopes of a sink, whose steady temperatures are rises and whose traces are not; ``course`` is of rises."""
-    sizes = {name: e.value for name, e in result.steady.items()}
-    if times is None or result.traces is None:
-        return Slopes(sizes, relative)
-    # A temperature is the room's and a rise; where the room is the key, both move.
-    room, at, traces = sink.room_temperature, result.traces.time, dict[str, dict[str, np.ndarray]]()
-    # At t = 0 the rise is zero, whatever its slope.
-    later = times > 0
-    late = np.log(np.maximum(at, times[later][0]))
-    for key, by_name in course.items():
-        moves = (neighbour(sink, key, STEP).room_temperature - room) / STEP
-        traces[key] = {}
-        for name, slope in by_name.items():
-            thermal = name.endswith("_K")
-            rises = result.traces.values[name] - room * thermal
-            traces[key][name] = rises * np.interp(late, np.log(times[later]), slope[later]) + moves * thermal
-    return Slopes(sizes, relative, times=at, traces=traces, table=_table(times, course, model))
+def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Slopes:
+    """The slopes of a free scene's probes in 3D, solved whole. Raises NumericsError."""
+    from fem3d.runs import sensitivities
+
+    found = sensitivities.of_scene(scene, result, keys)
+    sizes, steady = {name: e.value for name, e in found.values.items()}, found.course is None
+    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
+    shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in found.steady}
+    slopes = Slopes(sizes, dict(found.steady), shift, steady, left_out=found.left_out)
+    if (course := found.course) is None:
+        return slopes
+    top = {name: float(course.times[np.abs(course.traces[name]).argmax()]) for name in sizes}
+    traces, table = _traces(scene, course.values, thermal), _table(course.times, course.values, "fem3d")
+    return replace(slopes, times=course.times, traces=traces, table=table, top=top)
+
+
+def _traces(scene: Any, rises: Mapping[str, Mapping[str, np.ndarray]], thermal: Sequence[str]) -> Course:
+    """The slopes of traces by slopes of rises: where the base of the rises is the key, both move."""
+    moves = {key: base_moves(scene, key, False) for key in rises}
+    return {key: {n: v + moves[key] * (n in thermal) for n, v in by.items()} for key, by in rises.items()}
 
 
 def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], model: str) -> dict[str, np.ndarray]:
@@ -184,34 +193,13 @@ def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], mo
     return {"time_s": times} | columns
 
 
-def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Slopes:
-    """The slopes of a free scene's probes in 3D, solved whole. Raises NumericsError."""
-    from fem3d.runs import sensitivities
-
-    found = sensitivities.of_scene(scene, result, keys)
-    sizes = {name: e.value for name, e in found.values.items()}
-    course, shift = found.course, dict[str, dict[str, float]]()
-    steady, times = course is None, None if course is None else course.times
-    traces = {} if course is None else {key: dict(by_name) for key, by_name in course.values.items()}
-    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
-    for key in found.steady:
-        moves = base_moves(scene, key, steady)
-        shift[key] = dict.fromkeys(thermal, moves)
-        for name in thermal if key in traces else ():
-            if name in traces[key]:
-                traces[key][name] = traces[key][name] + moves
-    table = {} if course is None else _table(course.times, course.values, "fem3d")
-    top = {} if course is None else {n: float(course.times[np.abs(course.traces[n]).argmax()]) for n in sizes}
-    return Slopes(
-        sizes, dict(found.steady), shift, steady, times, traces, table=table, top=top, left_out=found.left_out
-    )
-
-
-def base_moves(scene: AnyScene, key: str, steady: bool) -> float:
-    """d base / d ln key (K), where rises count from the coldest given temperature, or over time from the start."""
+def base_moves(scene: Any, key: str, steady: bool) -> float:
+    """d base / d ln key (K): rises count from the room, the coldest given temperature, or over time the start."""
     other = neighbour(scene, key, STEP)
+    if scene.kind == "sink":
+        return float(other.room_temperature - scene.room_temperature) / STEP
     if not steady:
-        return (other.initial_temperature - scene.initial_temperature) / STEP
+        return float(other.initial_temperature - scene.initial_temperature) / STEP
     from fem3d.runs.sensitivities import floor_of
 
     return (floor_of(scene, other) - floor_of(scene, scene)) / STEP
