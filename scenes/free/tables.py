@@ -157,98 +157,80 @@ ON_MESH = Schema(
 
 def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     """Return the document of a scene without its default values."""
+    needed = physics.needed(scene)
     run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
     if scene.output_times and not scene.steady:
         run["output_times"] = list(scene.output_times)
-    needed = physics.needed(scene)
-    document: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
-    if scene.parameters is not None:
-        document["parameters"] = dict(scene.parameters.values)
-    if isinstance(scene, m.MeshScene):
-        document["mesh"] = {"file": scene.file, "unit": scene.unit}
-        document["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
-        document["source"] = [
-            {"name": s.name, "group": s.group, "heat_source": HEAT_SOURCE.write(s.heat_source)} for s in scene.sources
-        ]
-    else:
-        materials = {box.material.name: box.material for box in scene.boxes}
-        document["material"] = [_of_material(each, needed) for each in materials.values()]
-        document["box"] = [
-            {"name": box.name, "material": box.material.name, **_where(box)}
-            | ({} if m.is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
-            for box in scene.boxes
-        ]
-    document["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
-    document["probe"] = [
-        {"name": p.name, "quantity": p.quantity, **_where(p)}
-        | ({} if p.quantity in TOTALS else {"reduce": p.reduce})
-        | _parts(p)
-        for p in scene.probes
-    ]
-    if scene.contacts:
-        document["contact"] = [
-            {"name": c.name, "between": list(c.between)}
-            | {key: v for key in RESISTANCES if (v := getattr(c, key)) or c.perfect}
-            for c in scene.contacts
-        ]
-    if isinstance(scene, m.Scene) and scene.mesh:
-        run["mesh"] = scene.mesh
-    if scene.memory:
-        run["memory"] = scene.memory
-    document |= {"run": {**run, "accuracy": scene.accuracy}}
-    if scene.model is not None:
-        model = scene.model
-        listed = {"file": model.file, "parameters": dict(model.parameters), "outputs": dict(model.outputs)}
-        document["model"] = {key: value for key, value in listed.items() if value}
+    run |= {key: value for key in ("mesh", "memory") if (value := getattr(scene, key, None))}
     checks: dict[str, Any] = {"tolerances": dict(scene.tolerances)} if scene.tolerances else {}
     if scene.expected_to_differ is not None:
         checks["expect_differs"] = list(scene.expected_to_differ)
-    return document | ({"checks": checks} if checks else {})
+    own = scene.model or m.OwnModel()
+    model = {"file": own.file, "parameters": dict(own.parameters), "outputs": dict(own.outputs)}
+    materials = {each.name: _of_material(each, needed) for each in physics.materials(scene)}
+    if isinstance(scene, m.MeshScene):
+        bodies = {body.material.name: {"groups": list(body.groups)} for body in scene.bodies}
+        materials = {name: table | bodies[name] for name, table in materials.items()}
+    document: dict[str, Any] = {
+        "scene": {"name": scene.name, "initial_temperature": scene.initial_temperature},
+        "parameters": dict(scene.parameters.values) if scene.parameters is not None else None,
+        "mesh": {"file": scene.file, "unit": scene.unit} if isinstance(scene, m.MeshScene) else None,
+        "material": list(materials.values()),
+        scene.heated[0]: [_of_part(part) for part in getattr(scene, scene.heated[1])],
+        "boundary": [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries],
+        "probe": [_of_probe(probe) for probe in scene.probes],
+        "contact": [
+            {"name": c.name, "between": list(c.between)}
+            | {key: value for key in RESISTANCES if (value := getattr(c, key)) or c.perfect}
+            for c in scene.contacts
+        ] or None,
+        "run": {**run, "accuracy": scene.accuracy},
+        "model": {key: value for key, value in model.items() if value} if scene.model is not None else None,
+        "checks": checks or None,
+    }  # fmt: skip
+    return {table: content for table, content in document.items() if content is not None}
 
 
 def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
-    table: dict[str, Any] = {"name": material.name}
-    kinds = LISTS["material"]
-    table |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
-    if material.electrical_conductivity is None:
-        table["resistivity"] = RESISTIVITY.write(material.resistivity)
-    else:
-        table["electrical_conductivity"] = CONDUCTIVITY.write(material.electrical_conductivity)
+    keys = [key for key in HEAT_KEYS if getattr(material, key) != UNUSED or key in needed]
+    keys.append("resistivity" if material.electrical_conductivity is None else "electrical_conductivity")
     if material.resistivity is not None and not laws.varies(material.resistivity):
-        table |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
-    return table if material.valid_to is None else table | {"valid_to": material.valid_to}
+        keys += ["temperature_coefficient", "reference_temperature"]
+    if material.valid_to is not None:
+        keys.append("valid_to")
+    return {"name": material.name} | {key: LISTS["material"][key].write(getattr(material, key)) for key in keys}
+
+
+def _of_part(part: m.Box | m.Source) -> dict[str, Any]:
+    """A box, or a heat source of a mesh."""
+    heat = {} if isinstance(part, m.Box) and m.is_zero(part.heat_source) else {"heat_source": part.heat_source}
+    material = {"material": part.material.name} if isinstance(part, m.Box) else {}
+    return {"name": part.name, **material, **_where(part)} | {k: HEAT_SOURCE.write(v) for k, v in heat.items()}
 
 
 def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
     """The condition of a boundary as a file has it."""
     if b.key in ("convection", "radiation"):
         return {b.key: CONDITIONS[b.key].write((b.value, b.ambient))}
-    value = b.ambient if b.kind == "convection" else b.value
-    beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
-    if 0 < b.series_resistance < math.inf:
-        beside["series_resistance"] = b.series_resistance
-    return {b.key: CONDITIONS[b.key].write(value)} | beside
+    beside = {key: value for key in _BESIDE if 0 < (value := getattr(b, key)) < math.inf}
+    return {b.key: CONDITIONS[b.key].write(b.ambient if b.kind == "convection" else b.value)} | beside
 
 
-def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:
-    """The place of a part: corners, a point or a group."""
-    if isinstance(item, (m.GroupBoundary, m.GroupProbe)):
-        at = getattr(item, "at", None)
-        if groups := getattr(item, "groups", ()):
-            return {"groups": list(groups)}
-        return {"group": item.group} if at is None else {"at": list(at)}
-    if isinstance(item, m.Probe) and len(item.boxes) > 1:
-        return {"boxes": list(item.boxes)}
-    if isinstance(item, m.Probe) and item.lower == item.upper:
-        return {"at": list(item.lower)}
-    return {"lower": list(item.lower), "upper": list(item.upper)}
+def _of_probe(p: m.Probe | m.GroupProbe) -> dict[str, Any]:
+    side = {"side": p.side} if isinstance(p, m.GroupProbe) else {"box": p.boxes[0] if len(p.boxes) == 1 else ""}
+    reduce = {} if p.quantity in TOTALS else {"reduce": p.reduce}
+    return {"name": p.name, "quantity": p.quantity, **_where(p), **reduce} | {k: v for k, v in side.items() if v}
 
 
-def _parts(probe: m.Probe | m.GroupProbe) -> dict[str, Any]:
-    """The parts in which a probe is read."""
-    if isinstance(probe, m.GroupProbe):
-        return {"side": probe.side} if probe.side else {}
-    return {"box": probe.boxes[0]} if len(probe.boxes) == 1 else {}
+def _where(item: Any) -> dict[str, Any]:
+    """The place of a part: boxes, groups, a group, a point or corners."""
+    several = {"groups": getattr(item, "groups", ()), "boxes": getattr(item, "boxes", ())[1:] and item.boxes}
+    if found := {key: list(names) for key, names in several.items() if names}:
+        return found
+    if group := getattr(item, "group", None):
+        return {"group": group}
+    at = getattr(item, "at", None) or item.lower
+    return {"at": list(at)} if at == getattr(item, "upper", at) else {"lower": list(at), "upper": list(item.upper)}
 
 
 def as_toml(scene: m.AnyScene) -> str:
