@@ -145,7 +145,7 @@ class _Places:
 
 def march(
     modal: Modal, nodes: int, device: Device, tolerance: float, meter: tuple[float, float] = (0.0, 0.0),
-    start: Literal["cold", "settled"] = "cold", watched: int | None = None,
+    start: Literal["cold", "settled"] = "cold",
 ) -> March:  # fmt: skip
     """Run the closed loop of a device.
 
@@ -161,8 +161,6 @@ def march(
         Resolution in ohm of the measured resistances of (sink, sensor), 0 for an ideal meter.
     start : "cold" or "settled"
         At room temperature without voltage, or in the steady state at the initial outer temperature.
-    watched : int, optional
-        The run also ends where the limiter holds the voltage of this film (0 sink, 1 sensor).
 
     Raises
     ------
@@ -199,8 +197,7 @@ def march(
             warm = modal.resistance * (1 + modal.coefficient * free[:2])
             voltages[k] = voltage = control.sample(metered(voltage, warm, at.ground, meter))
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
-            held = watched is not None and voltage[watched] == control.lowest and control.gain[watched] > 0
-            if stopped or held or not length:
+            if stopped or not length:
                 break
         if step is not None:
             # Just after the sample at its time.

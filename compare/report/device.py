@@ -110,11 +110,9 @@ def _design(design: Design, scene: Device, style: Style) -> Section:
         mode = f"{'decays' if limit.decay_per_s >= 0 else 'grows'} at {abs(limit.decay_per_s):.3g} 1/s"
         gains, name = (limit.sink_gain_V, limit.sensor_gain_V), f"  sampled every {limit.sample_time_s * 1e3:g} ms"
         rows.append([name, *map(_gain, gains), mode, f"{limit.largest_eigenvalue:.4g}"])
-    rows.append(["largest for a smooth start", *map(_gain, design.smooth_start_gains_V), "", ""])
     said = (
         f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
-        "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1. Smooth: "
-        "from cold without the limit V >= 0 acting."
+        "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1."
     )
     highest = "that of the common ground, below" if control.ground_resistance else f"{control.set_temperature:g} K"
     reach = f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"

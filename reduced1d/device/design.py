@@ -9,16 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from reduced1d.device.lumped import DEGREE, at_sample_time, largest_eigenvalue, lump, modes, plant, stability, steady
+from reduced1d.device.lumped import DEGREE, at_sample_time, largest_eigenvalue, lump, modes, stability, steady
 from reduced1d.device.schemes import LESS, UnstableStepError, solve_accurate, solve_paper
-from scenes.device import Device, External
+from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import quantity
 from statespace.device_model import Whole
 from statespace.ground import held_range
-from statespace.march import march
 from statespace.result import DeviceResult, Run, Runs, Steady, with_others
-from statespace.stability import gain_limit, gains
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 
@@ -88,44 +86,6 @@ def resolution(device: Device, meter: Meter, external: float | None = None) -> E
     return ExternalStep(*parts, sum(parts), sensor, sink, power)
 
 
-def limiter_acts(device: Device, element: int) -> bool:
-    """Whether the limit V >= 0 acts on the sink (0) or the sensor (1) in the first 50 ms, or 100 samples if that is
-    longer, of the cold start at the initial temperature."""
-    duration = max(0.05, 100 * device.control.sample_time)
-    quiet = External(device.external.initial_temperature, device.external.initial_temperature, 2 * duration)
-    control = replace(device.control, allow_negative_voltage=False)
-    start = replace(device, external=quiet, control=control, end_time=duration)
-    # Only whether a voltage hits its limit is read.
-    run = march(modes(lump(start), DEGREE).modal, 4, start, 1e-5, watched=element)
-    return bool(run.limited[:, element].any()) or run.stopped
-
-
-def smooth_start_gain(device: Device, element: int) -> float:
-    """Bisect for the gain (V) of the sink (0) or the sensor (1) above which a cold start makes its limiter act.
-
-    The other gain is the device's own. The search is between a thousandth of the largest stable gain and that gain:
-    0 where the limiter acts at the former already, the latter where it acts at neither.
-    """
-    control = device.control
-    high = gain_limit(plant(device, device.external.initial_temperature), gains(device), element)
-    if not 0 < high < np.inf:
-        high = 10 * float(gains(device).max())
-
-    def acts(gain: float) -> bool:
-        tried = replace(control, sink_gain=gain) if element == 0 else replace(control, sensor_gain=gain)
-        return limiter_acts(replace(device, control=tried), element)
-
-    low = high / 1000
-    if acts(low):
-        return 0.0
-    if not acts(high):
-        return high
-    while high > 1.001 * low:
-        middle = math.sqrt(low * high)
-        low, high = (low, middle) if acts(middle) else (middle, high)
-    return low
-
-
 @dataclass(frozen=True)
 class GainLimits:
     """The largest stable gains (V) of sink and sensor at a sample time (s), the smaller of the limits before and after
@@ -141,12 +101,10 @@ class GainLimits:
 
 @dataclass(frozen=True)
 class Design:
-    """Gain limits at several sample times, the scene's first; the largest gains (sink, sensor) that start from cold
-    without the limiter; the ``range`` for the largest voltage or power, if given; and by meter the outer step that it
-    resolves, or why it can't, the same in words, and the source of its data."""
+    """Gain limits at several sample times, the scene's first; the ``range`` for the largest voltage or power, if given;
+    and by meter the outer step that it resolves, or why it can't, the same in words, and the source of its data."""
 
     limits: tuple[GainLimits, ...]
-    smooth_start_gains_V: tuple[float, float]
     range: Range | None
     resolutions: dict[str, ExternalStep | str]
     meters: dict[str, str]
@@ -176,7 +134,7 @@ def answer(device: Device, largest_voltage: float = np.inf, largest_power: float
             resolutions[name] = said[name]
     limited = min(largest_voltage, largest_power) < np.inf
     return Design(
-        tuple(limits), (smooth_start_gain(device, 0), smooth_start_gain(device, 1)),
+        tuple(limits),
         measurable_range(device, voltage=largest_voltage, power=largest_power) if limited else None,
         resolutions, said, {name: meter.source for name, meter in METERS.items()},
     )  # fmt: skip

@@ -10,10 +10,8 @@ from reduced1d.device.design import (
     MAX1367,
     PXI_4070,
     in_the_loop,
-    limiter_acts,
     measurable_range,
     resolution,
-    smooth_start_gain,
     solve,
 )
 from reduced1d.device.lumped import plant, stability, steady
@@ -88,20 +86,6 @@ def test_quantisation_in_the_loop():
     assert np.ptp(poor.sink_K[last]) > 20 * np.ptp(good.sink_K[last])
     assert any("too coarse" in text for text in poor.findings)
     assert not any("too coarse" in text for text in good.findings)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("element", "expected"), [(0, (0.2, 0.6)), (1, (0.055, 0.08))])
-def test_smooth_start(element, expected):
-    device = Device()
-    gain = smooth_start_gain(device, element)
-    assert expected[0] < gain < expected[1]
-    name = ("sink_gain", "sensor_gain")[element]
-    for factor, acts in ((0.98, False), (1.02, True)):
-        tried = replace(device, control=replace(device.control, **{name: factor * gain}))
-        assert limiter_acts(tried, element) is acts
-        traced = solve(replace(tried, end_time=0.05))
-        assert ((traced.sink_V, traced.sensor_V)[element] == 0).any() == acts
 
 
 def test_settling_time_of_an_exponential():
