@@ -25,8 +25,7 @@ def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
     """Build the scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies."""
     if (count := len(values.get("box", ()))) > MOST_BOXES:
         raise SceneError(
-            f"the scene has {count:,} boxes, and {MOST_BOXES:,} are the most: let one box stand for those of one "
-            "material that touch, or give a mesh (mesh.file)"
+            f"the scene has {count:,} boxes, and {MOST_BOXES:,} are the most: join some, or give a mesh"
         )
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
     boxes = []
@@ -103,15 +102,15 @@ def _complete(scene: S, values: Values, folder: str) -> S:
 def _check_names(probes: list[str], outputs: Any, tolerances: Any, differing: Any) -> None:
     """Refuse outputs and checks that name no probe."""
     checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), m.SLOPES]
+    called = "a check, which are called as the probes"
     for path, names, allowed, what in (
         ("model.outputs", outputs, probes, "a probe"),
-        ("checks.tolerances", tolerances, checks, "a check, which are called as the probes"),
-        ("checks.expect_differs", differing, checks, "a check, which are called as the probes"),
+        ("checks.tolerances", tolerances, checks, called),
+        ("checks.expect_differs", differing, checks, called),
     ):
-        for name in names:
-            if name not in allowed:
-                listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
-                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
+        for name in [each for each in names if each not in allowed]:
+            listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
+            raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
 
 
 def _check_steady(scene: m.AnyScene) -> None:
@@ -122,29 +121,23 @@ def _check_steady(scene: m.AnyScene) -> None:
         driving += [(path, b.value), (path + ".ambient" * (b.key == "convection"), b.ambient)]
     for path, value in driving if scene.steady else ():
         if isinstance(value, m.Schedule):
-            raise SceneError(
-                f"{path} varies in time, and run.steady = true asks for no time: give one value, or run.end_time in "
-                "place of steady"
-            )
+            raise SceneError(f"{path} varies in time, and run.steady = true: give one value, or run.end_time")
 
 
 def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
     times: tuple[float, ...] = run.get("output_times", ())
     if run.get("steady"):
-        for key in ("end_time", "output_times"):
-            if key in run:
-                raise SceneError(f"run.steady = true and run.{key} contradict each other: give one of them")
+        for key in [each for each in ("end_time", "output_times") if each in run]:
+            raise SceneError(f"run.steady = true and run.{key} contradict each other: give one of them")
         return run
-    if "end_time" not in run and not (times and times[-1] > 0):
-        raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
     last = times[-1] if times else 0.0
+    if "end_time" not in run and not last > 0:
+        raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
     end = run.get("end_time", last)
     if math.isclose(last, end, rel_tol=1e-12):
         end = last  # one time, reckoned in two ways
     if last > end:
-        raise SceneError(
-            f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s: give more"
-        )
+        raise SceneError(f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s")
     return {**run, "end_time": end}
 
 
@@ -167,54 +160,47 @@ def _separate_radiation(items: Sequence[Item]) -> Iterator[Item]:
             continue
         radiating = f"{item.name}{RADIATION}"
         if radiating in names:
-            raise SceneError(
-                f"{item.label} has radiation, which is called {quoted(radiating)}, as another: rename that"
-            )
+            raise SceneError(f"{item.label} has radiation, which is called {quoted(radiating)}: rename the other one")
         yield replace(item, values={key: v for key, v in item.values.items() if key != "radiation"})
         yield replace(item, name=radiating, values={key: v for key, v in item.values.items() if key != "convection"})
 
 
 def _condition(item: Item) -> dict[str, Any]:
-    """The kind and the values of a boundary's one condition."""
+    """The kind and the values of a boundary's one condition.
+
+    A temperature behind a contact resistance is a film of its inverse; a voltage behind one keeps it.
+    """
     kinds = [kind for kind in CONDITIONS if kind in item.values]
     if len(kinds) != 1:
         has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
-        raise SceneError(
-            f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)} (convection and radiation go together)"
-        )
+        one = f"give exactly one of {', '.join(CONDITIONS)} (convection and radiation go together)"
+        raise SceneError(f"{item.label} {has}: {one}")
     (kind,) = kinds
     of_film = isinstance(CONDITIONS[kind], functions.Surroundings)
     value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     condition = {"kind": kind, "value": value, "ambient": ambient}
     series, contact = item.values.get("series_resistance"), item.values.get("contact_resistance")
+    dimensions = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}
     for key, given, fits in (
-        ("series_resistance", None if series is None else f"{series:g} ohm", ("voltage",)),
-        ("contact_resistance", None if contact is None else f"{contact.value:g}", ("temperature", "voltage")),
+        ("series_resistance", None if series is None else f"{series:g} ohm", ["voltage"]),
+        ("contact_resistance", None if contact is None else f"{contact.value:g}", [*dimensions]),
     ):
         if given is not None and kind not in fits:
-            raise SceneError(
-                f"{item.label}.{key} = {given} stands beside a {kind}: give it beside a {' or a '.join(fits)}, or "
-                "leave it out"
-            )
+            where = f"give it beside a {' or a '.join(fits)}, or leave it out"
+            raise SceneError(f"{item.label}.{key} = {given} stands beside a {kind}: {where}")
     if kind == "current":
-        condition |= {"kind": "voltage", "series_resistance": math.inf}
-    elif series:
+        return {"kind": "voltage", "value": value, "series_resistance": math.inf}
+    if series:
         condition["series_resistance"] = series
-    return condition if contact is None else condition | _behind(item.label, kind, value, contact)
-
-
-def _behind(label: str, kind: str, value: m.Value, contact: functions.Resistance) -> dict[str, Any]:
-    """A temperature behind a contact resistance is a film of its inverse; a voltage behind one keeps it."""
-    path, resistance = f"{label}.contact_resistance = {contact.value:g}", contact.value
-    dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}[kind]
-    if contact.dimension not in (None, dimension):
-        unit = f"{contact.dimension.unit} is {contact.dimension.name}"
-        raise SceneError(f'{path} {unit} beside a {kind}: give {dimension.name} such as "{dimension.example}"')
-    if not resistance:
-        return {}
-    if kind == "voltage":
-        return {"contact_resistance": resistance}
-    return {"kind": "convection", "value": 1 / resistance, "ambient": value, "contact_resistance": resistance}
+    if contact is None:
+        return condition
+    if contact.dimension not in (None, dimensions[kind]):
+        unit, right = f"{contact.dimension.unit} is {contact.dimension.name}", dimensions[kind]
+        path = f"{item.label}.contact_resistance = {contact.value:g} {unit}"
+        raise SceneError(f'{path} beside a {kind}: give {right.name} such as "{right.example}"')
+    if contact.value and kind == "temperature":
+        condition |= {"kind": "convection", "value": 1 / contact.value, "ambient": value}
+    return condition | ({"contact_resistance": contact.value} if contact.value else {})
 
 
 def _reading(item: Item) -> dict[str, Any]:
@@ -277,9 +263,8 @@ def _group_probe(item: Item, bodies: Sequence[m.Body]) -> m.GroupProbe:
         return m.GroupProbe(item.name, **reading, groups=region)
     at, group = given.get("at"), given.get("group")
     if (at is None) == (group is None):
-        raise SceneError(
-            f"{item.label} has {'no place' if at is None else 'at and group'}: give at = [x, y, z], or group"
-        )
+        has = "no place" if at is None else "at and group"
+        raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
     if at is not None and (quantity := reading["quantity"]) in TOTALS:
         needs = "a volume" if quantity == "power" else "a surface"
         raise SceneError(f"{item.label}.quantity = {quoted(quantity)} needs {needs}: give group in place of at")
