@@ -98,8 +98,7 @@ def solve(
 
     levels = levels or Levels(given)
     answer = result(name, sink, levels.fine.model(name), levels.coarse.model(name), steady_only, times)
-    fin = sink.spans > 1 or name in ("anchored", "fin-massless", "fin")
-    said = warnings(sink, levels.fine.remainder, levels.fine.one_node if fin else None)
+    said = warnings(sink, levels.fine.remainder)
     more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
     return replace(answer, details={**answer.details, **more})
 

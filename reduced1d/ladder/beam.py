@@ -116,53 +116,19 @@ def thin_plate_remainder(plate: Plate) -> float:
     return COPIES / 2 * (at_edge + in_oxide) / float(plate.model.outputs["end"] @ theta)
 
 
-def one_node_remainder(plate: Plate) -> float:
-    """How far the end of a fin on one-node anchors may be off on the way to the steady state, relative (-).
-
-    Of the impedance Z(p) = m0 - m1 p + m2 p^2 ... one node has m2 = m1^2/m0. The error delta = m2 m0/m1^2 - 1
-    matters as much as the anchor's time constant m1/m0 is not short against the sink's slowest: their product is
-    returned, which is seldom exceeded, and often far above the error.
-    """
-    inside, model = plate.in_pads + plate.in_oxide, plate.model
-    fields = [plate.inverse.solve(model.outputs["mean"])]
-    for _ in range(2):
-        fields.append(plate.inverse.solve(inside @ fields[-1]))
-    m0, m1, m2 = (float(model.outputs["end"] @ field) for field in fields)
-    first = fields[0]
-    slowest = float(first @ (model.conductance @ first)) / float(first @ (model.capacity @ first))
-    return (m2 * m0 / m1**2 - 1) * m1 / m0 * slowest
-
-
 def _per_watt(plate: Plate) -> np.ndarray:
     """theta (n,) from a uniform heat in the beam: how the heat gets to the end does not matter there."""
     field: np.ndarray = plate.inverse.solve(plate.model.outputs["mean"])
     return field / ((1 - float((plate.model.outputs["air_beam"] + plate.model.outputs["gas_beam"]) @ field)) / 2)
 
 
-def oxide_time(sink: Sink) -> float:
-    """The oxide's slowest time constant (s), its top held: (2 t_o / pi)^2 over its diffusivity."""
-    return (2 * sink.oxide_thickness / math.pi) ** 2 * sink.oxide.heat_capacity / sink.oxide.thermal_conductivity
-
-
-def warnings(sink: Sink, remainder: float, one_node: float | None = None) -> list[str]:
-    """Write a sentence for each assumption of the plate that a sink breaks, by the ``remainder`` that it neglects, and
-    of the fin, by the error of ``one_node`` for each of its anchors (None for the plate alone)."""
-    said = {
+def warnings(sink: Sink, remainder: float) -> list[str]:
+    """Write a sentence where the plate neglects more than 0.1 % of the anchor resistance, the ``remainder``."""
+    return [
         f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
         f"{sink.oxide_thickness * 1e6:.3g} um, the plate neglects up to {100 * remainder:.2g} % of the anchor "
-        "resistance": remainder > 1e-3,
-        f"the oxide takes {oxide_time(sink) * 1e6:.3g} us to warm through, more than the "
-        f"{FIRST_TIME * 1e6:.0f} us from which on traces are "
-        "compared: the plate's third of its capacity is right only for slower changes": oxide_time(sink) > FIRST_TIME,
-    }
-    if one_node is not None:
-        said |= {
-            "the anchors are too slow for one node each: on the way to the steady state the fin's ends may be off by "
-            f"{100 * one_node:.2g} % (plate and moments are not)": one_node > 0.05,
-            f"a beam {sink.width * 1e6:.3g} um wide and {sink.length * 1e6:.3g} um long is not slender: its rise is "
-            "not uniform across (plate and moments know that)": sink.length < 2 * sink.width,
-        }
-    return [sentence for sentence, broken in said.items() if broken]
+        "resistance"
+    ] * (remainder > 1e-3)
 
 
 def fin(

@@ -16,7 +16,6 @@ from reduced1d.ladder.beam import (
     anchor_of,
     fin,
     hot,
-    one_node_remainder,
     projected,
     steady_rise,
     thin_plate_remainder,
@@ -64,11 +63,6 @@ class Level:
     def remainder(self) -> float:
         """Part of the anchor resistance that the plate neglects (-)."""
         return thin_plate_remainder(self._assembled)
-
-    @cached_property
-    def one_node(self) -> float:
-        """Error of a fin on one-node anchors at its ends (-)."""
-        return one_node_remainder(self._assembled)
 
     def lump(self, circuit: bool = False) -> FewStates:
         """The paper's model on the plate's anchor resistance; of a row perhaps with the islands in the circuit."""

@@ -24,9 +24,7 @@ MOST_BOXES = 2_000  # a row of this many takes 1.2 GB, 10 s of processor time, a
 def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
     """Build the scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies."""
     if (count := len(values.get("box", ()))) > MOST_BOXES:
-        raise SceneError(
-            f"the scene has {count:,} boxes, and {MOST_BOXES:,} are the most: join some, or give a mesh"
-        )
+        raise SceneError(f"the scene has {count:,} boxes, and {MOST_BOXES:,} are the most: join some, or give a mesh")
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
     boxes = []
     for item in values.get("box", ()):

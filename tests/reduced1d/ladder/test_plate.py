@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from reduced1d.equations import room_resistivity
-from reduced1d.ladder.beam import anchor_of, hot, oxide_time, warnings
-from reduced1d.ladder.few_states import Trajectory, steady
+from reduced1d.ladder.beam import anchor_of, hot, warnings
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.plate import (
     COARSE,
@@ -121,20 +120,6 @@ def test_the_anchors_capacity_is_what_its_impedance_says(levels):
     assert change != relative(-R * anchor.pad / 2, 0.3)
 
 
-def test_the_fin_says_where_it_ends(levels):
-    """Pads that hold much more heat than the beam: one node is 10 % off, and the estimate is above that."""
-    assert warnings(levels.sink, 0.0, levels.fine.one_node) == []
-    sink = Sink(pad_length=1e-3, pad_width=1e-3)
-    slow = Levels(sink).coarse
-    times = np.geomspace(1e-5, 0.02, 60)
-    whole = slow.model("plate")
-    plate, fin = (Trajectory(model, times[-1]).quantities(times)["end_K"] for model in (whole, slow.fin()))
-    off = float(np.abs(fin - plate).max()) / steady(whole)["end_rise_K"]
-    assert 0.05 < off < slow.one_node
-    assert any("one node" in text for text in warnings(sink, 0.0, slow.one_node))
-    assert any("slender" in text for text in warnings(replace(sink, width=1e-3), 0.0, 0.0))
-
-
 def test_the_plate_says_where_it_ends(levels):
     assert warnings(levels.sink, levels.fine.remainder) == []
     thick = Levels(Sink(thickness=20e-6))
@@ -142,6 +127,3 @@ def test_the_plate_says_where_it_ends(levels):
     assert len(said) == 1
     assert "thin-plate" in said[0]
     assert "20 um" in said[0]
-    slow = replace(levels.sink, oxide_thickness=20e-6)
-    assert oxide_time(slow) == relative(100 * oxide_time(levels.sink), 1e-12)
-    assert any("to warm through" in text for text in warnings(slow, 0.0))
