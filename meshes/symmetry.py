@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from meshes.grid import distinct, scene_planes
-from scenes.free.grid import Grid, grid_on
+from meshes.grid import distinct, graph, scene_planes
+from scenes.free.grid import grid_on
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 from scenes.result import Step
 
@@ -112,7 +112,7 @@ class _Mirror:
     ----------
     middle : coordinate of the plane (m)
     small : lengths below this count as nothing (m)
-    level : potential of an odd plane (V)
+    level : potential of an odd plane (V); None of an even one
     half : value and series resistance that drive the kept electrode of two whose potentials are not all given
     """
 
@@ -127,40 +127,26 @@ class _Mirror:
         """The plane through the middle of a scene; None where the scene isn't symmetric about it."""
         low, high = _corners(scene)
         mirror = _Mirror(axis, (low[axis] + high[axis]) / 2, 1e-9 * max(b - a for a, b in zip(low, high, strict=True)))
-        fits = (
-            mirror._keeps_solid(scene) and mirror._keeps_conditions(scene) and mirror._keeps_probes(scene)
-            and (not scene.contacts or mirror._keeps_contacts(scene))
-        )  # fmt: skip
-        electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-        twins = [(b, c) for b in electrodes for c in electrodes if mirror.maps(b, c)]
-        pairs = [(b.value, c.value) for b, c in twins]
-        if not fits or len(pairs) != len(electrodes):
+        twins = mirror._twins(scene)
+        if twins is None or not mirror._keeps_cells(scene) or None in (mirror.read(p, scene) for p in scene.probes):
             return None
-        if any(b.contact_resistance != c.contact_resistance for b, c in twins):
-            return None
-        alike = all(b.series_resistance == c.series_resistance for b, c in twins)
-        if alike and all(a == b for a, b in pairs):
+        pairs = [(b, twins[b.name]) for b in scene.boundaries if b.kind == "voltage"]
+        if all(b.series_resistance == c.series_resistance and b.value == c.value for b, c in pairs):
             return mirror
-        if any(b.series_resistance for b in electrodes):
-            return mirror._between(scene, electrodes)
+        readings = [p.reduce for p in scene.probes if p.quantity == "potential"]
+        if any(b.series_resistance for b, _ in pairs):
+            # Of two electrodes the current is odd; the potential of the plane, which no probe reads, is called zero.
+            return None if readings or len(pairs) != 2 or pairs[0] == pairs[0][::-1] else mirror._driven(*pairs[0])
         # A largest potential on one side is a smallest one on the other.
-        if any(p.quantity == "potential" and p.reduce != "mean" for p in scene.probes):
+        if readings.count("mean") < len(readings):
             return None
-        sums = {_sum(a, b) for a, b in pairs}
+        sums = {_sum(b.value, c.value) for b, c in pairs}
         total = sums.pop()
         return None if sums or total is None else replace(mirror, level=_times(0.5, total))
 
-    def _between(self, scene: Scene, electrodes: list[Boundary]) -> _Mirror | None:
-        """The plane between two electrodes that map onto each other, at half of the sum of their unknown potentials.
-
-        The current is odd, and the potential of the plane is called zero. None where a probe reads a potential.
-        """
-        if len(electrodes) != 2 or self.maps(electrodes[0], electrodes[0]):
-            return None
-        if any(p.quantity == "potential" for p in scene.probes):
-            return None
-        # The lower electrode is kept, and driven through half of the circuit.
-        low, high = sorted(electrodes, key=lambda b: b.lower[self.axis])
+    def _driven(self, one: Boundary, other: Boundary) -> _Mirror | None:
+        """The odd plane between two electrodes of unknown potential; half the circuit drives the lower one."""
+        low, high = sorted((one, other), key=lambda b: b.lower[self.axis])
         if inf in (low.series_resistance, high.series_resistance):
             current = low.value if low.series_resistance == inf else _times(-1.0, high.value)
             return replace(self, level=0.0, half=(current, inf))
@@ -193,103 +179,76 @@ class _Mirror:
         low, high = (min(c[self.axis], self.middle) for c in (item.lower, item.upper))
         return self._at(item.lower, low), self._at(item.upper, high)
 
-    def _keeps_solid(self, scene: Scene) -> bool:
-        """Whether the mirror maps every cell between the scene's planes onto one of the same material and source."""
-        grid = self._both_sides(scene)
-        kinds = list(dict.fromkeys((b.material, b.heat_source) for b in scene.boxes))
-        cells = np.array([*(kinds.index((b.material, b.heat_source)) for b in scene.boxes), -1])[grid.owner]
-        return bool((cells == np.flip(cells, self.axis)).all())
+    def _twins(self, scene: Scene) -> dict[str, Boundary] | None:
+        """The boundary of the same kind, with the same thermal condition, that each is mapped onto; None where one is
+        missing."""
+        left, twins = list(scene.boundaries), dict[str, Boundary]()
+        for b in scene.boundaries:
+            image = next((c for c in left if _kind(b) == _kind(c) and self.maps(b, c)), None)
+            if image is None:
+                return None
+            left.remove(image)
+            twins[b.name] = image
+        return twins
 
-    def _both_sides(self, scene: Scene) -> Grid:
-        """The grid of all planes of a scene and of their images."""
+    def _keeps_cells(self, scene: Scene) -> bool:
+        """Whether the mirror maps every cell between the scene's planes onto one of the same material and source, and
+        every face with a contact onto one that is the same; none lies in its plane, where half of one would be left."""
         planes = [np.array(scene_planes(scene, d)) for d in range(3)]
         along = planes[self.axis]
         planes[self.axis] = np.array(distinct([*along, *(2 * self.middle - along)], self.small))
-        return grid_on(scene, tuple(planes))
-
-    def _keeps_contacts(self, scene: Scene) -> bool:
-        """Whether the mirror maps every face with a contact onto one that is the same, and none lies in its plane,
-        where half of one would be left."""
-        grid = self._both_sides(scene)
-        count = grid.owner.shape[self.axis]
-        for key in ("thermal_resistance", "electrical_resistance"):
-            for axis, marks in enumerate(grid.jumps(key)):
-                if (marks != np.flip(marks, self.axis)).any():
-                    return False
-                if axis == self.axis and count % 2 == 0 and np.take(marks, count // 2, axis=axis).any():
-                    return False
-        return True
-
-    def _sides(self, scene: Scene, probe: Probe) -> tuple[str, ...] | None:
-        """The names that the boxes of a probe have on the lower side, where it is read; None where these are others."""
-        images = {
-            box.name: next((b.name for b in scene.boxes if self.maps(box, b)), "")
-            for box in scene.boxes
-            if box.name in probe.boxes
-        }
-        if self._below(probe) is None:
-            return None if "" in images.values() else tuple(images.values())
-        volume = all(low < high for low, high in zip(probe.lower, probe.upper, strict=True))
-        uneven = volume and self._reaches_over(probe) and set(images) != set(images.values())
-        return None if uneven else probe.boxes
-
-    def _keeps_conditions(self, scene: Scene) -> bool:
-        """Whether the mirror maps every thermal condition onto one of its own that is the same."""
-        thermal = [b for b in scene.boundaries if b.kind != "voltage"]
-        images = list(thermal)
-        for b in thermal:
-            image = next((c for c in images if _thermal(b) == _thermal(c) and self.maps(b, c)), None)
-            if image is None:
+        grid = grid_on(scene, tuple(planes))
+        kinds = list(dict.fromkeys((b.material, b.heat_source) for b in scene.boxes))
+        marks = [np.array([*(kinds.index((b.material, b.heat_source)) for b in scene.boxes), -1])[grid.owner]]
+        for key in ("thermal_resistance", "electrical_resistance") if scene.contacts else ():
+            marks += grid.jumps(key)
+            inner = np.moveaxis(marks[self.axis - 3], self.axis, 0)
+            if len(inner) % 2 and inner[len(inner) // 2].any():
                 return False
-            images.remove(image)
-        return True
+        return all((m == np.flip(m, self.axis)).all() for m in marks)
 
-    def _keeps_probes(self, scene: Scene) -> bool:
-        """Whether no probe crosses the plane unevenly, or reads a flow through the plane."""
-        for probe in scene.probes:
-            low, high = probe.lower[self.axis] - self.middle, probe.upper[self.axis] - self.middle
-            if low < -self.small and high > self.small and not self.maps(probe, probe):
-                return False
-            if max(abs(low), abs(high)) <= self.small and probe.quantity in ("heat_flow", "current"):
-                return False
-            if probe.boxes and self._sides(scene, probe) is None:
-                return False
-        return True
+    def read(self, probe: Probe, scene: Scene) -> Probe | None:
+        """The probe on the lower side in whose place it is read; None where it crosses the plane unevenly, or reads a
+        flow through the plane."""
+        low, high = probe.lower[self.axis] - self.middle, probe.upper[self.axis] - self.middle
+        if low < -self.small and high > self.small and not self.maps(probe, probe):
+            return None
+        if max(abs(low), abs(high)) <= self.small and probe.quantity in ("heat_flow", "current"):
+            return None
+        below, names = self._below(probe), probe.boxes
+        boxes = [b for b in scene.boxes if b.name in names]
+        images = tuple(next((b.name for b in scene.boxes if self.maps(box, b)), "") for box in boxes)
+        if below is None:
+            names = images
+        elif self._reaches_over(probe) and all(a < b for a, b in zip(probe.lower, probe.upper, strict=True)):
+            # A volume on both sides has the same boxes on either.
+            names = names if set(images) == set(names) else ("",)
+        lower, upper = below or self.image(probe)
+        return None if "" in names else replace(probe, lower=lower, upper=upper, boxes=names)
 
     def cut(self, scene: Scene) -> tuple[Scene, dict[str, Flow], Readings]:
         """The lower side of a scene, which kept boundary stands for each, and how each probe is read."""
         boxes = [replace(b, lower=c[0], upper=c[1]) for b in scene.boxes if (c := self._below(b))]
-        kept = {b.name: self._driven(b, c) for b in scene.boundaries if (c := self._below(b))}
-        flows = {}
+        kept, twins, flows = dict[str, Boundary](), self._twins(scene) or {}, dict[str, Flow]()
         for b in scene.boundaries:
-            if b.name in kept:
+            if corners := self._below(b):
+                kept[b.name] = replace(b, lower=corners[0], upper=corners[1])
                 copies = 2.0 if self._reaches_over(b) else 1.0
                 flows[b.name] = Flow(b.name, copies, copies)
+                if b.kind == "voltage" and self.half is not None:
+                    kept[b.name] = replace(kept[b.name], value=self.half[0], series_resistance=self.half[1])
+                elif b.series_resistance and copies == 2.0:
+                    # Half of an electrode has half of a given current, or twice the resistance in series.
+                    value = _times(0.5, b.value) if b.series_resistance == inf else b.value
+                    kept[b.name] = replace(kept[b.name], value=value, series_resistance=2 * b.series_resistance)
             else:
-                twin = next(k for k in kept.values() if _thermal(b) == _thermal(k) and self.maps(b, k))
-                flows[b.name] = Flow(twin.name, 1.0, 1.0 if self.level is None else -1.0)
+                flows[b.name] = Flow(twins[b.name].name, 1.0, 1.0 if self.level is None else -1.0)
         if self.level is not None:
             name, (low, high) = f"symmetry-{'xyz'[self.axis]}", _corners(scene)
             kept[name] = Boundary(name, "voltage", self._at(low, self.middle), self._at(high, self.middle), self.level)
-        probes = []
-        for probe in scene.probes:
-            lower, upper = self._below(probe) or self.image(probe)
-            probes.append(replace(probe, lower=lower, upper=upper, boxes=self._sides(scene, probe) or ()))
-        read = {probe.name: self._reading(probe, scene) for probe in scene.probes}
-        return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=tuple(probes)), flows, read
-
-    def _driven(self, b: Boundary, corners: Corners) -> Boundary:
-        """The kept part of a boundary; half of an electrode of unknown potential has half the current and twice the
-        resistance."""
-        boundary = replace(b, lower=corners[0], upper=corners[1])
-        if b.kind == "voltage" and self.half is not None:
-            return replace(boundary, value=self.half[0], series_resistance=self.half[1])
-        if not b.series_resistance or not self._reaches_over(b):
-            return boundary
-        current = b.series_resistance == inf
-        return replace(
-            boundary, value=_times(0.5, b.value) if current else b.value, series_resistance=2 * b.series_resistance
-        )  # fmt: skip
+        probes = tuple(p for probe in scene.probes if (p := self.read(probe, scene)))
+        readings = {probe.name: self._reading(probe, scene) for probe in scene.probes}
+        return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=probes), flows, readings
 
     def _reading(self, probe: Probe, scene: Scene) -> tuple[float, tuple[Value, ...]]:
         """The reading of a probe in the whole: a factor of its reading in the part, and a value to add."""
@@ -306,21 +265,15 @@ class _Mirror:
         if crosses:
             # Both halves carry the same heat; the current of the other half is the same or the opposite.
             return 0.0 if turns else 2.0, ()
-        sign = -1.0 if probe.lower[self.axis] == probe.upper[self.axis] and self._inside(probe, scene) else 1.0
-        return -sign if turns else sign, ()
-
-    def _inside(self, probe: Probe, scene: Scene) -> bool:
-        """Whether there is solid on both sides of a flat probe, so that a flow counts along the axis."""
-        point = [(a + b) / 2 for a, b in zip(probe.lower, probe.upper, strict=True)]
-        return all(
-            any(all(b.lower[d] <= q[d] <= b.upper[d] for d in range(3)) for b in scene.boxes)
-            for q in ([c + side * 1e3 * self.small * (d == self.axis) for d, c in enumerate(point)] for side in (-1, 1))
-        )
+        # Inside the solid a flow counts along the axis, which the mirror turns.
+        across = probe.lower[self.axis] == probe.upper[self.axis]
+        inside = across and not (grid := graph(scene)).exposed(grid.faces(probe)).any()
+        return -1.0 if inside != turns else 1.0, ()
 
 
-def _thermal(b: Boundary) -> tuple[object, ...]:
-    """The thermal condition of a boundary, empty for an electrode."""
-    return () if b.kind == "voltage" else (b.kind, b.value, b.ambient, b.contact_resistance)
+def _kind(b: Boundary) -> tuple[object, ...]:
+    """The kind of a boundary, with its thermal condition; without the voltage of an electrode."""
+    return b.kind, b.contact_resistance, *(() if b.kind == "voltage" else (b.value, b.ambient))
 
 
 def _corners(scene: Scene) -> Corners:
