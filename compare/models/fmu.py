@@ -46,33 +46,31 @@ class Run(NamedTuple):
     values: np.ndarray
 
     @property
-    def is_finite(self) -> bool:
-        return bool(np.isfinite(self.values).all())
-
-    @property
     def changes(self) -> np.ndarray:
         """(outputs,): the whole change of each output, 0 where that is rounding."""
         change = np.ptp(self.values, axis=0)
         return np.where(change > ROUNDING * np.abs(self.values).max(axis=0), change, 0.0)
 
     @property
-    def second_half(self) -> Run:
-        return Run(*(part[len(self.time) // 2 :] for part in self))
+    def late_changes(self) -> np.ndarray:
+        """(outputs,): the change of each output in the second half of the run."""
+        return Run(*(part[len(self.time) // 2 :] for part in self)).changes
 
     @property
     def rests(self) -> bool:
         """Whether each output has moved and come to rest, or never moved."""
-        return bool((self.second_half.changes <= REST * self.changes).all())
+        return bool((self.late_changes <= REST * self.changes).all())
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(times, outputs): the outputs at times (s)."""
         return np.column_stack([np.interp(times, self.time, values) for values in self.values.T])
 
-    def contradicts(self, shorter: Run) -> bool:
-        """Whether the run differs in the middle of a shorter one, in which the outputs were at rest by then."""
-        middle, changes = shorter.time[-1:] / 2, shorter.changes
+    def goes_on(self, shorter: Run) -> bool:
+        """Whether the run is finite, and as a shorter one in its middle, if the outputs were at rest by then."""
+        middle = shorter.time[-1:] / 2
         off = np.abs(self.at(middle) - shorter.at(middle))[0]
-        return shorter.rests and bool(((off > UNRESOLVED * changes) & (changes > 0)).any())
+        contradicts = shorter.rests and ((off > UNRESOLVED * shorter.changes) & (shorter.changes > 0)).any()
+        return bool(np.isfinite(self.values).all() and not contradicts)
 
 
 @dataclass(frozen=True)
@@ -99,17 +97,28 @@ class Fmu(Model):
         self._runs: dict[object, list[Run]] = {}
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
-        outputs = self._outputs(question, question.units(times))
-        key = (times is None or float(times[-1]), *question.parameters.items(), *outputs.items())
+        check_parameters(self.name, "parameter or input", question, self._settable)
+        wanted = question.units(times)
+        outputs = match_outputs(self.name, "variable", question, wanted, self._readable)
+        for name, variable in outputs.items():
+            declared = self._known(variable, self._readable)
+            if declared.powers not in (None, parse_unit(wanted[name]).powers):
+                raise SceneError(
+                    f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {wanted[name]}, as "
+                    f"{quoted(name)} is"
+                )
+        units = {name: self._known(name, self._settable) for name in question.parameters}
+        start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
+        variables = list(outputs.values())
+        key = (times is None or float(times[-1]), *start.items(), *variables)
         if key not in self._runs:
             if times is None:
-                self._runs[key] = [self._settle(question, outputs)]
+                self._runs[key] = [self._settle(start, variables)]
             else:
-                self._runs[key] = [self._run(question, outputs, float(times[-1]), n, LONGEST) for n in STEPS]
+                self._runs[key] = [self._run(start, variables, float(times[-1]), n, LONGEST) for n in STEPS]
         runs = self._runs[key]
         if times is None:
-            (run,) = runs
-            last, errors = run.values[-1], run.second_half.changes
+            last, errors = runs[0].values[-1], runs[0].late_changes
         else:
             # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by
             # all but its part of the long one, and right after the jump the short one is off by all of it.
@@ -118,7 +127,7 @@ class Fmu(Model):
             last, errors = fine[np.isin(everywhere, times)], share * np.abs(fine - coarse).max(axis=0)
         return Answer(dict(zip(outputs, last.T, strict=True)), dict(zip(outputs, errors.tolist(), strict=True)))
 
-    def _settle(self, question: Question, outputs: Mapping[str, str]) -> Run:
+    def _settle(self, start: Mapping[str, float], outputs: list[str]) -> Run:
         """Run the FMU to ever later ends, and return the longest run whose steps are short enough for the FMU.
 
         Rest does not depend on a scale of time: an output has to have moved, and then to have stayed for as long
@@ -130,20 +139,20 @@ class Fmu(Model):
         until = time.monotonic() + BUDGET
         for end in HORIZONS:
             try:
-                run = self._run(question, outputs, end, STEPS[0], until - time.monotonic())
+                run = self._run(start, outputs, end, STEPS[0], until - time.monotonic())
             except SceneError as error:
                 failure = error
                 if longest is not None:
                     break
                 continue
             failure = None
-            if longest is not None and (not run.is_finite or run.contradicts(longest)):
+            if longest is not None and not run.goes_on(longest):
                 break
             longest = run
         if longest is None:
             raise failure or AssertionError
         moved = longest.changes.any()
-        if longest.is_finite and (not longest.rests or (not moved and longest.time[-1] < HORIZONS[-1])):
+        if np.isfinite(longest.values).all() and not (longest.rests and (moved or longest.time[-1] >= HORIZONS[-1])):
             why = str(failure).removeprefix(f"--model {self.name} ") if failure else "it has no steady state"
             raise SceneError(
                 f"--model {self.name} {'does not come to rest' if moved else 'has not moved'} within "
@@ -151,20 +160,7 @@ class Fmu(Model):
             )
         return longest
 
-    def _outputs(self, question: Question, wanted: Mapping[str, str]) -> dict[str, str]:
-        """The variable of each probe that the FMU has. Raises SceneError for names and units that don't fit."""
-        check_parameters(self.name, "parameter or input", question, self._settable)
-        outputs = match_outputs(self.name, "variable", question, wanted, self._readable)
-        for name, variable in outputs.items():
-            declared = self._unit(variable, self._readable)
-            if declared.powers not in (None, parse_unit(wanted[name]).powers):
-                raise SceneError(
-                    f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {wanted[name]}, as "
-                    f"{quoted(name)} is"
-                )
-        return outputs
-
-    def _unit(self, variable: str, units: Mapping[str, Unit]) -> Unit:
+    def _known(self, variable: str, units: Mapping[str, Unit]) -> Unit:
         """The unit of a variable. Raises SceneError for a unit that nobody defines."""
         unit = units[variable]
         if unit.name and unit.powers is None:
@@ -174,13 +170,10 @@ class Fmu(Model):
             )
         return unit
 
-    def _run(self, question: Question, outputs: Mapping[str, str], end: float, steps: int, seconds: float) -> Run:
+    def _run(self, start: Mapping[str, float], outputs: list[str], end: float, steps: int, seconds: float) -> Run:
         """The run to an end (s)."""
-        units = {name: self._unit(name, self._settable) for name in question.parameters}
-        start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
         try:
-            task = (self._folder.name, end, steps, start, list(outputs.values()))
-            run = self._worker.run(max(seconds, 0.1), simulate, *task)
+            run = self._worker.run(max(seconds, 0.1), simulate, self._folder.name, end, steps, start, outputs)
         except SceneError:
             raise
         except Exception as error:
@@ -190,7 +183,7 @@ class Fmu(Model):
                 f"--model {self.name} stops at {quantity(run.time[-1], 's')} of {quantity(end, 's')}: a step of it "
                 "says that it failed"
             )
-        read = [self._readable[variable] for variable in outputs.values()]
+        read = [self._readable[variable] for variable in outputs]
         return Run(run.time, run.values * [unit.factor for unit in read] + [unit.offset for unit in read])
 
 

@@ -24,15 +24,14 @@ from scenes.laws import Law
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
-from validate.report.figures.drawing import Label, columns, spread
 
 Part = dict[str, Any]
 """What the window draws of a part: corners, colours, opacity and name, as plain JSON types."""
 SOLID = {Box: 1.0, Boundary: 0.35, Probe: 0.0}
 """Opacity of the faces of each kind of part."""
-NAME_HIGH, NAME_WIDE, CHARACTERS = 19, 8.2, 42
-"""Names in the window: pixels from one to the next, pixels of a character, the most characters."""
-MOST = 120
+NAME_HIGH, CHARACTERS = 19, 42
+"""Names in the window: pixels from one to the next, and the most characters."""
+MOST = 40
 """Names that fit beside the scene; the title counts the others."""
 SLENDER, THIN, SHARE = 0.08, 0.02, 0.35
 """Least extent of an axis and least gap between faces, over the longest extent; share of the extent for all gaps."""
@@ -208,7 +207,7 @@ def _reading(probe: Probe) -> str:
 
 
 def show(request: dict[str, Any]) -> None:
-    """Open the window or write its picture; names stay beside the scene however it is turned."""
+    """Open the window or write its picture; the names are listed at its left by the numbers at their parts."""
     import pyvista as pv
 
     plotter: Any = pv.Plotter(off_screen=request["off_screen"], window_size=request["size"])
@@ -226,65 +225,28 @@ def show(request: dict[str, Any]) -> None:
             mapper.SetResolveCoincidentTopologyToPolygonOffset()
             mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 2.0 * part["solid"])
         plotter.add_mesh(box.extract_all_edges(), color=part["ink"], line_width=1.5, lighting=False)
+    numbers: dict[tuple[float, ...], list[int]] = {}
+    for number, part in enumerate(request["parts"][:MOST], 1):
+        numbers.setdefault(tuple(np.mean([part["lower"], part["upper"]], axis=0).round(3)), []).append(number)
+        row = request["size"][1] - 50 - NAME_HIGH * number
+        plotter.add_text(f"{number}  {cut(part['name'], CHARACTERS)}", (10, row), 8, part["ink"])
+    plotter.add_point_labels(
+        np.array(list(numbers)), [", ".join(map(str, each)) for each in numbers.values()], font_size=14,
+        text_color=INK, shape_color="white", shape_opacity=0.7, show_points=False, always_visible=True,
+    )  # fmt: skip
     plotter.add_text(request["title"], font_size=10, color=INK)
     right, away, up = request["axes"]
-    plotter.add_axes(xlabel=right, ylabel=away, zlabel=up, color=INK)
+    plotter.add_axes(xlabel=right, ylabel=away, zlabel=up, color=INK, viewport=(0.8, 0.0, 1.0, 0.2))
     plotter.enable_parallel_projection()
     plotter.view_vector((0.35, -0.8, 0.5), viewup=(0, 0, 1))
-    # The names take a part of the width on either side.
-    plotter.camera.zoom(1.1)
+    # The names take the left.
+    plotter.camera.SetWindowCenter(-0.25, 0.0)
     if request["legend"]:
         plotter.add_legend(
             [list(entry) for entry in request["legend"]], bcolor=None, face="rectangle", loc="lower center",
             size=(0.3, 0.028 * len(request["legend"])),
         )  # fmt: skip
-    names = Names(plotter, request["parts"][:MOST])
-    plotter.renderer.AddObserver("StartEvent", lambda *_: names.lay_out())
     if request["off_screen"]:
         plotter.screenshot(request["screenshot"])
     else:
         plotter.show(title=request["title"])
-
-
-class Names:
-    """Names of parts in two columns of a window, with lines to the middles of the parts."""
-
-    def __init__(self, plotter: Any, parts: list[Part]) -> None:
-        from matplotlib.colors import to_rgb
-        from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D
-
-        self.plotter = plotter
-        self.places = [np.mean([part["lower"], part["upper"]], axis=0) for part in parts]
-        self.labels = [Label(cut(part["name"], CHARACTERS), part["ink"], (0.0, 0.0)) for part in parts]
-        self.texts, self.lines = [], []
-        for label in self.labels:
-            text = plotter.add_text(label.text, position=(0, 0), font_size=8, color=label.colour, render=False)
-            text.prop.justification_vertical = "center"
-            self.texts.append(text)
-            mapper, actor = vtkPolyDataMapper2D(), vtkActor2D()
-            actor.SetMapper(mapper)
-            actor.GetProperty().SetColor(*to_rgb(label.colour))
-            plotter.renderer.AddViewProp(actor)
-            self.lines.append(mapper)
-
-    def lay_out(self) -> None:
-        """Place the names for the current camera."""
-        import pyvista as pv
-
-        renderer, (wide, high) = self.plotter.renderer, self.plotter.window_size
-        at = []
-        for place in self.places:
-            renderer.SetWorldPoint(*place, 1.0)
-            renderer.WorldToDisplay()
-            at.append(renderer.GetDisplayPoint()[:2])
-        labels = [replace(label, at=(x, y)) for label, (x, y) in zip(self.labels, at, strict=True)]
-        for side, names in zip(("left", "right"), columns(labels, len(labels)), strict=True):
-            edge, towards = (0.01 * wide, 1) if side == "left" else (0.99 * wide, -1)
-            heights = spread([label.at[1] for label in names], NAME_HIGH, 0.1 * high, 0.92 * high)
-            for label, y in zip(names, heights.tolist(), strict=True):
-                n = next(i for i, neighbour in enumerate(labels) if neighbour is label)
-                self.texts[n].position = (edge, y)
-                self.texts[n].prop.justification_horizontal = side
-                start = edge + towards * NAME_WIDE * len(label.text)
-                line = np.array([(start, y, 0), (start + 20 * towards, y, 0), (*label.at, 0)])
-                self.lines[n].SetInputData(pv.lines_from_points(line))

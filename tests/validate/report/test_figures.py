@@ -2,12 +2,9 @@
 solved, with the names of its parts."""
 
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
@@ -20,7 +17,7 @@ from scenes.result import Result, Traces
 from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures import scene_figures
-from validate.report.figures.drawing import new_figure, spread
+from validate.report.figures.drawing import new_figure
 from validate.viewer.boxes import THIN, parts
 
 
@@ -69,25 +66,6 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant, dr
     for traces, said in ((found.over_time, False), (since, True)):
         figure = scene_figures.traces(Outcome(scene, Options(), {"fem3d": replace(found, traces=traces)}))
         assert ("larger until 20 µs after the start" in figure.texts[-1].get_text()) == said
-
-
-@settings(deadline=None)
-@given(st.lists(st.floats(-1, 1), min_size=1, max_size=12), st.floats(0.01, 0.1))
-def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted, apart):
-    wanted = sorted(wanted, reverse=True)
-    found = spread(wanted, apart, -1.0, 1.0)
-    if len(found) > 1:
-        assert (-np.diff(found)).min() >= apart * (1 - 1e-9)
-    assert found.max() <= 1 + 1e-9
-    assert found.min() >= -1 - 1e-9 or apart * (len(found) - 1) > 2
-    # Of the unbounded problem no small shift of a run of names comes nearer to the wanted places.
-    free = spread(wanted, apart, -1e3, 1e3)
-    for first, last in combinations(range(len(free) + 1), 2):
-        for shift in (1e-4, -1e-4):
-            other = free.copy()
-            other[first:last] += shift
-            if len(other) < 2 or (-np.diff(other)).min() >= apart:
-                assert ((free - wanted) ** 2).sum() <= ((other - wanted) ** 2).sum() + 1e-12
 
 
 @pytest.mark.long
