@@ -87,7 +87,7 @@ def adapt(
 
     Returns the last level. Its errors exceed the accuracy where `Mesh.refine` returns None, as meshes of cells do at
     their limit of memory or unknowns; `Mesh.warnings` says so. Raises RunawayError if no steady state is found at the
-    whole drive (there is none, it is hotter than `steady.HOTTEST`, or the path to it ends), RunawayInTimeError if the
+    whole drive (there is none, it is hotter than `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the
     transient runs away, BeyondLawError if states stay beyond a resistivity law, TooLargeError if a mesh exceeds the
     memory, and NumericsError if heat has no exit, refinement no longer reduces the errors, a singular edge puts the
     accuracy out of reach, or `MOST_LEVELS` are used up.

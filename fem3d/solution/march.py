@@ -34,7 +34,7 @@ from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.solution import exponential
 from fem3d.solution.exponential import HALVINGS, MOST_IN_TIME, SHORTEST
-from fem3d.solution.steady import HOTTEST
+from fem3d.solution.newton import HOTTEST
 from fem3d.solution.transient import LEAST, resists
 from scenes.errors import NumericsError
 from scenes.units import TIME
@@ -145,7 +145,7 @@ def march_full(
 
     Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
 
-    Raises RunawayInTimeError where the heating runs away, at the latest above `steady.HOTTEST`; BeyondLawError
+    Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
     where the heat vanishes with the resistivity; NumericsError where no step is short enough within `MOST_IN_TIME`.
     """
     ends = [] if like is None else [step.start + step.length for step in like.steps]

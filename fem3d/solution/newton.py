@@ -1,0 +1,255 @@
+"""Newton's method for the coupled equations of temperature and current (`fem3d.solution.steady`).
+
+The unknowns are one vector x: the rises at the free nodes, the unknown potentials, and mu, by which the Joule heat is
+scaled, or without a current the heat sources and given temperatures. A step solves the exact linearization by GMRES,
+preconditioned with Cholesky factors of approximations of both diagonal blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem3d.problems.assembly import linearized, refine_quadratures
+from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.following import MOST_GMRES, solve_by_gmres
+from fem3d.problems.heat import HeatProblem
+from scenes.errors import BeyondLawError, NumericsError
+
+# Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
+# more of the one before than the last step may leave of the accuracy.
+INNER = 1e-4
+REFACTORED = 15  # steps of GMRES after which factors are made anew: they take about as long
+MOST_NEWTON = 20  # steps at one point
+# Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
+# section 2.1: 1/2), and with which no path is needed: by Kantorovich's theorem the state then is the only one near.
+CONTRACTS, SURELY = 0.5, 0.25
+HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's method alone goes to twice that
+# Points along each axis that finer quadratures of laws have beyond the one in use. The error that a kink leaves jumps
+# from rule to rule. It exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two
+# differences for 24.
+FURTHER = (1, 2, 3)
+Solver = Callable[[np.ndarray], np.ndarray]
+
+
+class NotConvergedError(NumericsError):
+    """Newton's method does not converge from where it started."""
+
+
+class VanishedError(NotConvergedError):
+    """The resistivity is not positive everywhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A state ``x`` with derived values: ``rise`` (all nodes, K), ``potential`` (functions, V), the ``resistivity`` and
+    the current ``density`` (rows, points), the heat ``driven`` by the whole drive (all nodes, W), and the ``residual``
+    of heat (W) and current (A) at their unknowns."""
+
+    x: np.ndarray
+    rise: np.ndarray
+    potential: np.ndarray
+    resistivity: np.ndarray
+    density: np.ndarray
+    driven: np.ndarray
+    residual: np.ndarray
+
+    @property
+    def mu(self) -> float:
+        """The square of the fraction of the drive; for heat alone the fraction."""
+        return float(self.x[-1])
+
+
+class Newton:
+    """Newton's method for one problem. ``steps`` counts its steps; ``factors`` solve an earlier linearization."""
+
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, factors: Solver) -> None:
+        self.heat, self.conductor, self.factors, self.steps = heat, conductor, factors, 0
+        self.nonlinear = bool(heat.terms) or (conductor is not None and conductor.following is not None)
+        self.electric = conductor is not None and bool(conductor.voltages[0].any())
+        # The drive does not scale the heat sources beside a current.
+        self._still: np.ndarray = heat.loads[0] * self.electric
+        self._scaled: np.ndarray = heat.loads[0] * (not self.electric)
+        potentials = 0 if conductor is None else len(conductor.free) + len(conductor.terminals)
+        self.along_mu = np.append(np.zeros(heat.free + potentials), 1.0)
+
+    def at(self, x: np.ndarray) -> Point:
+        """The point at unknowns. Raises NotConvergedError where there is none."""
+        heat, c, n = self.heat, self.conductor, self.heat.free
+        if not np.isfinite(x).all():
+            raise NotConvergedError("Newton's method diverges")
+        rise = np.concatenate([x[:n], heat.given[0] * (1.0 if self.electric else x[-1])])
+        driven, lacking, potential = self._scaled, np.empty(0), np.empty(0)
+        resistivity = density = np.empty(0)
+        if c is not None:
+            resistivity = c.resistivity(rise)
+            if not (resistivity > 0).all():
+                raise VanishedError("the resistivity vanishes on the way to the steady state")
+            potential = c.given(c.voltages[0]) + c.expanded(x[n:-1])
+            density = -c.on.gradient(potential) / resistivity
+            driven = driven + heat.take(c.on.load(resistivity * (density**2).sum(axis=0)))
+            lacking = c.unbalanced(potential, resistivity, c.voltages[0])
+        heating = (self._still + x[-1] * driven - heat.outflow(rise))[:n]
+        return Point(x, rise, potential, resistivity, density, driven, np.concatenate([heating, lacking]))
+
+    def at_rise(self, rise: np.ndarray, mu: float) -> Point:
+        """The point of a rise (all nodes,), with the potential there."""
+        c, potentials = self.conductor, np.empty(0)
+        if c is not None:
+            if not c.conducts(rise):
+                raise VanishedError("the resistivity is not positive at the given temperatures")
+            potentials = c.unknowns(c.solve(rise, c.voltages[0]).potential)
+        return self.at(np.concatenate([rise[: self.heat.free], potentials, [mu]]))
+
+    def correct(self, point: Point, row: np.ndarray | None, enough: float, surely: bool = False) -> tuple[Point, float]:
+        """Newton's method from a point, on the plane through it that a ``row`` (unknowns,) defines, or at its mu.
+
+        The second result is the relative size of the step that would be next. With ``surely`` the contraction must be
+        so strong that no other state is near.
+        """
+        before, contraction = np.inf, INNER
+        for number in range(MOST_NEWTON):
+            self.steps += 1
+            change = Linearization(self, point).solve(point.residual, self.along_mu if row is None else row)
+            if row is None:
+                change[-1] = 0.0  # to the last digit, which GMRES does not give
+            size = self.size(change, point)
+            if number:
+                contraction = size / max(before, 1e-300)
+                if contraction > (SURELY if surely and number == 1 and size > enough else CONTRACTS):
+                    # Rounding, or the bends of laws, cause further small steps: they count in the error.
+                    if size <= max(10 * enough, 1e-7):
+                        return point, size
+                    break
+            point = self.at(point.x + change)
+            if largest(point.rise) > 2 * HOTTEST:
+                break
+            before, left = size, contraction * size
+            if left <= enough and (number or size <= enough):
+                return point, left
+        raise NotConvergedError("Newton's method does not converge")
+
+    def size(self, change: np.ndarray, point: Point) -> float:
+        """The relative size of a change: of the largest rise, of the largest voltage, of mu."""
+        n = self.heat.free
+        rise = largest(change[:n]) / (max(largest(point.rise), largest(change[:n])) or 1.0)
+        volts = largest(change[n:-1]) / (largest(point.potential) or 1.0)
+        return max(rise, volts, abs(float(change[-1])) / max(point.mu, 1e-300))
+
+    def finer(self, points: int) -> Newton:
+        """The same problem, by quadratures of its laws with so many more points along each axis."""
+        finer = Newton(*refine_quadratures(self.heat, self.conductor, points), self.factors)
+        finer.steps = self.steps
+        return finer
+
+    def by_quadrature(self, point: Point) -> float:
+        """The relative error that quadratures of laws leave in a state: the sum of its changes by finer ones, of the
+        rise and the potential, of the currents and of their heat."""
+        linearization, off = Linearization(self, point), 0.0
+        for finer in map(self.finer, FURTHER):
+            try:
+                other = finer.at(point.x)
+            except VanishedError:
+                raise BeyondLawError from None
+            changes = [self.size(linearization.solve(other.residual, self.along_mu), point)]
+            if self.conductor is not None and finer.conductor is not None:
+                currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
+                made, again = (float(self.heat.unit @ p.driven) for p in (point, other))
+                changes += [
+                    largest(others - currents) / (largest(currents) or 1.0),
+                    abs(again - made) / (made or 1.0),
+                ]
+            off += max(changes)
+        return off
+
+
+class Linearization:
+    """The derivative of the equations at a point: v, w and m being the changes of u, phi and mu,
+
+        A'(u) v + mu (rho'/rho) h v + 2 mu J . grad w - m q,    E(u) w + J (rho'/rho) v . grad,
+
+    h = rho |J|^2 tested with functions. ``driven`` (free nodes,) is q less what given temperatures add.
+    """
+
+    def __init__(self, newton: Newton, point: Point) -> None:
+        self._newton, self._point = newton, point
+        heat, c = newton.heat, newton.conductor
+        self._tangent = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
+        self._held = heat.given[0] * (not newton.electric)
+        if c is not None:
+            self._precondition = c.near(point.resistivity).precondition
+        if c is not None and c.warms:
+            self._steep = np.broadcast_to(c.steepness(point.rise), c.on.weights.shape)
+            self._heating = point.resistivity * (point.density**2).sum(axis=0)
+        self.driven = -self(newton.along_mu)[: heat.free]
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Its product with a change (unknowns,): the changes of heat (W) and current (A) that leave."""
+        heat, c, point = self._newton.heat, self._newton.conductor, self._point
+        v, w = x[: heat.free], x[heat.free : -1]
+        whole = np.concatenate([v, x[-1] * self._held])
+        leaving = self._tangent.stiffness @ whole - x[-1] * point.driven
+        if self._tangent.rest is not None:
+            leaving = leaving + self._tangent.rest(whole)
+        leaving = leaving[: heat.free]
+        if c is None:
+            return leaving
+        slope = c.on.gradient(c.expanded(w))
+        made, charge = -2 * (point.density * slope).sum(axis=0), slope / point.resistivity
+        if c.warms:
+            warmed = self._steep * c.on.value(heat.field(heat.whole(v)))
+            made = made - self._heating * warmed
+            charge = charge + point.density * warmed
+        leaving = leaving - point.mu * heat.take(c.on.load(made))[: heat.free]
+        return np.concatenate([leaving, c.packed(c.on.flow(charge), w)])
+
+    def solve(self, residual: np.ndarray, row: np.ndarray) -> np.ndarray:
+        """(unknowns,): the change that removes residuals, and whose product with ``row`` (unknowns,) is zero. Raises
+        NotConvergedError where the linear system is not solved."""
+        newton = self._newton
+        change, count = self._by_gmres(residual, row)
+        if newton.heat.terms and (change is None or count > REFACTORED):
+            try:
+                newton.factors = self._tangent.solve_steady
+            except NumericsError:
+                raise NotConvergedError("the linearized problem is not positive definite") from None
+            if change is None:
+                change, _ = self._by_gmres(residual, row)
+        if change is None:
+            raise NotConvergedError("the linearized problem is singular, or close to it")
+        return change
+
+    def _by_gmres(self, residual: np.ndarray, row: np.ndarray) -> tuple[np.ndarray | None, int]:
+        """The change, or None where GMRES does not converge, and its steps."""
+        n, c, solve = self._newton.heat.free, self._newton.conductor, self._newton.factors
+        answer = solve(self.driven)
+        along = row[-1] + float(row[:n] @ answer)
+        if along == 0.0:
+            return None, 0
+        # In units of the answer: the largest rise, voltage and mu.
+        units = [max(largest(answer), 1e-300), max(largest(self._point.potential), 1e-300), 1.0]
+        scale = np.repeat(units, [n, len(row) - n - 1, 1])
+
+        def preconditioned(leaving: np.ndarray, to: float) -> np.ndarray:
+            v = solve(leaving[:n])
+            m = (to - float(row[:n] @ v)) / along
+            return np.concatenate([v + m * answer, leaving[n:] if c is None else self._precondition(leaving[n:]), [m]])
+
+        def product(x: np.ndarray) -> np.ndarray:
+            return preconditioned(self(x * scale), float(row @ (x * scale))) / scale
+
+        change, count = solve_by_gmres(product, preconditioned(residual, 0.0) / scale, INNER, MOST_GMRES)
+        return None if change is None else change * scale, count
+
+
+def _currents(conductor: Conductor, point: Point) -> np.ndarray:
+    through = {name: conductor.through(name, point.potential, point.rise) for name in conductor.sections}
+    potential = Potential(point.potential, point.density, -conductor.on.flow(point.density), through)
+    return np.array([*conductor.pattern(potential).currents.values()])
+
+
+def largest(values: np.ndarray) -> float:
+    """Return the largest absolute value; 0 of none."""
+    return float(np.abs(values).max(initial=0.0))
