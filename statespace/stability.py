@@ -1,5 +1,9 @@
-"""The steady state that the controllers bring a model of the device to, and the stability of the sampled loop about it:
-the map from sample to sample, linearised."""
+"""The steady state that the controllers bring a model of the device to, the range in which they hold it, and the
+stability of the sampled loop about it: the map from sample to sample, linearised.
+
+Over a common lead to ground each controller sees its film with the lead in series, R + R_ground (1 + I_other/I). Where
+a film has little current, that of the other one hides its resistance: there its range ends.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,7 @@ from statespace import circuit
 from statespace.device_model import Modal
 from statespace.result import Steady
 
+# ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 CHOICES = tuple(product((True, False), repeat=2))
 """Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
 
@@ -156,6 +161,70 @@ def steady(modal: Modal, device: Device, external: float | None = None) -> Stead
     numbers = device.sink.room_temperature + state.rise[:2], state.voltage, state.power, state.flow[:1]
     values = [*np.concatenate(numbers).tolist(), *saturated.tolist(), state.cycles]
     return Steady(*values)
+
+
+NARROW = 2e-3
+"""The end of the range is bisected to this part of the set temperature's rise."""
+
+
+def held_range(modal: Modal, device: Device) -> tuple[float, float]:
+    """The outer temperatures (K) between which both films are held, NaN if at none; without a lead from 0 K to the set
+    temperature.
+
+    With one the sensor's current gets too small beside the sink's above them, and the sink's beside the sensor's below.
+    The search goes down from the set temperature in steps of its rise above room, at first smaller.
+    """
+    top, step = device.control.set_temperature, device.set_rise
+    if not device.control.ground_resistance:
+        return 0.0, top
+
+    def held(outer: float) -> bool:
+        state = steady(modal, device, outer)
+        return not (state.sink_saturated or state.sensor_saturated or state.cycles)
+
+    def end(inside: float, outside: float) -> float:
+        while abs(inside - outside) > NARROW * step:
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if held(middle) else (inside, middle)
+        return inside
+
+    drops = [step / 4**n for n in (4, 3, 2, 1)] + [step * n for n in range(1, int(top / step) + 1)]
+    tried = [top, *(top - drop for drop in drops), 0.0]
+    inside = [n for n, outer in enumerate(tried) if n and held(outer)]
+    if not inside:
+        return float("nan"), float("nan")
+    first, last = inside[0], inside[-1]
+    lowest = 0.0 if last == len(tried) - 1 else end(tried[last], tried[last + 1])
+    return lowest, end(tried[first], tried[first - 1])
+
+
+@dataclass(frozen=True)
+class Shielding:
+    """Changes of power per kelvin of the substrate (W/K) about the steady state after the outer step; and with the
+    sink off."""
+
+    sensor_power_per_substrate_W_per_K: float
+    sink_power_per_substrate_W_per_K: float
+    sensor_power_per_substrate_sink_off_W_per_K: float
+
+
+def shielding(modal: Modal, device: Device) -> Shielding:
+    """Compute the shielding of the sensor from the substrate, which the paper claims is complete."""
+    off = replace(device, control=replace(device.control, sink_gain=0.0))
+    sensor, sink = _per_substrate(modal, device)
+    return Shielding(sensor, sink, _per_substrate(modal, off)[0])
+
+
+def _per_substrate(modal: Modal, device: Device) -> tuple[float, float]:
+    """d power / d temperature of the substrate of (sensor, sink) in W/K, by steady states half a kelvin to either side.
+
+    Resistances are linear and both loops closed, so that powers are linear but for local departures of the films'
+    temperatures.
+    """
+    room, outer = device.sink.room_temperature, device.external.final_temperature - device.sink.room_temperature
+    below = modal.above_substrate(outer)
+    less, more = (steady(below, device, room + side / 2) for side in (-1, 1))
+    return more.sensor_power_W - less.sensor_power_W, more.sink_power_W - less.sink_power_W
 
 
 def controlled(

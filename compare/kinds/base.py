@@ -239,14 +239,10 @@ class Kind(ABC, Generic[S]):
         states is taken whatever its error. Raises NumericsError where the scene has no solution."""
         options, scene = outcome.options, self.exported(outcome.scene, outcome.options)
         states, accuracy = options.export.states, options.export.accuracy
-        if options.model == "network":
-            from reduced1d.network.compact import compact
-
-            return compact(scene, states, accuracy, progress)
-        from fem3d.runs.compact import compact as compact_3d
+        from fem3d.runs.compact import compact
 
         seconds = progress.processor_time.get("fem3d")
-        return compact_3d(scene, states, accuracy, progress, seconds, outcome.fem3d)
+        return compact(scene, states, accuracy, progress, seconds, outcome.fem3d)
 
     @property
     @abstractmethod

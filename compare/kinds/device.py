@@ -24,7 +24,6 @@ DEVICE_FIGURES = {
     "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
     "figure12": "the sensor's power after outer steps from -80 to +20 K",
     "figure13": "the steady power of the sensor against the outer temperature",
-    "figure14": "what a lead to ground that sink and sensor share does to both",
 }
 LATE = ("figure11", "figure12", "figure13")
 """The figures that need runs of their own, which the paper's scheme does not make."""
@@ -164,10 +163,7 @@ class DeviceKind(Kind[Device]):
         return steps
 
     def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
-        figures: dict[str, tuple[str, ...]] = {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
-        if "dev3d_shielding" in self.made(scene, options):
-            figures["shielding"] = ("the change of both powers with the substrate, steady and after a step",)
-        return figures
+        return {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
 
     def exportable(self, scene: Device, options: Options) -> None:
         """Accept every device."""

@@ -25,7 +25,7 @@ NOTE = (
 )
 KINDS = {
     "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D", "dev3d": "in 3D",
-    **dict.fromkeys(("fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "meter"), "the paper's claims, in 1D"),
+    **dict.fromkeys(("fig9", "fig10", "fig11", "fig12", "fig13", "meter"), "the paper's claims, in 1D"),
 }  # fmt: skip
 """What a check compares, by how its id begins."""
 

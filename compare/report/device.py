@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.quantities import OF_A_DEVICE
 from compare.report import checks
 from compare.report import table as entries
 from compare.report.table import Section, Style, Table, sentences, wrapped
 from compare.verdict import Check
-from reduced1d.device.lumped import ground_effects, largest_eigenvalue
+from reduced1d.device.lumped import largest_eigenvalue
 from reduced1d.device.lumped import shielding as shielding_1d
 from reduced1d.device.schemes import shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from reduced1d.device.design import Design
     from scenes.device import Device
-    from statespace.ground import Shared
 
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 """Bands of the settling times in summary.json, as parts of the step."""
@@ -77,12 +75,7 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
         *([] if three is None else [_quantities(three.runs.base, "in 3D")]),
         *checks.sections(outcome.checks, contrary, style),
         *([] if outcome.design is None else [_design(outcome.design, outcome.scene, style)]),
-        *([_ground(outcome)] if _made(outcome, "fig14_ground") else []),
     ]
-
-
-def _made(outcome: Outcome[Device], check: str) -> bool:
-    return check in {each.id for each in outcome.checks}
 
 
 def _quantities(run: Run, model: str) -> Section:
@@ -114,10 +107,11 @@ def _design(design: Design, scene: Device, style: Style) -> Section:
         f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
         "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1."
     )
-    highest = "that of the common ground, below" if control.ground_resistance else f"{control.set_temperature:g} K"
+    highest = "less than " * bool(control.ground_resistance) + f"{control.set_temperature:g} K"
     reach = f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"
     if (limits := design.range) is not None:
         most = f"{quantity(limits.sensor_power_W, 'W')} at {quantity(limits.sensor_V, 'V')}"
+        highest = f"{limits.highest_K:.5g} K" if control.ground_resistance else highest
         reach = f"Range: {limits.lowest_K:.5g} K to {highest}, where the sensor takes at most {most}"
     answers = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
     answers += [f"Source of {name}: {text}" for name, text in design.sources.items()] * style.page
@@ -129,49 +123,19 @@ def _gain(gain: float) -> str:
     return "none" if gain == 0 else quantity(gain, "V", 3) if gain < math.inf else "any"
 
 
-def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, float]]]]:
-    """The leads to ground by model, with the errors of 3D."""
-    ground = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
-    leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"reduced1d": [(each, {}) for each in ground.leads]}
-    return leads if outcome.device_3d is None else {**leads, "fem3d": outcome.device_3d.model.ground}
-
-
-def _ground(outcome: Outcome[Device]) -> Section:
-    """A lead to ground that both films share, by its resistance."""
-    rows = []
-    for model, leads in _leads(outcome).items():
-        for each, _ in leads:
-            held = "never" if math.isnan(each.highest_K) else f"{each.lowest_K:.1f} to {each.highest_K:.1f} K"
-            off = [f"{value:+.3g} K" for value in (each.sink_off_K, each.sensor_off_K)]
-            lead = f"{quantity(each.resistance_ohm, 'ohm', 3)}, {'1D' if model == 'reduced1d' else '3D'}"
-            rows.append([lead, *off, quantity(each.sensor_power_W, "W"), held, f"{each.largest_eigenvalue:.4f}"])
-    said = (
-        "Off: the change of each film's temperature by the lead, after the outer step. Held: the outer temperatures at "
-        "which both films can be. Eigenvalue: the loop's largest per sample. Four wires to each film avoid "
-        "all of that."
-    )
-    heads = ("common ground", "sink off", "sensor off", "sensor power", "held", "eigenvalue")
-    return Section("A common ground", [Table(heads, rows), said])
-
-
 def document(outcome: Outcome[Device]) -> dict[str, Any]:
     """Return the entries of summary.json."""
-    solved, shielding, ground = outcome.device_3d, None, None
-    if solved is not None and _made(outcome, "dev3d_shielding"):
+    solved, shielding = outcome.device_3d, None
+    if solved is not None and "dev3d_shielding" in {check.id for check in outcome.checks}:
         slopes, errors = solved.model.shielding
         one_d = {"reduced1d": _values(shielding_1d(outcome.scene), {})}
-        shielding = _values(slopes, errors) | one_d | {"over_time": asdict(solved.model.response)}
-    if _made(outcome, "fig14_ground"):
-        limits = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
-        leads = {model: [_values(*each) for each in leads] for model, leads in _leads(outcome).items()}
-        ground = leads | {"by_power_ohm": limits.by_power_ohm, "by_resistance_ohm": limits.by_resistance_ohm}
+        shielding = _values(slopes, errors) | one_d
     return {
         "fem3d": None if solved is None else _run(solved.runs.base, solved.model),
         "reduced1d": _run(outcome.runs.base),
         "checks": entries.checks(outcome),
         "findings": list(outcome.runs.base.result.findings),
         "shielding": shielding,
-        "ground": ground,
         "design": None if outcome.design is None else asdict(outcome.design),
     }
 

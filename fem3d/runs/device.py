@@ -29,12 +29,11 @@ from scenes.device import Device, External
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Estimate
 from scenes.varied import neighbour, numbers
-from statespace import ground
+from statespace import stability
 from statespace.device_model import Modal, Whole
-from statespace.ground import NARROW, Response, Shared, Shielding, shared
 from statespace.march import March, march
 from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
-from statespace.stability import Stability, assess, gains, plant, steady
+from statespace.stability import Shielding, Stability, assess, gains, plant, steady
 
 LATEST, LONGEST = 0.2, 20.0
 """Shifts lie between the sample time and this part of the slowest response; of a device sampled so slowly that the two
@@ -109,11 +108,11 @@ class Model:
 
     @cached_property
     def shielding(self) -> tuple[Shielding, dict[str, float]]:
-        """The effect of surrounding temperatures on both steady powers, with errors (W/K). The error sums twice the
+        """The effect of the substrate's temperature on both steady powers, with errors (W/K). The error sums twice the
         error by the lower space (differences of small values need not halve with a degree), the change by fewer fields,
         and the possible contribution of omitted local departures."""
         models, device = (self.fine, self.low, self.fewer), self.device
-        fine, low, fewer = (asdict(ground.around(modal, device)) for modal in models)
+        fine, low, fewer = (asdict(stability.shielding(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
         rounding, part = ROUNDING * power, DEPARTS * device.accuracy_3d
         errors = {
@@ -121,38 +120,6 @@ class Model:
             for name, value in fine.items()
         }
         return Shielding(**fine), errors
-
-    @cached_property
-    def response(self) -> Response:
-        """Response of both powers to a step of the substrate's temperature, with errors by the lower space, fewer
-        fields and fewer nodes."""
-        given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
-        response, *others = (ground.response(modal, nodes, self.device) for modal, nodes in given)
-
-        def error(film: str) -> float:
-            values = getattr(response, film)
-            space, *rest = (float(np.abs(getattr(other, film) - values).max()) for other in others)
-            return self.edges * space + sum(rest)
-
-        sensor, sink = error("sensor_power_W_per_K"), error("sink_power_W_per_K")
-        return replace(response, sensor_error=sensor, sink_error=sink)
-
-    @cached_property
-    def ground(self) -> list[tuple[Shared, dict[str, float]]]:
-        """Effects of a lead to ground that both films share, with errors in their units: the device's own lead,
-        or, without one, leads of a thousandth and a hundredth of the sensor's resistance."""
-        device, film, effects = self.device, float(self.fine.resistance[1]), []
-        own = device.control.ground_resistance
-        for lead in [own] if own else [1e-3 * film, 1e-2 * film]:
-            values, errors = self._with_errors(partial(self._shared, lead))
-            del errors["resistance_ohm"]
-            for q in ("lowest_K", "highest_K"):
-                errors[q] += NARROW * device.set_rise
-            effects.append((Shared(**values), errors))
-        return effects
-
-    def _shared(self, lead: float, modal: Modal) -> dict[str, float]:
-        return asdict(shared(modal, self.device, lead))
 
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"

@@ -15,8 +15,8 @@ from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import quantity
 from statespace.device_model import Whole
-from statespace.ground import held_range
 from statespace.result import DeviceResult, Run, Runs, Steady, with_others
+from statespace.stability import held_range
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 

@@ -34,10 +34,8 @@ from reduced1d.numerics import Elements
 from scenes.device import Device, External
 from statespace import stability as loop
 from statespace.device_model import Inlet, Modal
-from statespace.ground import Ground, Response, Shielding, effects, response
-from statespace.ground import around as shielding_of
 from statespace.result import Steady
-from statespace.stability import Plant, Stability
+from statespace.stability import Plant, Shielding, Stability
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Element boundaries in insulator and polymer, as fractions of the thickness."""
@@ -209,21 +207,5 @@ def at_sample_time(device: Device, sample_time: float) -> Device:
 
 @lru_cache(maxsize=8)
 def shielding(device: Device) -> Shielding:
-    """Change of both powers per kelvin of the temperatures around a device."""
-    return shielding_of(_modal(device, 12), device)
-
-
-@lru_cache(maxsize=8)
-def shielding_response(device: Device) -> Response:
-    """Response of both powers to a step of the substrate's temperature."""
-    return response(_modal(device, 12), 6, device)
-
-
-@lru_cache(maxsize=8)
-def ground_effects(device: Device, power: float, resistance: float) -> Ground:
-    """Effects of leads to ground, the device's own among them; which are off by a step of the sensor's power (W), and
-    of its resistance (ohm)."""
-    film, lead = float(lump(device).resistance[1]), device.control.ground_resistance
-    # Two a decade, from a ten-thousandth to a tenth of the sensor's.
-    leads = sorted({*(film * 10 ** (-half / 2) for half in range(8, 1, -1)), *([lead] if lead else [])})
-    return effects(_modal(device), device, leads, power, resistance)
+    """Change of both powers per kelvin of the substrate below a device."""
+    return loop.shielding(_modal(device, 12), device)

@@ -55,7 +55,7 @@ def device(*settings):
 def test_the_built_in_device_is_the_default_one():
     assert replace(device(), expected_to_differ=None) == Device()
     in_3d = ("dev3d_sink_power", "dev3d_sink_voltage", "dev3d_claim_over_time")
-    assert device().expected_to_differ == ("fig9_settling", "fig12_same_time", "fig14_ground", "meter_rate", *in_3d)
+    assert device().expected_to_differ == ("fig9_settling", "fig12_same_time", "meter_rate", *in_3d)
 
 
 def test_the_built_in_file_shows_every_key():

@@ -94,14 +94,14 @@ def test_what_is_not_needed_is_not_run():
     late = {k for k in DEVICE_TOLERANCES if k.startswith(("fig11", "fig12", "fig13"))}
     assert set(KIND.skipped(device, Options(scheme="paper"))) == late
     still = replace(device, external=External(293.0, 293.0))
-    assert KIND.made(still, Options()) == ("fig12_same_time", "fig13_slope", "fig13_limit", "fig14_ground", *METERS)
+    assert KIND.made(still, Options()) == ("fig12_same_time", "fig13_slope", "fig13_limit", *METERS)
 
 
 @pytest.mark.long
 def test_the_papers_scheme_is_checked_against_the_accurate_one():
     device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Options(scheme="paper")
     made, found = solved(device, request)
-    assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", "fig14_ground", *METERS}
+    assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", *METERS}
     assert 1e-6 < found["fig9_settling"].u_num < 0.01
     assert "most of that is an error in space" in made.base.result.findings[0]
 

@@ -18,7 +18,6 @@ from reduced1d.network import solve
 from reduced1d.network.lines import layout
 from scenes.errors import RunawayError, SceneError
 from scenes.model import MeshScene, Scene
-from statespace.runtime import CompactModel
 from tests.reduced1d.network.scenes import COLD, at, box, flat, material, over, scene
 from validate.cli import main
 
@@ -94,18 +93,6 @@ def test_the_table_and_the_parts_of_the_differences_are_printed_and_kept(ran):
     for check in summary["checks"]:
         why = summary["why"]["steady"][check["id"]]
         assert why["difference"]["value"] / why["scale"] == pytest.approx(check["difference"], rel=1e-9)
-
-
-@pytest.mark.long
-def test_the_network_is_exported(tmp_path, ran):
-    """As JSON, Python and SPICE, by the export of compact models."""
-    folder = tmp_path / "few"
-    summary, _ = ran(f"solve plate --model network --export {folder}")
-    assert {"model.json", "model.py", "model.cir"} <= {entry.name for entry in folder.iterdir()}
-    document = json.loads((folder / "model.json").read_text(encoding="utf-8"))
-    one = summary["reduced1d"]["steady"]["E"]["value"]
-    assert CompactModel(document).steady()["E"] == pytest.approx(one, rel=1e-7)
-    assert "the network of its boxes" in (folder / "model.cir").read_text(encoding="utf-8")
 
 
 UM = 1e-6

@@ -1,18 +1,18 @@
 """The 3D device: against every unknown stepped implicitly on another mesh, and balances of its heat."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fem3d.runs.device import Solved, model
-from reduced1d.device.lumped import shielding_response as over_time
+from reduced1d.device.lumped import DEGREE, lump, modes
 from reduced1d.device.schemes import solve_accurate
 from scenes.device import Device
 from scenes.errors import NumericsError
 from statespace.device_model import closed_loop, compact
-from statespace.ground import grounded
-from statespace.result import Run, Runs
+from statespace.march import march
+from statespace.result import BEFORE, Run, Runs, stepped
 from statespace.runtime import CompactModel
 from tests.fem3d.device.full_order import above_a_warmer_substrate, simulate
 
@@ -97,7 +97,7 @@ def test_the_error_of_the_flow_holds_right_after_an_outer_step(states):
 
 
 def test_the_sink_shields_the_sensor_from_the_substrate(states):
-    """A 3D solution by other means has 20 pW, -251.9 uW, -215.0 uW with the sink off, -150.000 uW outside."""
+    """A 3D solution by other means has 20 pW, -251.9 uW, -215.0 uW with the sink off."""
     found, errors = states.shielding
     closed = "sensor_power_per_substrate_W_per_K"
     assert abs(found.sensor_power_per_substrate_W_per_K) + errors[closed] < 1e-10
@@ -105,14 +105,12 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
     expected = {
         "sink_power_per_substrate_W_per_K": -251.9e-6,
         "sensor_power_per_substrate_sink_off_W_per_K": -215.0e-6,
-        "sensor_power_per_outside_W_per_K": -150.0e-6,
     }
     for name, value in expected.items():
         assert getattr(found, name) == pytest.approx(value, rel=1e-3)
         assert errors[name] < 1e-3 * abs(value)
-    # No air: the substrate alone is at room temperature.
-    assert found.sink_power_per_room_W_per_K == pytest.approx(found.sink_power_per_substrate_W_per_K, rel=1e-9)
-    shared, _ = replace(states, device=grounded(Device(), 1e-3)).shielding
+    grounded = replace(Device(), control=replace(Device().control, ground_resistance=1e-3))
+    shared, _ = replace(states, device=grounded).shielding
     assert abs(shared.sensor_power_per_substrate_W_per_K) > 1e-6
 
 
@@ -122,7 +120,7 @@ def test_exported_it_is_within_what_it_states(states, short):
     further off than that."""
     result, lower = states.solve(short)
     runs = Runs(Run(short, result, states.largest_eigenvalue, reference=lower), None, ())
-    made = compact(Solved(states, runs).exported, None, 4 * ACCURACY)
+    made = compact(Solved(states, runs).exported, None, 3 * ACCURACY)
     assert made["states"] < states.fine.count
     exported, stated = CompactModel(made), made["error"]["closed loop"]["over time"]
     rows = closed_loop(exported, short, len(result.time_s))
@@ -150,14 +148,6 @@ def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
 
 
 @pytest.mark.long
-def test_leads_of_a_rough_model_are_found_although_rounding_goes_on():
-    """At 181 K outside rounds go on changing this model's state by 5e-13 to 9e-13 of its rise."""
-    effects = model(Device(), 1e-2).ground
-    assert len(effects) == 2
-    assert all(np.isfinite([*asdict(lead).values()]).all() for lead, _ in effects)
-
-
-@pytest.mark.long
 def test_contacts_of_the_oxide_stand_in_series_with_it(states):
     """Two under each end; the heat of a warmer substrate through them equals the heat through its film."""
 
@@ -182,16 +172,22 @@ def test_contacts_of_the_oxide_stand_in_series_with_it(states):
     assert abs(structure.to_air(rise)) > 1e-3 * entering
 
 
+def by_warmer_substrate(modal, nodes: int) -> np.ndarray:
+    """(samples, 2): the change of the powers of sink and sensor after a step of the substrate by 1 K, with -20 K
+    outside."""
+    run = march(modal.above_substrate(-20.0), nodes, stepped(Device(), 1.0), 1e-9, start="settled")
+    return run.powers[BEFORE:] - run.powers[BEFORE - 1]
+
+
 @pytest.mark.long
 def test_a_warmer_substrate_over_time_is_that_of_every_unknown_stepped_on_another_mesh(states):
-    """The check's own mesh and steps leave 3e-4 of the largest change (with steps a third as long 2e-4 more)."""
-    samples = 9
-    full, found = above_a_warmer_substrate(Device(), -20.0, samples, steps=2), states.response
-    for film, values, error in (
-        (0, found.sink_power_W_per_K, found.sink_error), (1, found.sensor_power_W_per_K, found.sensor_error),
-    ):  # fmt: skip
-        tolerance = error + 5e-4 * np.abs(full).max()
-        assert np.abs(values[:samples] - full[:, film]).max() < tolerance
-        assert np.abs(over_time(Device()).sink_power_W_per_K[:samples] - full[:, 0]).max() > 10 * tolerance
-        # Sampled at other times the loops answer otherwise.
-        assert np.abs(values[1 : samples + 1] - full[:, film]).max() > 10 * tolerance
+    """The check's own mesh and steps leave 3e-4 of the largest change (with steps a third as long 2e-4 more), the model
+    half its accuracy."""
+    samples, found = 9, by_warmer_substrate(states.fine, states.nodes)
+    full = above_a_warmer_substrate(Device(), -20.0, samples, steps=2)
+    tolerance = (ACCURACY / 2 + 5e-4) * np.abs(full).max()
+    assert np.abs(found[:samples] - full).max() < tolerance
+    in_1d = by_warmer_substrate(modes(lump(Device()), DEGREE).modal, states.nodes)
+    assert np.abs(in_1d[:samples] - full)[:, 0].max() > 10 * tolerance
+    # Sampled at other times the loops answer otherwise.
+    assert (np.abs(found[1 : samples + 1] - full).max(axis=0) > 10 * tolerance).all()

@@ -8,17 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare import device_checks
 from reduced1d.device import design
 from reduced1d.device.design import make
-from reduced1d.device.lumped import DEGREE, ground_effects, largest_eigenvalue, lump, modes, steady
+from reduced1d.device.lumped import DEGREE, largest_eigenvalue, lump, modes, steady
 from reduced1d.device.schemes import solve_accurate
 from reduced1d.slopes import of_device
 from scenes.device import Device, External
 from scenes.errors import SceneError
 from statespace import circuit
-from statespace.ground import NARROW, grounded, held_range
 from statespace.result import QUANTITIES
+from statespace.stability import NARROW, held_range
+
+
+def grounded(device: Device, resistance: float) -> Device:
+    """The device with a lead of a resistance (ohm)."""
+    return replace(device, control=replace(device.control, ground_resistance=resistance))
 
 
 def off(device: Device, ground: float, outer: float) -> np.ndarray:
@@ -122,17 +126,6 @@ def test_the_range_ends_where_the_sensor_cannot_be_held():
     found = design.measurable_range(device, power=4e-3)
     assert found.highest_K == highest
     assert steady(device, found.lowest_K).sensor_power_W == pytest.approx(4e-3, rel=2e-3)
-
-
-def test_the_lead_that_the_papers_meter_tells():
-    found = ground_effects(Device(), device_checks.METER_POWER, device_checks.METER_RESISTANCE)
-    without = steady(Device())
-    by_power = steady(grounded(Device(), found.by_power_ohm))
-    assert without.sensor_power_W - by_power.sensor_power_W == pytest.approx(23e-9, rel=1e-4)
-    by_resistance = steady(grounded(Device(), found.by_resistance_ohm))
-    film = lump(Device())
-    step = (without.sensor_K - by_resistance.sensor_K) * film.resistance[1] * film.coefficient[1]
-    assert step == pytest.approx(60e-6, rel=1e-4)
 
 
 def test_where_no_steady_state_is_it_says_so():

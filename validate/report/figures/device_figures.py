@@ -1,7 +1,7 @@
-"""Figures 9 to 14 of the device, and its shielding.
+"""Figures 9 to 13 of the device.
 
 Figures 9 to 11: the start from cold and the outer step, by power, by heat flow, and sampled slowly. Figures 12 and 13:
-outer steps of many heights, by the sensor's power over time and in its steady state. Figure 14: a common ground.
+outer steps of many heights, by the sensor's power over time and in its steady state.
 
 The start takes a fiftieth of the run and ten times the power, so that Figures 9 to 11 have it in a panel of its own.
 Values that are held from sample to sample are drawn as steps; the heat flow is not held. 3D is a pale band under 1D.
@@ -16,11 +16,9 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
-from reduced1d.device.lumped import ground_effects, lump
-from reduced1d.device.lumped import shielding_response as in_1d
+from reduced1d.device.lumped import lump
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
 from statespace.result import BAND, Run
@@ -155,56 +153,4 @@ def characteristic(outcome: Outcome[Device]) -> Figure:
     ax.axvline(setpoint, color=INK, lw=1.0, ls=":", label=f"set point, {setpoint:g} K")
     ax.set(xlim=ends[[0, -1]], xlabel="outer temperature (K)", ylabel="steady power of the sensor (mW)")
     legend(figure, ax, columns=4, fontsize=9)
-    return figure
-
-
-def ground(outcome: Outcome[Device]) -> Figure:
-    """Left the temperature errors of the films against the resistance of the lead; right the range of outer
-    temperatures over which both are held."""
-    leads = {"1D": ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE).leads}
-    if outcome.device_3d is not None:
-        leads["3D"] = tuple(each for each, _ in outcome.device_3d.model.ground)
-    figure = _figure(outcome, "fig14_ground", "Figure 14: a lead to ground that sink and sensor share")
-    off, reach = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
-    for model, each in leads.items():
-        lead, low, high = np.array([(one.resistance_ohm * 1e3, one.lowest_K, one.highest_K) for one in each]).T
-        for film, errors in (("sensor", [e.sensor_off_K for e in each]), ("sink", [e.sink_off_K for e in each])):
-            # Where no outer temperature lets both films be held there is no state to be off by.
-            values = np.where(np.isnan(high), np.nan, np.abs(errors))
-            look: dict[str, Any] = {"color": LAYERS[film], "marker": "o", "label": f"{film}, 1D"}
-            if model == "3D":
-                look = {"color": "black", "ls": "", "marker": "x", "ms": 9, "label": "3D" if film == "sink" else None}
-            off.plot(lead, values, **look)
-        if model == "1D":
-            reach.fill_between(lead, low, high, color=LAYERS["polymer"], alpha=0.35, label="both films are held")
-            reach.plot(lead, high, "o", color=INK, ms=4)
-    external = outcome.scene.external
-    for outer, style in ((external.initial_temperature, ":"), (external.final_temperature, "--")):
-        reach.axhline(outer, color=INK, lw=1.0, ls=style, label=f"{outer:g} K outside")
-    for ax, axes in ((off, "xy"), (reach, "x")):
-        for axis in axes:
-            logarithmic(ax, axis)
-        ax.set_xlabel("resistance of the lead (mohm)")
-    off.set_ylabel("off the temperature without it by (K)")
-    reach.set(ylabel="outer temperature (K)", xlim=off.get_xlim())
-    legend(figure, off, reach, fontsize=9, handlelength=1.5, columnspacing=1.2)
-    return figure
-
-
-def shielding(outcome: Outcome[Device]) -> Figure:
-    """Draw the change of the powers of sensor and sink after the substrate became 1 K warmer, in 3D and 1D."""
-    assert outcome.device_3d is not None
-    figure = _figure(outcome, "dev3d_shielding", "Shielding: the substrate 1 K warmer from time 0 on", left=0.95)
-    fem3d, reduced1d = outcome.device_3d.model.response, in_1d(outcome.scene)
-    time, ax = fem3d.time_s * 1e3, figure.subplots()
-    for film in ("sensor", "sink"):
-        in_3d, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (fem3d, reduced1d))
-        ax.plot(time[1:], in_3d[1:], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
-        ax.plot(time[1:], other[1:], color="black", lw=0.9, ls=":", label=f"{film}, 1D", drawstyle="steps-post")
-    without = outcome.device_3d.model.shielding[0].sensor_power_per_substrate_sink_off_W_per_K * 1e6
-    ax.axhline(without, color=LAYERS["sensor"], ls="--", lw=1.2, label="sensor with the sink off, steady")
-    ax.axhline(0.0, color=INK, lw=0.8)
-    logarithmic(ax, "x")
-    ax.set(xlabel="time since the step (ms)", ylabel=with_mu("change of the power (uW/K)"))
-    legend(figure, ax)
     return figure
