@@ -1,4 +1,4 @@
-"""The figures of a sweep: lines over one key, a map over two, pairs and shares over more."""
+"""The figures of a sweep: lines over one key, a map over two, points over each of more."""
 
 from __future__ import annotations
 
@@ -18,66 +18,70 @@ from scenes.formats import scale
 from scenes.model import UNITS
 from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
-from validate.sweep.table import TITLES, Table, of_many_keys
+from validate.sweep.table import TITLES, Table
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 BROAD = 30  # Characters of a line of an axis's label: the smallest panel's side.
-LINE = 0.17  # Inches of one more line of an axis's label.
 
 
 def draw(table: Table) -> dict[str, Figure]:
     """The figures that a sweep of so many keys has, by their names."""
-    scope = table.job.scope
+    scope, numeric = table.job.scope, all(values.dtype != object for values in table.keys.values())
     if not table.ok.any():
         return {}
     if table.map:
         return {"figure_map": _map(table, scope.reductions[0])}
-    if of_many_keys(table):
-        return {"figure_pairs": _pairs(table)}
-    if len(table.keys) == 2 and table.relative and all(values.dtype != object for values in table.keys.values()):
+    if len(table.keys) == 2 and table.relative and numeric:
         known = [name for name in scope.reductions if scope.check in table.series(name)]
         ends = {name: "" if name == scope.reductions[0] else "_" + name.replace(":", "") for name in known}
         return {f"figure_map{ends[name]}": _map(table, name) for name in known}
-    return {"figure_lines": _lines(table)}
+    return {"figure_lines": _lines(table, len(table.keys) > 1 and numeric)}
 
 
-def _lines(table: Table) -> Figure:
-    """A panel for every check's difference (or every probe) over the first key that is a number; a line for each
-    combination of the others and each reduction, with its error; grey is within the tolerance."""
-    panels = list(table.series())
+def _lines(table: Table, of_keys: bool) -> Figure:
+    """The differences of checks, or the probes, over keys, with their errors; grey is within the tolerance.
+
+    A panel for every check (or probe) over the first key that is a number, with a line for each combination of the
+    others and each reduction; or ``of_keys`` a panel for every key with the points of the sweep's own check.
+    """
     key = next((k for k, v in table.keys.items() if v.dtype != object), next(iter(table.keys)))
+    names = table.job.scope.reductions if table.relative else ("",)
+    panels = [(check, key) for check in table.series()]
+    if of_keys:
+        panels = [(panels[0][0], each) for each in table.keys]
     across = min(len(panels), 3)
     down = math.ceil(len(panels) / across)
     title = f"{table.job.base.name}: {'differences from 3D, by check' if table.relative else 'each probe'}"
-    figure = new_figure(3.7 * across + 0.6, 2.5 * down + 0.9, title, [], bottom=0.85, left=0.75)
-    x = _shown(table, key, table.keys[key])
+    figure = new_figure(3.7 * across + 0.6, (2.9 if of_keys else 2.5) * down + 0.9, title, [], bottom=0.85, left=0.75)
     others = [values for name, values in table.keys.items() if name != key]
     groups: dict[tuple[str, ...], list[int]] = {}
-    for n in np.argsort(x, kind="stable").tolist():
-        groups.setdefault(tuple(str(values[n]) for values in others), []).append(n)
-    names = table.job.scope.reductions if table.relative else ("",)
+    for n in np.argsort(_shown(table, key, table.keys[key]), kind="stable").tolist():
+        groups.setdefault(() if of_keys else tuple(str(values[n]) for values in others), []).append(n)
     lines = [(group, name) for group in groups for name in names]
-    for number, panel in enumerate(panels, 1):
-        ax = figure.add_subplot(down, across, number)
+    for number, (panel, key) in enumerate(panels, 1):
+        x, ax = _shown(table, key, table.keys[key]), figure.add_subplot(down, across, number)
         factor, unit = (100.0, "%") if table.relative else _of_probe(table, panel)
         for (group, name), colour in zip(lines, cycle(PARTS)):
             if panel in table.series(name):
                 at = groups[group]
                 values, errors = (factor * given[at] for given in table.series(name)[panel])
-                ax.plot(x[at], values, color=colour, marker="o" if len(at) <= 40 else "", ms=3)
-                ax.fill_between(x[at], values - errors, values + errors, color=colour, alpha=0.3, lw=0)
+                if of_keys:
+                    ax.errorbar(x[at], values, errors, color=colour, fmt="o", ms=3, lw=0.8)
+                else:
+                    ax.plot(x[at], values, color=colour, marker="o" if len(at) <= 40 else "", ms=3)
+                    ax.fill_between(x[at], values - errors, values + errors, color=colour, alpha=0.3, lw=0)
         if panel in table.tolerances:
             most = 100 * table.tolerances[panel]
             ax.axhspan(-most, most, color="#e8e8e8", zorder=0)
         unanswered = x[~table.ok]
         ax.plot(unanswered, np.full(len(unanswered), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
         ax.set_title(panel, fontsize=10)
-        _axis(ax, "x", table, key, labelled=number > len(panels) - across)
+        _axis(ax, "x", table, key, labelled=of_keys or number > len(panels) - across)
         if not table.relative:
             ax.set_ylabel(with_mu(unit))
         elif (number - 1) % across == 0:
             ax.set_ylabel("1D/3D - 1 (%)")
-    figure.subplots_adjust(wspace=0.32, hspace=0.5)
+    figure.subplots_adjust(wspace=0.32, hspace=0.75 if of_keys else 0.5)
     labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group, name in lines]
     handles = [Line2D([], [], color=c, label=label) for label, c in zip(labels, cycle(PARTS)) if label]
     if 1 < len(handles) <= len(PARTS):
@@ -155,36 +159,6 @@ def _map(table: Table, reduction: str) -> Figure:
     ]
     figure.text(0.012, 0.02, "; ".join(notes), fontsize=9, color=INK)
     figure.subplots_adjust(wspace=0.24)
-    return figure
-
-
-def _pairs(table: Table) -> Figure:
-    """Every pair of keys, each point coloured by the size of its difference, the largest on top."""
-    keys, ok = list(table.keys), table.ok
-    name, (values, _) = next(iter(table.series().items()))
-    factor, unit = (100.0, "%") if table.relative else _of_probe(table, name)
-    size = factor * (np.abs(values) if table.relative else values)
-    order = [n for n in np.argsort(np.where(np.isfinite(size), size, -1.0)) if ok[n]]
-    n = len(keys) - 1
-    width, height = 2.6 * n + 1.6, 2.6 * n + 0.9
-    across, up = (LINE * max(_label(table, key).count("\n") for key in some) for some in (keys[:-1], keys[1:]))
-    title = f"{table.job.base.name}: every pair of keys"
-    figure = new_figure(width, height + across, title, [], bottom=0.6 + across, left=0.8 + up)
-    figure.subplots_adjust(right=1 - 1.25 / width)
-    shown = [_shown(table, key, values) for key, values in table.keys.items()]
-    shades: Any = None
-    for i in range(n):
-        for j in range(i, n):
-            ax = figure.add_subplot(n, n, 1 + j * n + i)
-            x, y = shown[i], shown[j + 1]
-            shades = ax.scatter(x[order], y[order], c=size[order], s=12, cmap="viridis")
-            ax.plot(x[~ok], y[~ok], **_LOST)
-            _axis(ax, "x", table, keys[i], labelled=j == n - 1)
-            _axis(ax, "y", table, keys[j + 1], labelled=i == 0)
-    bar = figure.colorbar(shades, cax=figure.add_axes((1 - 0.95 / width, 0.3, 0.16 / width, 0.4)))
-    bar.set_label(f"|1D/3D - 1| of {name} (%)" if table.relative else with_mu(f"{name} ({unit})"))
-    if name in table.tolerances:
-        bar.ax.axhline(100 * table.tolerances[name], color=INK, lw=2.4)
     return figure
 
 

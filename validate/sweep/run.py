@@ -30,8 +30,7 @@ if TYPE_CHECKING:
 
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
-    "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",
-    "figure_pairs": "Every pair of keys; the largest differences on top.",
+    "figure_lines": "Differences from 3D over the varied keys, with their errors; grey is within the tolerance.",
 }
 
 

@@ -138,12 +138,6 @@ def read(job: Job, store: Store, cells: Map | None) -> Table:
     return Table(job, job.design.columns(numbers), columns, cells)
 
 
-def of_many_keys(table: Table) -> bool:
-    """Return whether the figure of a sweep shows every pair of its keys."""
-    numbers = all(values.dtype != object for values in table.keys.values())
-    return not table.map and numbers and (len(table.keys) > 2 or (len(table.keys) == 2 and not table.relative))
-
-
 def _of_heat(table: Table) -> str:
     """The number of designs or cells hotter than a material's valid_to, and the largest excess."""
     materials = (table.map or table.columns).get("too_hot")

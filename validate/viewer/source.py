@@ -59,29 +59,19 @@ class Source:
         return self._loaded[k]
 
     def evenly(self, count: int, quantity: str) -> Source:
-        """The same transient at evenly spaced times, with one quantity: values go smoothly from each stored state to
-        the next, in the logarithm of time and without overshoot."""
-        from scipy.interpolate import PchipInterpolator
-
+        """The same transient at evenly spaced times, with one quantity, linear between the stored states."""
         stored = np.array(self.times, dtype=float)
         times = np.linspace(stored[0], stored[-1], count)
-        states = [self.grid(k) for k in range(len(stored))]
-        first = states[0]
-        of_cells = quantity in first.cell_data
-        values = {"rise": [state.point_data["rise"] for state in states]}
-        if of_cells or quantity in first.point_data:
-            values[quantity] = [(state.cell_data if of_cells else state.point_data)[quantity] for state in states]
-        # From the first step on all are spaced evenly in the logarithm, as they are stored.
-        place, even = (np.log(at - stored[0] + (stored[1] - stored[0])) for at in (stored, times))
-        curves = {name: PchipInterpolator(place, np.nan_to_num(np.stack(each))) for name, each in values.items()}
+        places = np.interp(times, stored, np.arange(len(stored)))
 
         def load(k: int) -> Any:
-            import pyvista as pv
-
-            state = pv.UnstructuredGrid(first.cells, first.celltypes, first.points)
-            for name, curve in curves.items():
-                data = state.cell_data if of_cells and name == quantity else state.point_data
-                data[name] = np.where(np.isnan(values[name][0]), np.nan, curve(even[k]))
+            first = int(places[k])
+            part = places[k] - first
+            before, after = (self.grid(n) for n in (first, min(first + 1, len(stored) - 1)))
+            state = before.copy()
+            for data, later in ((state.point_data, after.point_data), (state.cell_data, after.cell_data)):
+                for name in {"rise", quantity} & set(data.keys()):
+                    data[name] = (1 - part) * data[name] + part * later[name]
             return state
 
         return Source(self.name, tuple(times.tolist()), load)

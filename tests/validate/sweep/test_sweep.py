@@ -223,11 +223,11 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit_and_no_label_is_cut():
     assert [ax.get_ylabel() for ax in lines.axes] == ["K", "mA"]
     assert lines.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
     two = volts | {"material.polysilicon.thermal_conductivity": (20.0, 30.0)}
-    pairs = drawn(two, {"middle": [400.0, 500.0]}, "figure_pairs")
-    assert inside(pairs)
-    assert pairs.axes[-1].get_ylabel() == "middle (K)"
-    pairs.axes[0].set_ylabel(pairs.axes[0].get_ylabel().replace("\n", ""))
-    assert not inside(pairs)
+    keys = drawn(two, {"middle": [400.0, 500.0]}, "figure_lines")
+    assert inside(keys)
+    assert [ax.get_ylabel() for ax in keys.axes] == ["K", "K"]
+    keys.axes[1].set_xlabel(10 * keys.axes[1].get_xlabel().replace("\n", ""))
+    assert not inside(keys)
 
 
 @pytest.mark.long
