@@ -2,8 +2,7 @@
 
 Vectors run over all functions of the grid's highest degree; coefficients above the degrees of their intervals are
 zero. All cells are axis-parallel, so every matrix is the reference matrix scaled by the sides
-(`fem3d.spaces.element.local`). Every function is a product of three functions of one coordinate each, which gives
-point values and means."""
+(`fem3d.spaces.element.local`)."""
 
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ from functools import cached_property, lru_cache, partial
 from itertools import product
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, csr_array
+from scipy.sparse import coo_array, csc_array
 from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
@@ -27,6 +26,7 @@ from fem3d.spaces.element import (
     line,
     local,
     modes,
+    products,
     rule,
     side,
 )
@@ -184,17 +184,19 @@ class BrickSpace(Space):
     def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
         """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).
         Values outside of the solid are meaningless."""
-        tables = [self._table(d, at, d == slope) for d, at in enumerate((x, y, z))]
-        many = u.reshape(-1, self.size)
-        samples = np.zeros((len(many), len(x), len(y), len(z)))
-        for v, into in zip(many, samples, strict=True):
-            whole = np.zeros([t.shape[1] for t in tables])
-            whole[tuple(self._factors[0])] = v[self._factors[1]]
-            for table in tables:  # of the first axis, which then becomes the last
-                along = (table @ whole.reshape(len(whole), -1)).reshape(-1, *whole.shape[1:])
-                whole = np.moveaxis(along, 0, -1)
-            into[...] = whole
-        return samples.reshape(*u.shape[:-1], *samples.shape[1:])
+        number, lines, at = np.zeros(self.grid.owner.shape, int), [], []
+        number[tuple(self.ijk)] = np.arange(self.ijk.shape[1])
+        for d, (breaks, places) in enumerate(zip(self.grid.breaks, (x, y, z), strict=True)):
+            at.append(np.clip(np.searchsorted(breaks, places, side="right") - 1, 0, len(breaks) - 2))
+            h = np.diff(breaks)[at[d]]
+            values, slopes = line(self.p, (places - breaks[at[d]]) / h)
+            lines.append((slopes / h if d == slope else values)[modes(self.p)[:, d]])
+        samples = np.empty((*u.shape[:-1], len(x), len(y), len(z)))
+        for i in range(len(x)):  # plane by plane, which bounds the memory
+            functions = lines[0][:, i, None, None] * lines[1][:, :, None] * lines[2][:, None]
+            cells = number[at[0][i], at[1][:, None], at[2]]
+            samples[..., i, :, :] = (u[..., self.dofs[:, cells]] * functions).sum(axis=-3)
+        return samples
 
     def ceiling(self, u: np.ndarray) -> float:
         """Return an upper bound of fields (..., functions): the corners' functions of a cell add up to one, and each
@@ -202,19 +204,6 @@ class BrickSpace(Space):
         high = heights(self.p)
         tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
         return float(max(top.max() for top in tops))
-
-    @cached_property
-    def _at_breaks(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Per axis (breakpoints,) twice: which function of the coordinate the intervals below and above a breakpoint
-        have there: the same but where functions of the space jump."""
-        cells = self.ijk[:, self.mesh.f2t[:, self.torn]]
-        numbers = []
-        for breaks, (first, second) in zip(self.grid.breaks, cells, strict=True):
-            below, at = np.arange(len(breaks)), np.unique(np.maximum(first, second)[first != second])
-            above = below.copy()
-            above[at] = len(breaks) + np.arange(len(at))
-            numbers.append((below, above))
-        return numbers
 
     def interpolated(self, other: BrickSpace, u: np.ndarray) -> np.ndarray:
         """(functions,): a field u (functions) of another grid of the same scene, which each cell has at its points of
@@ -230,49 +219,10 @@ class BrickSpace(Space):
         interpolant[self.depth < 0] = 0.0
         return interpolant
 
-    def _count(self, d: int) -> int:
-        return self._bubbles(d, len(self.grid.degrees[d])).start
-
-    def _bubbles(self, d: int, interval: int) -> slice:
-        first = int(self._at_breaks[d][1].max()) + 1 + interval * (self.p - 1)
-        return slice(first, first + self.p - 1)
-
-    @cached_property
-    def _factors(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3, n): the three functions of one coordinate in each product, breakpoint functions first; and (n,): the
-        function that equals each product, perhaps only on one side of a plane at which functions jump."""
-        k, numbers = modes(self.p), np.empty((3, *self.dofs.shape), int)
-        for d in range(3):
-            at, factor, (below, above) = self.ijk[d], k[:, d, None], self._at_breaks[d]
-            bubble = self._bubbles(d, 0).start + at * (self.p - 1) + factor - 2
-            numbers[d] = np.where(factor == 0, above[at], np.where(factor == 1, below[at + 1], bubble))
-        if self.plain:
-            each = np.empty((3, self.size), int)
-            each[:, self.dofs] = numbers
-            return each, np.arange(self.size)
-        flat = numbers.reshape(3, -1)
-        _, first = np.unique(np.ravel_multi_index(tuple(flat), [self._count(d) for d in range(3)]), return_index=True)
-        return flat[:, first], self.dofs.ravel()[first]
-
-    def _table(self, d: int, at: np.ndarray, slope: bool) -> csr_array:
-        """(places, functions of the coordinate): their values, or slopes (1/m); zeros are not stored."""
-        breaks = self.grid.breaks[d]
-        n = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, len(breaks) - 2)
-        h = np.diff(breaks)[n]
-        values = line(self.p, (at - breaks[n]) / h)[1 if slope else 0] / (h if slope else 1.0)
-        below, above = self._at_breaks[d]
-        bubbles = (self._bubbles(d, 0).start + n * (self.p - 1))[:, None] + np.arange(self.p - 1)
-        functions = np.column_stack([above[n], below[n + 1], bubbles])
-        starts = np.arange(len(at) + 1) * (self.p + 1)
-        return csr_array((values.T.ravel(), functions.ravel(), starts), (len(at), self._count(d)))
-
 
 def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""
-    lines = [
-        line(p, x)[1 if d == along else 0][chosen] for d, (x, chosen) in enumerate(zip(X, modes(p).T, strict=True))
-    ]
-    return (lines[0] * lines[1] * lines[2]).T
+    return products(modes(p), X, along)
 
 
 @lru_cache(maxsize=32)

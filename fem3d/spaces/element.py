@@ -65,8 +65,9 @@ def line(p: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache
-def modes(p: int) -> np.ndarray:
-    """(functions, 3): the 1D functions of each, in scikit-fem's order of vertices, edges, facets, interior."""
+def modes(p: int, full: bool = False) -> np.ndarray:
+    """(functions, 3): the 1D functions of each, in scikit-fem's order of vertices, edges, facets, interior; of the
+    trunk space, or the ``full`` tensor product."""
     corners = RefHex.p.T.astype(int)
     functions = [list(c) for c in corners]
     for entity in (RefHex.edges, RefHex.facets):
@@ -74,12 +75,20 @@ def modes(p: int) -> np.ndarray:
             c = corners[list(at)]
             free = np.flatnonzero((c != c[0]).any(axis=0))
             for k in np.ndindex(*[p - 1] * len(free)):
-                if sum(k) + 2 * len(free) <= p:
+                if full or sum(k) + 2 * len(free) <= p:
                     one = c[0].copy()
                     one[free] = np.array(k) + 2
                     functions.append(list(one))
-    functions += [[i, j, k] for i, j, k in np.ndindex(p + 1, p + 1, p + 1) if min(i, j, k) > 1 and i + j + k <= p]
-    return np.array(functions)
+    inside = (k for k in np.ndindex(p + 1, p + 1, p + 1) if min(k) > 1 and (full or sum(k) <= p))
+    return np.array([*functions, *inside])
+
+
+def products(kinds: np.ndarray, X: np.ndarray, along: int | None = None) -> np.ndarray:
+    """(points, functions): products of the 1D functions ``kinds`` (functions, 3) at reference points (3, points), or
+    their slopes along an axis."""
+    p = int(kinds.max())
+    x, y, z = (line(p, at)[int(d == along)][k] for d, (at, k) in enumerate(zip(X, kinds.T, strict=True)))
+    return (x * y * z).T
 
 
 @lru_cache

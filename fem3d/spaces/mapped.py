@@ -4,7 +4,7 @@ Tetrahedra have degree 3, or 2 where memory is short, and hexahedra degree 2; ea
 vertex functions have degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
 4 l_a l_b of degree 2 and l_a l_b (l_b - l_a) of degree 3, a face 27 l_a l_b l_c of degree 3 (Szabo and Babuska, Finite
 Element Analysis, 1991). The odd function needs one direction of each edge in all of its cells, so vertices of cells are
-in ascending order. On hexahedra the functions past the vertices are scikit-fem's of degree 2.
+in ascending order. Hexahedra have the products of three functions of degree 2 of one coordinate each.
 
 Where functions jump across a facet, each side has its own. A vertex, edge or facet on a contact has one function of
 each kind for every set of its cells that hang together by facets without a contact. So at the rim of a contact that
@@ -21,13 +21,13 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.csgraph import connected_components
-from skfem import ElementHex1, ElementHex2, MeshTet1
+from skfem import ElementHex2, MeshTet1
 from skfem.assembly.dofs import Dofs
 from skfem.element import ElementH1
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
-from fem3d.spaces.element import Rule, Side, gauss, rule, side
+from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
 from fem3d.spaces.integrals import Faces, Space, entities, halves
 
 LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
@@ -58,15 +58,11 @@ class ElementTetNested(ElementH1):
 
 
 class ElementHexNested(ElementH1):
-    """The hexahedron of degree 2 with the vertex functions of degree 1."""
+    """The hexahedron of degree 2, with all products of `fem3d.spaces.element.line`."""
 
     refdom, maxdeg = RefHex, 2
     nodal_dofs, edge_dofs, facet_dofs, interior_dofs = 1, 1, 1, 1
     dofnames, doflocs = ElementHex2.dofnames, ElementHex2.doflocs
-
-    def lbasis(self, X: np.ndarray, i: int) -> tuple[np.ndarray, np.ndarray]:
-        """Value and gradient of basis function ``i`` at reference points."""
-        return (ElementHex1 if i < 8 else ElementHex2)().lbasis(X, i)
 
 
 Kind = tuple[bool, int]
@@ -180,26 +176,9 @@ def _element(kind: Kind) -> ElementH1:
     return ElementTetNested(kind[1]) if kind[0] else ElementHexNested()
 
 
-@lru_cache
-def _coefficients() -> np.ndarray:
-    """(monomials, functions of a hexahedron), from the values on a lattice: scikit-fem's own formulas take a
-    millisecond for every few points."""
-    X, element = np.stack(np.meshgrid(*3 * [[0.0, 0.5, 1.0]])).reshape(3, -1), _element((False, 2))
-    values = [element.lbasis(X, i)[0] * np.ones(X.shape[1]) for i in range(len(element.doflocs))]
-    return np.linalg.solve(_monomials(X), np.array(values).T)
-
-
-def _monomials(X: np.ndarray, along: int | None = None) -> np.ndarray:
-    """(points, 27): products of powers of the three coordinates up to the second, or their slopes ``along`` an axis."""
-    powers = [x[:, None] ** np.arange(3) for x in X]
-    if along is not None:
-        powers[along] = np.stack([0 * X[along], 1 + 0 * X[along], 2 * X[along]], axis=1)
-    return np.einsum("pi,pj,pk->pijk", *powers).reshape(X.shape[1], -1)
-
-
 def _values(kind: Kind, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""
-    return _of_tetrahedron(kind[1], X, along) if kind[0] else _monomials(X, along) @ _coefficients()
+    return _of_tetrahedron(kind[1], X, along) if kind[0] else products(modes(2, full=True), X, along)
 
 
 def _of_tetrahedron(degree: int, X: np.ndarray, along: int | None) -> np.ndarray:
