@@ -23,9 +23,9 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from meshes import grid as grids
-from meshes.grid import VOID, Grid
+from meshes.grid import Grid
 from scenes import faces, laws
-from scenes.model import Boundary, Box, Scene, Value, bends
+from scenes.model import Scene, Value, bends
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
@@ -43,109 +43,98 @@ def edges(scene: Scene) -> list[dict[float, float]]:
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
-    grid = grids.coarsest(scene)
+    grid, graph = grids.coarsest(scene), grids.graph(scene)
     cold = [b.material.at(scene.initial_temperature) for b in grid.boxes]
     thermal = np.array([laws.along(m.thermal_conductivity) for m in cold]).T
     electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     exponents: list[dict[float, float]] = [{}, {}, {}]
-    solid, live = grid.owner != VOID, grids.live(scene)
-    held, k = _held(scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
-    graph = grids.graph(scene)
-    torn, cut = (_padded(graph.jumps(key)) for key in ("thermal_resistance", "electrical_resistance"))
-    _collect(grid, k, held, exponents, _passing(grid, scene))
-    if any(faces.any() for faces in torn):
-        largest = max(c.thermal_resistance for c in scene.contacts)
-        fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
-        _collect(grid, np.where(k * largest > fine, k, 0.0), held, exponents, _passing(grid, scene), torn)
+    k = np.where(grid.solid, thermal[:, grid.owner], 0.0)
+    fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
+    largest = max((c.thermal_resistance for c in scene.contacts), default=np.inf)
+    beside = np.where(k * largest > fine, k, 0.0)
+    _collect(
+        grid, k, beside, _held(scene, "temperature"), graph.jumps("thermal_resistance"), _passing(scene), exponents
+    )
+    live = grids.live(scene)
     if live.any():
-        sigma = np.where(live, electric[:, grid.owner], 0.0)
-        _collect(grid, sigma, _held(scene, "voltage"), exponents)
-        if any(faces.any() for faces in cut):
-            _collect(grid, sigma, _held(scene, "voltage"), exponents, cuts=cut)
+        sigma, nowhere = np.where(live, electric[:, grid.owner], 0.0), graph.marked([])
+        cuts = graph.jumps("electrical_resistance")
+        _collect(grid, sigma, sigma, _held(scene, "voltage"), cuts, nowhere, exponents)
     return exponents
-
-
-def _padded(faces: list[np.ndarray]) -> list[np.ndarray]:
-    """Marks of faces per axis, with a margin of one cell across the axis, as `_collect` pads."""
-    return [np.pad(f, [(0, 0) if e == d else (1, 1) for e in range(3)]) for d, f in enumerate(faces)]
 
 
 def _collect(
     grid: Grid,
     conductivity: np.ndarray,
+    beside: np.ndarray,
     held: list[np.ndarray],
+    cuts: list[np.ndarray],
+    passing: list[np.ndarray],
     exponents: list[dict[float, float]],
-    passing: list[np.ndarray] | None = None,
-    cuts: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges, for the ``conductivity`` (3, cells) along each axis. Per axis, ``held`` numbers
-    the value given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one,
-    ``cuts`` where nothing passes; with these, only edges at them are looked at.
+    """Add the planes of singular edges, for the ``conductivity`` (3, cells) along each axis.
+
+    Per axis, ``held`` numbers the value given on each face across it (0: none), ``cuts`` says where a contact lets
+    nothing pass, with the conductivity ``beside`` it, and ``passing`` where so much passes that it contradicts a value.
 
     A cell whose conductivities differ behaves across an edge as one of their geometric mean, stretched."""
     for along in range(3):
         first, second = (d for d in range(3) if d != along)
-        k = np.pad(np.sqrt(conductivity[first] * conductivity[second]), 1)
-        cells = np.moveaxis(k, (first, second, along), (0, 1, 2))
-        quadrants = np.stack([cells[1:, 1:], cells[:-1, 1:], cells[:-1, :-1], cells[1:, :-1]], axis=-1)
-        rays = _rays(held, first, second, along)
-        against = np.zeros_like(rays) if passing is None else _rays(passing, first, second, along)
-        uneven = (quadrants.min(axis=-1) != quadrants.max(axis=-1)) | (rays.any(axis=-1) & ~rays.all(axis=-1))
-        cut = np.zeros_like(rays, dtype=bool) if cuts is None else _rays(cuts, first, second, along) > 0
-        uneven = uneven if cuts is None else cut.any(axis=-1)
+        whole, other = (_quadrants(k, first, second, along) for k in (conductivity, beside))
+        rays, cut, against = (_rays(faces, first, second, along) for faces in (held, cuts, passing))
+        uneven = (whole.min(axis=-1) != whole.max(axis=-1)) | (rays.any(axis=-1) & ~rays.all(axis=-1))
+        uneven |= cut.any(axis=-1)
         contradicted = np.logical_and(rays.any(axis=-1), against.any(axis=-1))
-        for i, j, layer in np.argwhere(uneven & (quadrants.max(axis=-1) > 0)):
-            a, b, c, d = quadrants[i, j, layer].tolist()
-            p, q, r, s = rays[i, j, layer].tolist()
-            torn = cuts is None and len({n for n in (p, q, r, s) if n}) > 1
-            parted = tuple(cut[i, j, layer].tolist())
-            exponent_here = exponent((a, b, c, d), (p > 0, q > 0, r > 0, s > 0), parted) * (0.5 if torn else 1.0)
-            if exponent_here < (RESONANT if torn or contradicted[i, j, layer] else REGULAR):
-                for axis, at in ((first, i), (second, j)):
-                    plane = float(grid.breaks[axis][at])
-                    exponents[axis][plane] = min(exponent_here, exponents[axis].get(plane, RESONANT))
+        for at in map(tuple, np.argwhere(uneven & (whole.max(axis=-1) > 0)).tolist()):
+            given = tuple((rays[at] > 0).tolist())
+            torn = len({*rays[at].tolist()} - {0}) > 1
+            s = exponent(tuple(whole[at].tolist()), given) * (0.5 if torn else 1.0)
+            if cut[at].any():
+                s = min(s, exponent(tuple(other[at].tolist()), given, tuple((cut[at] > 0).tolist())))
+            if s < (RESONANT if torn or contradicted[at] else REGULAR):
+                for axis, i in ((first, at[0]), (second, at[1])):
+                    plane = float(grid.breaks[axis][i])
+                    exponents[axis][plane] = min(s, exponents[axis].get(plane, RESONANT))
+
+
+def _quadrants(conductivity: np.ndarray, first: int, second: int, along: int) -> np.ndarray:
+    """(planes of the first axis, of the second, cells along, 4): the conductivity of the cells around each edge."""
+    k = np.pad(np.sqrt(conductivity[first] * conductivity[second]), 1)
+    cells = np.moveaxis(k, (first, second, along), (0, 1, 2))[..., 1:-1]
+    return np.stack([cells[1:, 1:], cells[:-1, 1:], cells[:-1, :-1], cells[1:, :-1]], axis=-1)
 
 
 def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.ndarray:
-    """(planes of the first axis, of the second, cells along, 4): which of the four faces at each edge are chosen."""
-    across_second = np.moveaxis(faces[second], (first, second, along), (0, 1, 2))
-    across_first = np.moveaxis(faces[first], (first, second, along), (0, 1, 2))
+    """(planes of the first axis, of the second, cells along, 4): the marks of the four faces at each edge."""
+    across_first, across_second = (np.pad(np.moveaxis(faces[d], (first, second, along), (0, 1, 2)), 1)[..., 1:-1]
+                                   for d in (first, second))  # fmt: skip
+    across_first, across_second = across_first[1:-1], across_second[:, 1:-1]
     return np.stack([across_second[1:], across_first[:, 1:], across_second[:-1], across_first[:, :-1]], axis=-1)
 
 
-def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
+def _passing(scene: Scene) -> list[np.ndarray]:
     """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
-    graph, through = grids.graph(scene), []
+    graph, through, start = grids.graph(scene), [], scene.initial_temperature
     given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
-    hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
+    hottest = max([start, *(t for t in given if isinstance(t, float | int))])
     for b in scene.boundaries:
         if b.kind == "heat_flux" and b.value != 0.0:
             through.append(b)
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
-            d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
-            k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
+            (d,), sides = graph.flat(b.lower, b.upper), graph.sides(graph.faces(b))
             film: Any = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
-            biot = max((film * _across(box, b) / k_box for k_box, box in zip(k, grid.boxes, strict=True)), default=0)
-            if biot >= PASSES:
+            boxes = [scene.boxes[n] for n in np.unique(graph.owner.ravel()[sides[sides >= 0]])]
+            k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in boxes]
+            if any(film * (box.upper[d] - box.lower[d]) >= PASSES * k_box for k_box, box in zip(k, boxes, strict=True)):
                 through.append(b)
-    return _padded(graph.marked((graph.faces(b), 1) for b in through))
-
-
-def _across(box: Box, boundary: Boundary) -> float:
-    """The extent (m) of a box at right angles to a boundary that it touches; 0 where it does not."""
-    d = next(d for d in range(3) if boundary.lower[d] == boundary.upper[d])
-    small = 1e-9 * max(box.upper[e] - box.lower[e] for e in range(3))
-    touches = min(abs(boundary.lower[d] - box.lower[d]), abs(boundary.lower[d] - box.upper[d])) <= small and all(
-        boundary.lower[e] < box.upper[e] and boundary.upper[e] > box.lower[e] for e in range(3) if e != d
-    )
-    return box.upper[d] - box.lower[d] if touches else 0.0
+    return graph.marked((graph.faces(b), 1) for b in through)
 
 
 def _held(scene: Scene, kind: str) -> list[np.ndarray]:
     """Per axis, the number of the value of a kind that each face across it is given; 0 for none."""
     graph, numbers = grids.graph(scene), dict[Value, int]()
     given = [b for b in scene.boundaries if b.kind == kind]
-    return _padded(graph.marked((graph.faces(b), numbers.setdefault(b.value, len(numbers) + 1)) for b in given))
+    return graph.marked((graph.faces(b), numbers.setdefault(b.value, len(numbers) + 1)) for b in given)
 
 
 @lru_cache(maxsize=512)
