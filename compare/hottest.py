@@ -83,23 +83,25 @@ def excess(
 def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple[str, ...]:
     """Return the warnings of a 3D run; fields are sampled only where a temperature can exceed a limit."""
     limits = [m.valid_to for m in materials if m.valid_to is not None]
-    if not limits or fields.ceiling(times) <= min(limits):
-        return ()
-    return warnings(materials, by_material(fields, times))
+    near = limits and fields.ceiling(times) > min(limits)
+    return warnings(materials, by_material(fields, times)) if near else ()
 
 
 def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
     """Return a sentence where a probe is below absolute zero, because more heat is drawn than enters."""
-    names = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
-    readings = [(name, e.value + e.error) for name, e in result.steady.items() if name in names]
-    if (traces := result.traces) is not None:
-        readings += [(name, float((traces.values[name] + traces.errors[name]).min())) for name in names]
-    name, least = min(readings, key=lambda reading: reading[1], default=("", 0.0))
-    if least >= 0:
-        return ()
-    return (
-        f"{name} reaches {least:,.0f} K, below absolute zero: more heat is drawn out than comes in, and no part gets "
-        "that cold; look at the fluxes and their signs",
+    least = dict[str, float]()
+    for probe in scene.probes:
+        name = probe.name
+        if probe.quantity == "temperature":
+            tops = [result.steady[name].value + result.steady[name].error] if name in result.steady else []
+            if (traces := result.traces) is not None:
+                tops.append(float((traces.values[name] + traces.errors[name]).min()))
+            least[name] = min(tops)
+    cold = [name for name in least if least[name] < 0]
+    return tuple(
+        f"{name} reaches {least[name]:,.0f} K, below absolute zero: more heat is drawn out than comes in; look at the "
+        "fluxes and their signs"
+        for name in cold[:1]
     )
 
 

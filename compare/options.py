@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.loading import shortened
@@ -21,10 +22,8 @@ if TYPE_CHECKING:
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
-MOST_STATES = 400
-"""The largest number that --states takes; a model has no more states than its structure needs."""
-SAMPLES = 10, 100_000
-"""Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name."""
+MOST_STATES = 400  # The largest number that --states takes; a model has no more states than its structure needs.
+SAMPLES = 10, 100_000  # Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name.
 
 Given = Mapping[str, Any]
 Reader = Callable[[Any, Any, Given], Any]
@@ -87,14 +86,13 @@ class Option:
             return []
         if callable(self.in_name):
             return self.in_name(value)
-        texts = [str(part) for part in text] if self.repeats else [str(text)]
+        texts = [str(part) for part in text] if self.repeats else [str(text)] * (not self.switch)
         if self.in_name is not None:
             return [self.in_name.format(part) for part in texts]
-        return [self.name.lstrip("-")] if self.switch else [self.name.lstrip("-"), *texts]
+        return [self.name.lstrip("-"), *texts]
 
 
-@dataclass(frozen=True)
-class Export:
+class Export(NamedTuple):
     """A compact model to make: folder, relative accuracy, and number of states (None: as few as the accuracy takes)."""
 
     folder: Path
@@ -188,14 +186,11 @@ def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
     return tuple(name for name in known if name in wanted)
 
 
-def _limit(dimension: str) -> Reader:
-    def read(given: Any, scene: Any, _: Given) -> float:
-        from scenes import units
-        from scenes.kinds import Quantity
+def _limit(dimension: str, given: Any, scene: Any, _: Given) -> float:
+    from scenes import units
+    from scenes.kinds import Quantity
 
-        return Quantity(getattr(units, dimension), 1e-12, 1e6).read(f"--max-{dimension.lower()}", given) or 0.0
-
-    return read
+    return Quantity(getattr(units, dimension), 1e-12, 1e6).read(f"--max-{dimension.lower()}", given) or 0.0
 
 
 TABLE = (
@@ -221,10 +216,10 @@ TABLE = (
     Option("--scheme {accurate,paper}", "the accurate scheme (default), or the paper's own and how far it is off",
            (DEVICE,), in_name="{}"),
     Option("--meter {PXI-4070,MAX1367}", "round the resistances to what a meter resolves", (DEVICE,), in_name="{}"),
-    Option("--max-voltage V", "the sensor's largest voltage, for the range: 100mV", (DEVICE,), read=_limit("VOLTAGE"),
-           excludes=["--figure", "--scheme paper"], in_name="max{}", keyword="largest_voltage"),
-    Option("--max-power W", "the sensor's largest power, for the range: 20mW", (DEVICE,), read=_limit("POWER"),
-           excludes=["--figure", "--scheme paper"], in_name="max{}", keyword="largest_power"),
+    Option("--max-voltage V", "the sensor's largest voltage, for the range: 100mV", (DEVICE,), in_name="max{}",
+           excludes=["--figure", "--scheme paper"], read=partial(_limit, "VOLTAGE"), keyword="largest_voltage"),
+    Option("--max-power W", "the sensor's largest power, for the range: 20mW", (DEVICE,), in_name="max{}",
+           excludes=["--figure", "--scheme paper"], read=partial(_limit, "POWER"), keyword="largest_power"),
     Option("--steady", "the steady state only, no transient", (SINK, FREE), sets="run.steady"),
     Option("--why", "split the 1D model's differences from 3D by its assumptions, or by the joints of --model network",
            (SINK, FREE), excludes=["--only"]),
@@ -258,7 +253,8 @@ TABLE = (
     Option("--fields", "write the 3D temperature fields (fem3d.pvd with .vtu files)", (SINK, FREE),
            excludes=["--only 1d"]),
     Option("--field-times T,T...", "with --fields, times to store beside the usual ones: 0.1ms,2ms", (SINK,),
-           read=_times, needs=["--fields"], excludes=["--steady"], in_name=_shown_times),
+           read=_times, needs=["--fields"], excludes=["--steady"],
+           in_name=_shown_times),
     Option("--out DIR", "the results folder; a run that is there is replaced", in_name="", keyword=""),
     Option("--no-figures", "no figures", in_name=""),
     Option("--explain", "print first what will be solved and what is skipped, and why; then run", in_name="",
@@ -284,8 +280,8 @@ class Options(SimpleNamespace):
     def __init__(self, **values: Any) -> None:
         defaults = {option.key: option.default for option in TABLE}
         defaults |= {"reduction": "paper", "model": "", "scheme": "accurate", "monte_carlo": 0, "command": ""}
-        defaults |= {"largest_voltage": float("inf"), "largest_power": float("inf")}
-        defaults |= {"uncertain": None, "field_times": ()}
+        defaults |= {"largest_voltage": float("inf"), "largest_power": float("inf"), "uncertain": None}
+        defaults |= {"field_times": ()}
         if unknown := values.keys() - defaults.keys():
             raise TypeError(f"no option {', '.join(sorted(unknown))}")
         super().__init__(**defaults | values)
@@ -293,11 +289,6 @@ class Options(SimpleNamespace):
     def but(self, **changes: Any) -> Options:
         """Return these options with some changed."""
         return Options(**vars(self) | changes)
-
-    @property
-    def transient(self) -> bool:
-        """Whether a sink is solved over time."""
-        return not self.steady
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -335,11 +326,10 @@ def check(kind: str, given: Given) -> None:
     for option in options.values():
         if not (this := said(option.name)):
             continue
-        for other in filter(None, map(said, option.excludes)):
+        if other := next(filter(None, map(said, option.excludes)), ""):
             raise SceneError(f"{this} does not go with {other}: leave out {other}")
-        for flag in option.needs:
-            if not said(flag):
-                raise SceneError(f"{this} needs {flag}: give {flag}, too")
+        if missing := next((flag for flag in option.needs if not said(flag)), ""):
+            raise SceneError(f"{this} needs {missing}: give {missing}, too")
 
 
 def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
@@ -368,12 +358,10 @@ def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
     values: dict[str, Any] = {"command": command}
     for option in of_kind(kind):
         value = given.get(option.key)
-        if value in (None, ()) or value == []:
+        if value in (None, ()) or value == [] or option.name in ("--set", "--out"):
             continue
         if option.read is not None:
             value = option.read(value, scene, given)
-        if option.name == "--set" or option.name == "--out":
-            continue
         values |= value if isinstance(value, dict) else {option.key: value}
     return Options(**values)
 
@@ -399,8 +387,7 @@ def folder_name(kind: str, given: Given, options: Options, scene: Any, overrides
 def setting_words(settings: Sequence[str]) -> list[str]:
     """The words of settings in a folder's name: "width20um"."""
     words = []
-    for setting in settings:
-        key, _, value = setting.partition("=")
+    for key, _, value in (setting.partition("=") for setting in settings):
         value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
         words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
     return words

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import compare
 from compare import quantities
+from compare.report.checks import amount
 from compare.verdict import COVERS, Check, judge, ratio
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.formats import difference_text, percent, quantity, sink_text
+from scenes.formats import difference_text, percent, sink_text
 from scenes.kinds import Quantity
 from scenes.model import OVER_TIME as PROBE_OVER_TIME
 from scenes.sink import OF_A_SINK, Sink
@@ -129,36 +130,26 @@ def _steady(run: compare.Run, name: str) -> Check:
     entry = QUANTITIES[name]
     assert run.reduced1d is not None
     predicted, measured = run.reduced1d.steady[entry.steady], run.fem3d.steady[entry.steady]
-    off, title = ratio(predicted, measured), f"steady {entry.called}"
+    off, values = ratio(predicted, measured), (predicted.value, measured.value, entry.unit)
     u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
-    values = predicted.value, measured.value, entry.unit, off.value
-    return Check(title, *values, off.error, id=name, verdict=judge(off.value, 0.0, off.error), u_input=u_input)
+    return Check(f"steady {entry.called}", *values, off.value, off.error, id=name, u_input=u_input)
 
 
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:
-    """Raise AssertionError with a line for each check where one is not within its tolerance."""
+    """Raise AssertionError with a line for each check, the bad ones first, where one is not within its tolerance."""
     __tracebackhide__ = True
-    told = [_line(check, tolerance) for check, tolerance in checks]
-    bad = [line for agrees, line in told if not agrees]
-    if bad:
-        rest = [line for agrees, line in told if agrees]
-        raise AssertionError("\n".join([f"{name} is not within the tolerances", *bad, *rest]))
-
-
-def _line(check: Check, tolerance: float) -> tuple[bool, str]:
-    """Whether a check is within a tolerance, and its values."""
-    unit, whose = "" if check.unit == "1" else check.unit, "data" if check.id.startswith("against_") else "1D"
-    known_to, uncertainty = check.known_to + COVERS * (check.u_input or 0.0), "numerical error"
-    if check.u_input:
-        uncertainty += f" and {COVERS:g} u_input"
-    verdict = judge(check.difference, tolerance, known_to)
-    mark = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}[verdict]
-    off = difference_text(check.difference, known_to, "\N{PLUS-MINUS SIGN}")
-    values = f"{whose} {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
-    lines = [f"  {check.id}: {check.title}, {values}"]
-    lines.append(f"    difference {off} ({uncertainty}), {mark} the tolerance of {percent(tolerance)}")
-    if verdict == "unresolved":
-        lines.append(f"    the {uncertainty} leaves it open: ask for a smaller accuracy=")
-    if check.because and verdict != "agrees":
-        lines.append(f"    {check.because}")
-    return verdict == "agrees", "\n".join(lines)
+    lines: dict[bool, list[str]] = {False: [], True: []}
+    for check, tolerance in checks:
+        known_to = check.known_to + COVERS * (check.u_input or 0.0)
+        verdict = judge(check.difference, tolerance, known_to)
+        mark = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}[verdict]
+        off = difference_text(check.difference, known_to, "\N{PLUS-MINUS SIGN}")
+        whose = "data" if check.id.startswith("against_") else "1D"
+        values = f"{whose} {amount(check.predicted, check.unit, 5)}, 3D {amount(check.measured, check.unit, 5)}"
+        error = "numerical error" + f" and {COVERS:g} u_input" * bool(check.u_input)
+        line = f"  {check.id}: {check.title}, {values}\n    difference {off} ({error}), {mark} the tolerance of "
+        line += percent(tolerance) + "; ask for a smaller accuracy=" * (verdict == "unresolved")
+        line += f"\n    {check.because}" * bool(check.because and verdict != "agrees")
+        lines[verdict == "agrees"].append(line)
+    if lines[False]:
+        raise AssertionError("\n".join([f"{name} is not within the tolerances", *lines[False], *lines[True]]))

@@ -66,7 +66,7 @@ class SinkKind(Kind[Sink]):
 
             lines_of(scene)
         fits = bool(options.calibrate)
-        if (options.follows_keys or fits) and options.transient:
+        if (options.follows_keys or fits) and not options.steady:
             refuse_terminals(scene.scene(), "a sensitivity over time")
         if fits and (why := nonlinear(scene.scene(), True)):
             raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
@@ -179,7 +179,7 @@ class SinkKind(Kind[Sink]):
         elif in_3d:
             from fem3d.runs.sink import plan
 
-            solver = plan(scene, options.transient)
+            solver = plan(scene, not options.steady)
         contact = THERMAL_CONTACT.show(scene.contact_resistance or 0.0)
         room, but = f"{scene.room_temperature:g} K", "and in 1D models but the paper's"
         surroundings = {
@@ -259,7 +259,7 @@ def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
         from fem3d.runs.sink import solve
     progress("solving in 3D")
     with progress.stage("fem3d"):
-        return solve(sink, options.transient, progress)
+        return solve(sink, not options.steady, progress)
 
 
 def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:

@@ -54,7 +54,7 @@ def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float]:
     scene, options = outcome.scene, outcome.options
     if scene.kind == "sink":
         times = stored_times(scene.end_time, options.field_times)
-        return times if options.transient else times[:0], scene.room_temperature
+        return times[:0] if options.steady else times, scene.room_temperature
     times = (
         np.unique([0.0, *scene.output_times, scene.end_time]) if scene.output_times else stored_times(scene.end_time)
     )
