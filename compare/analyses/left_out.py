@@ -18,12 +18,12 @@ from compare.report.table import Row, Section, Style, Table, sentences
 from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError
 from scenes.formats import difference_text, percent
+from scenes.result import Estimate
 from scenes.sink import Sink
 from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
     from scenes.device import Device
-    from scenes.result import Estimate
 
     Solve = Callable[[Sink], dict[str, Estimate]]
 
@@ -43,6 +43,7 @@ SUBSTRATE = 0.5e-3
 """Thickness (m) of the substrate."""
 IN_AIR = ("gap_gas", "air")
 """Effects that are absent in a vacuum."""
+INFINITE = Estimate(math.inf, 0.0)
 
 
 @dataclass(frozen=True)
@@ -78,42 +79,40 @@ def effects(sink: Sink) -> dict[str, Effect]:
     given, film = sink.silicon.thermal_conductivity, conduction(sink)
     falling = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given) if not laws.varies(given)]
     law = tuple(falling) if isinstance(given, tuple) else falling[0] if falling else given
-
-    def effect(what: str, assumed: str, source: str, key: str, value: Any) -> Effect:
-        has_it = laws.varies(given) if key == "silicon" else bool(getattr(sink, key))
-        return Effect(what, assumed, source, {} if has_it else {key: value})
-
-    return {
-        "conductivity": effect(
+    made = {
+        "conductivity": Effect(
             "silicon's falling conductivity", f"that of room temperature times (T/{sink.room_temperature:g} K)^"
-            f"{EXPONENT:g}", "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)", "silicon",
-            replace(sink.silicon, thermal_conductivity=law),
+            f"{EXPONENT:g}", "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)",
+            {"silicon": replace(sink.silicon, thermal_conductivity=law)},
         ),
-        "contact": effect(
+        "contact": Effect(
             "the contacts of the oxide", f"{THERMAL_CONTACT.show(CONTACT)} at both faces of the oxide",
-            "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)", "contact_resistance",
-            CONTACT,
+            "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)",
+            {"contact_resistance": CONTACT},
         ),
-        "gap_gas": effect(
+        "gap_gas": Effect(
             "the gas under it",
             f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
-            "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)", "gap_gas_conductivity", CONDUCTIVITY,
+            "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)", {"gap_gas_conductivity": CONDUCTIVITY},
         ),
-        "radiation": effect(
+        "radiation": Effect(
             "radiation", f"emissivity {EMISSIVITY:g} of all bare faces of beam and pads",
-            "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)", "emissivity",
-            EMISSIVITY,
+            "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)",
+            {"emissivity": EMISSIVITY},
         ),
-        "substrate": effect(
+        "substrate": Effect(
             "the substrate's own resistance", "a plate of silicon, 0.5 mm thick and 3 mm x 3 mm, under the oxide",
-            "525 um is the thickness of wafers of 100 mm (SEMI M1)", "substrate_thickness", SUBSTRATE,
+            "525 um is the thickness of wafers of 100 mm (SEMI M1)", {"substrate_thickness": SUBSTRATE},
         ),
-        "air": effect(
+        "air": Effect(
             "the air above", f"{film:.3g} W/(m2 K) from the top of beam and pads",
             "conduction of air at rest from one side of a thin plate: Holman, Heat Transfer, chapter 3",
-            "convection_coefficient", film,
+            {"convection_coefficient": film},
         ),
     }  # fmt: skip
+    has = {name: laws.varies(given) if name == "conductivity" else getattr(sink, *each.changed)
+           for name, each in made.items()}  # fmt: skip
+    return {name: replace(each, changed={}) if has[name] else each for name, each in made.items()}
 
 
 @dataclass(frozen=True)
@@ -189,39 +188,34 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
     from compare.verdict import ratio
 
     sink, solve = _of_sink(scene) if scene.kind == "sink" else _of_device(scene)
-    # Above the sink of a device is the polymer, not the air.
-    candidates = {n: each for n, each in effects(sink).items() if n != "air" or scene.kind == "sink"}
     say("without what is left out")
     bare, found, skipped = solve(sink), dict[str, Effect](), dict[str, str]()
     everything: dict[str, Any] = {"accuracy": max(sink.accuracy, ALL)}
 
-    def changed(name: str, effect: Effect) -> Effect | None:
+    def add(name: str, effect: Effect) -> None:
+        say(f"with what is left out: {effect.what}")
         try:
             steady = solve(replace(sink, **effect.changed))
+            changes = {q: ratio(steady[q], bare[q]) for q in kind_of(scene).quantities(scene)}
         except RunawayError:
-            return effect
+            changes = {}
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
-            return None
-        return replace(effect, changes={q: ratio(steady[q], bare[q]) for q in kind_of(scene).quantities(scene)})
+            return
+        found[name] = replace(effect, changes=changes)
+        everything.update(effect.changed)
 
-    for number, (name, effect) in enumerate(candidates.items(), 1):
+    for name, effect in effects(sink).items():
         if not effect.changed:
             skipped[name] = "the scene has it"
-            continue
-        say(f"with what is left out, {number} of {len(candidates)}: {effect.what}")
-        if result := changed(name, effect):
-            found[name] = result
-            everything |= effect.changed
-    together = None
-    if len(found) > 1:
-        say("with all of that together")
-        together = changed(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
+        elif name != "air" or scene.kind == "sink":  # Above the sink of a device is the polymer, not the air.
+            add(name, effect)
     # A runaway is the largest of all.
-    sizes = {
-        name: abs(next(iter(each.changes.values())).value) if each.changes else math.inf for name, each in found.items()
-    }
-    return LeftOut({name: found[name] for name in sorted(found, key=lambda name: -sizes[name])}, together, skipped)
+    sizes = {name: abs(next(iter(each.changes.values()), INFINITE).value) for name, each in found.items()}
+    ranked = {name: found[name] for name in sorted(found, key=lambda name: -sizes[name])}
+    if len(found) > 1:
+        add(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", dict(everything)))
+    return LeftOut(ranked, found.get(TOGETHER), skipped)
 
 
 def _of_sink(sink: Sink) -> tuple[Sink, Solve]:
@@ -237,7 +231,6 @@ def _of_device(device: Device) -> tuple[Sink, Solve]:
     """The sink of a device, and the device's solver in 3D."""
     from fem3d.runs.device import model
     from reduced1d.slopes import OF_DEVICE
-    from scenes.result import Estimate
     from scenes.validity import check
 
     def solve(sink: Sink) -> dict[str, Estimate]:
