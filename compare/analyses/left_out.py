@@ -144,7 +144,7 @@ class LeftOut:
 
 
 class LeftOutStudy(Analysis[LeftOut]):
-    name, figure_name, leads = "left_out", "left_out", True
+    name, leads = "left_out", True
     about = "3D again with each effect that both models leave out, and with all"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> LeftOut:

@@ -42,7 +42,7 @@ AllSlopes = dict[str, "Slopes"]
 
 
 class Sensitivity(Analysis[AllSlopes]):
-    name, figure_name = "sensitivities", "sensitivity"
+    name = "sensitivities"
 
     def plan(self, scene: Any, options: Options) -> Step:
         return step("sensitivity", "how quantities follow each key, in 3D by differences on the moved mesh")
@@ -145,19 +145,13 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
     return tuple(made)
 
 
-def worst(made: Iterable[Check]) -> Check | None:
-    """Return the check of a slope that differs most."""
-    differ = [check for check in made if check.id.startswith(PREFIX) and check.verdict == "differs"]
-    return max(differ, key=lambda check: abs(check.difference), default=None)
-
-
 def sentence(made: Iterable[Check]) -> str:
     """Return the worst of the checks of slopes in a sentence; empty where there are none."""
     slopes = [check for check in made if check.id.startswith(PREFIX)]
     if not slopes:
         return ""
-    if (check := worst(slopes)) is not None:
-        return f"In the 1D model the {check.because}."
+    if differ := [check for check in slopes if check.verdict == "differs"]:
+        return f"In the 1D model the {max(differ, key=lambda check: abs(check.difference)).because}."
     open_ = sum(check.verdict == "unresolved" for check in slopes)
     said = "The 1D model follows every key as 3D does"
     return f"{said}, as far as the errors tell: {open_} of {len(slopes)} are open." if open_ else f"{said}."

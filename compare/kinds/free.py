@@ -158,14 +158,11 @@ class FreeKind(Kind[AnyScene]):
         return super().absent(scene, options) | no_traces | no_heat
 
     def figures(self, scene: AnyScene, options: Options) -> dict[str, tuple[str, ...]]:
-        when, own = "steady" if scene.steady else "hottest moment's", own_model(scene, options)
-        figures: dict[str, tuple[str, ...]] = {
+        when = "steady" if scene.steady else "hottest moment's"
+        return {
             "figure_field": (f"the {when} temperature field, rendered off screen", "heat"),
             "figure_traces": ("every probe against time", "traces"),
         }
-        if own is not None:
-            figures["figure_differences"] = ("how far the model is from 3D, probe by probe",)
-        return figures
 
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:
         return scene

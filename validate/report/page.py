@@ -31,13 +31,10 @@ _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
     "figure_traces": "Every probe against time.",
-    "figure_differences": "How far the model is from 3D, probe by probe, with the error of the difference.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
-    "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
     **{name: shows for name, (shows, *_) in ROW_FIGURE.items()},
-    "left_out": "What each effect that both models leave out would change in 3D.",
     **DEVICE_FIGURES,
 }
 _NAMED = SINK | DEVICE

@@ -24,9 +24,7 @@ FIGURES = {
     "islands": "sink_figures.row",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
     "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
-    "figure_traces": "scene_figures.traces", "figure_differences": "analysis_figures.differences",
-    "why": "analysis_figures.why", "sensitivity": "analysis_figures.sensitivity",
-    "validation": "analysis_figures.validation", "left_out": "analysis_figures.left_out",
+    "figure_traces": "scene_figures.traces", "why": "analysis_figures.why", "validation": "analysis_figures.validation",
 }  # fmt: skip
 """By file name the function in `validate.report.figures` that draws it."""
 

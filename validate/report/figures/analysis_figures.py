@@ -1,13 +1,12 @@
-"""Figures of the analyses and of a user's model: the budget of the differences, bars, and data with uncertainties."""
+"""Figures of analyses: the budget of the differences, and data with all uncertainties."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare import quantities
 from compare.kinds import kind_of
@@ -20,13 +19,9 @@ from validate.report.figures.drawing import band, legend, logarithmic, new_figur
 if TYPE_CHECKING:
     from compare.blame import Budget
 
-_VISIBLE = 0.005
-"""Errors smaller than this share of the longest bar can't be seen."""
 _MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
 _MARKS = 40
 """Data points that have error bars."""
-_BEYOND = 10.0
-"""Bars are cut at this relative difference, as relative to a scale near zero a difference says nothing."""
 
 
 def why(outcome: Outcome[Any]) -> Figure | None:
@@ -77,94 +72,8 @@ def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray, names: Sequence[str] = (
     ax.axhline(0.0, color=INK, lw=0.8)
 
 
-Bars = Sequence[tuple[float, float] | None]
-"""A value and its error for each row; None without one."""
-
-
-def _bars(figure: Figure, rows: Sequence[str], panels: Mapping[str, Mapping[str, Bars]], colours: Iterable[str]) -> Any:
-    """Draw a panel for each title with a bar for each row and series; return the axes."""
-    axes = figure.subplots(1, len(panels), sharey=True, squeeze=False, gridspec_kw={"wspace": 0.08})[0]
-    colours = tuple(colours)
-    for ax, (title, series) in zip(axes, panels.items(), strict=True):
-        thick = 0.8 / len(series)
-        for n, ((name, given), colour) in enumerate(zip(series.items(), colours, strict=False)):
-            value, error = np.reshape([each or (np.nan, np.nan) for each in given], (-1, 2)).T
-            places = np.arange(len(rows)) + (n - (len(series) - 1) / 2) * thick
-            ax.barh(places, value, 0.95 * thick, color=colour, label=name)
-            error[error < _VISIBLE * np.nanmax(np.abs(value), initial=0.0)] = np.nan
-            ax.errorbar(value, places, xerr=error, fmt="none", ecolor=INK, elinewidth=1.2, capsize=3)
-        ax.axvline(0.0, color=INK, lw=0.8)
-        ax.set_title(cut(title, 34), fontsize=10)
-        ax.grid(False, axis="y")
-    axes[0].set_yticks(range(len(rows)), [cut(name, 36) for name in rows])
-    axes[0].set_ylim(len(rows) - 0.4, -0.6)
-    if len(next(iter(panels.values()))) > 1:
-        legend(figure, axes[0])
-    return axes
-
-
-def sensitivity(outcome: Outcome[Any]) -> Figure:
-    """A panel for each quantity, the headline's included: the slopes by each key, the largest on top, of both models;
-    keys that 1D misses beyond the tolerance in red."""
-    from compare.analyses.sensitivities import PREFIX, followed_keys, sentence, shown_words, worst
-    from compare.report.table import short_key
-
-    slopes, headline = outcome.slopes, worst(outcome.checks)
-    names, every = shown_words(outcome), shown_words(outcome, full=True)
-    names |= {name: called for name, called in every.items() if headline and headline.title.startswith(f"{called},")}
-    keys = followed_keys(outcome.scene, slopes, names)
-    models = {"fem3d": "3D", "reduced1d": outcome.reduced1d.model if outcome.reduced1d else "1D"}
-    models = {model: name for model, name in models.items() if model in slopes}
-    text = f"How {' and '.join(models.values())} follow each key, {kind_of(outcome.scene).title(outcome.scene)}"
-    said = [each for each in (f"% for each percent. {sentence(outcome.checks)}",) if each]
-    figure = new_figure(11.0, 1.7 + 0.3 * max(len(keys), 3), text, said, bottom=0.75, left=2.75)
-
-    def slope(model: str, key: str, name: str) -> tuple[float, float] | None:
-        found = slopes[model].relative.get(key, {}).get(name)
-        return None if found is None else (found.value, found.error)
-
-    panels = {word: {models[m]: [slope(m, key, name) for key in keys] for m in models} for name, word in names.items()}
-    colours = [_MODELS["3D" if model == "fem3d" else "1D"] for model in models]
-    axes = _bars(figure, [short_key(key) for key in keys], panels, colours)
-    differ = {check.id.removeprefix(PREFIX) for check in outcome.checks if check.verdict == "differs"}
-    for label, key in zip(axes[0].get_yticklabels(), keys, strict=True):
-        label.set_color("#8b1a1a" if key in differ else INK)
-    return figure
-
-
-def differences(outcome: Outcome[Any]) -> Figure:
-    """A bar for every check of a user's model, in percent of its scale, with the error; grey is the tolerance."""
-    checks = [c for c in outcome.checks if not c.id.startswith("slope_") and np.isfinite(c.difference)]
-    title = f"{outcome.scene.name}: {'the model' if outcome.reduced1d is None else outcome.reduced1d.model} less 3D"
-    figure = new_figure(8.5, 2.2 + 0.32 * max(len(checks), 1), title, [outcome.answer], 0.95, 2.6)
-    off = [(100 * min(max(c.difference, -_BEYOND), _BEYOND), 100 * min(c.u_num, _BEYOND)) for c in checks]
-    ax = _bars(figure, [cut(c.id, 24) for c in checks], {"": {"difference": off}}, _MODELS.values())[0]
-    for row, c in enumerate(checks):
-        ax.barh(row, 200 * c.tolerance, 0.9, left=-100 * c.tolerance, color="#dddddd", zorder=0)
-    ax.set_xlabel("difference (%); of a temperature relative to its rise; grey is the tolerance")
-    return figure
-
-
-def left_out(outcome: Outcome[Any]) -> Figure:
-    """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
-    found, kind = outcome.analyses["left_out"], kind_of(outcome.scene)
-    text = f"What both models leave out, {kind.title(outcome.scene)}"
-    figure = new_figure(8.5, 2.4 + 0.62 * len(found.every), text, [found.sentence], bottom=1.0, left=1.5)
-    panel: dict[str, Bars] = {}
-    for key in kind.shown:
-        changes = [each.changes.get(key) for each in found.every.values()]
-        panel[kind.quantities(outcome.scene)[key][0]] = [c and (100 * c.value, 100 * c.error) for c in changes]
-    names = [name.replace("_", " ") + " (runs away)" * (not each.changes) for name, each in found.every.items()]
-    ax = _bars(figure, names, {"": panel}, (LINES["peak_K"], LINES["end_K"], INK))[0]
-    ax.set_xscale("symlog", linthresh=0.1)
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:+g}" if value else "0"))
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xlabel("change of the 3D steady state (%)")
-    return figure
-
-
-def validation(outcome: Outcome[Any]) -> Figure:
-    """A column for each quantity of the data. Steady: E of each model with its interval. Over time: above, values with
+def validation(outcome: Outcome[Any]) -> Figure | None:
+    """A column for each quantity of the data over time, none in the steady state. Above, values with
     bands of 2 sqrt(u_num^2 + u_input^2), data as dots, some with bars of 2 u_D; below, E = S - D within 2 u_val and its
     means over windows with intervals."""
     from compare.analyses.against import finding
@@ -177,15 +86,7 @@ def validation(outcome: Outcome[Any]) -> Figure:
     whose, names = kind_of(outcome.scene).title(outcome.scene), list(dict.fromkeys(c.model for c in results.courses))
     colours = dict(zip(names, _MODELS.values(), strict=False))
     if np.isinf(results.courses[0].times[-1]):
-        text = f"{whose}{name}, steady state: E = S - D with its interval of 95 %"
-        figure = new_figure(max(2.0 + 2.6 * len(keys), 8.0), 3.8, finding(results), [text], bottom=0.6, left=0.85)
-        panels: dict[str, dict[str, Bars]] = {}
-        for s in results.statements:
-            factor, unit = scale(s.E, s.unit)
-            bar = {s.model: [(factor * s.E, float(np.nan_to_num(factor * s.k * s.u_val)))]}
-            panels.setdefault(f"{s.called} ({unit})", {}).update(bar)
-        _bars(figure, ["E"], panels, colours.values())
-        return figure
+        return None
     said = (
         f"{whose}{name}, {len(results.courses[0].times):,} rows; bands of 2 u: of S by numerics and "
         "inputs, of E by u_val; diamonds: the worst and the last window with their 95 %"
