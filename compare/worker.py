@@ -69,6 +69,8 @@ class Worker:
 
     def begin(self, function: Callable[..., object], arguments: tuple[object, ...], seconds: float) -> None:
         """Give the process a task, which may take so many seconds from when the process has it."""
+        if self._process is not None and not self._process.is_alive():
+            self.stop()
         if self._process is None:
             self._start()
         self.until, self._seconds = math.inf, seconds
@@ -219,7 +221,7 @@ def _serve(pipe: Connection, quiet: bool) -> None:
     os.dup2(2, 1)
     os.environ.pop(_SAFE_PATH, None)
     os.environ.update(ONE_THREAD)
-    with suppress(EOFError):
+    with suppress(EOFError, OSError):
         while True:
             outcome = _perform(pipe)
             try:

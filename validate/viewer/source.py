@@ -30,21 +30,17 @@ _CUTS = {"": "x", "x": "y", "y": "z", "z": ""}
 
 @dataclass
 class Source:
-    """States of one geometry: their ``times`` (s; ``None`` for a steady state), each loaded when it is first needed;
-    ``reading`` is called with a text before each, and with an empty text after."""
+    """States of one geometry: their ``times`` (s; ``None`` for a steady state), each loaded when it is first needed."""
 
     name: str
     times: tuple[float | None, ...]
     _load: Callable[[int], Any]
     _loaded: dict[int, Any] = field(default_factory=dict)
-    reading: Callable[[str], None] = lambda _: None
 
     def grid(self, k: int) -> Any:
         """The k-th state as a pyvista grid whose point data have at least "rise" (K)."""
         if k not in self._loaded:
-            self.reading(self.name if len(self.times) == 1 else f"{self.name}, state {k + 1} of {len(self.times)}")
             grid = self._load(k)
-            self.reading("")
             short = {name: short for short, name in ARRAYS.items()}
             for data in (grid.point_data, grid.cell_data):
                 for name in set(data.keys()) & short.keys():

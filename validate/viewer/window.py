@@ -1,29 +1,24 @@
-"""The process that owns the graphics, and the function that runs it and reports its failure in a sentence.
+"""Draw a picture, a film or a window in a process that owns the graphics.
 
-It reads the view on standard input, then draws a picture, a film or a window; a process of its own because VTK
-without a working OpenGL may end it. A mistake of the user is one line on standard error with ``FAULT`` in front, and
-exit status 2.
+It has a process of its own because VTK without a working OpenGL may end it.
 """
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from compare.worker import EndedError, Worker, share
 from scenes.errors import SceneError, quoted
 from scenes.model import Scene
-from validate.viewer.source import KEYS, QUANTITIES, View, find, present
+from validate.viewer.source import KEYS, QUANTITIES, Source, View, find, present
 
-FAULT = "fault: "
-FILM, NOTE, READS = "film ", "note ", "reads "
 STEPS_PER_SECOND = 4
 """Stored states that are played a second."""
 FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
@@ -43,55 +38,31 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
             instead = "" if "parts" in request else " or --movie FILE, or open the run's report.html"
             raise NoGraphicsError(f"there is no display to open a window on: give --screenshot FILE{instead}")
     progress("starting the viewer")
-    # The packages may be importable here only because of where this process was started.
-    root = str(Path(__file__).parents[2])
-    code = f"import sys; sys.path.insert(0, {root!r}); from validate.viewer.window import main; sys.exit(main())"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        encoding="utf-8",
-    )
-    assert process.stdin is not None
-    assert process.stdout is not None
-    assert process.stderr is not None
-    notes, reading = [], ""
-    try:
-        process.stdin.write(json.dumps(request))
-        process.stdin.close()
-        for line in process.stdout:
-            if line.startswith(FILM):
-                progress(f"drawing {line.strip()}")
-            elif line.startswith(NOTE):
-                notes.append(line.removeprefix(NOTE).strip())
-            elif line.startswith(READS):
-                reading = line.removeprefix(READS).strip()
-        said = process.stderr.read()
-        status = process.wait()
-        process.stdout.close()
-        process.stderr.close()
-    except BaseException:
-        process.kill()
-        process.wait()
-        raise
-    fault = next((line for line in said.splitlines() if line.startswith(FAULT)), None)
-    if fault is not None:
-        raise SceneError(fault.removeprefix(FAULT))
-    if status < 0 and reading:
-        raise SceneError(
-            f"{quoted(reading)} cannot be read: VTK ended at it ({_why(status, said)}); is the file whole?"
-        )
-    if "Traceback" in said and "ImportError" not in said:
-        # A fault here, which is not the machine's.
-        raise RuntimeError(f"the viewer ended: {_why(status, said)}")
-    missing = [name for name in (request["screenshot"], request["movie"]) if name and not Path(name).exists()]
-    if status != 0 or missing:
-        raise NoGraphicsError(
-            f"the viewer could not draw here ({_why(status, said)}): pyvista needs OpenGL, or a VTK with software "
-            "rendering; the run's files are whole, and its report.html shows the field without it"
-        )
+    worker, notes = Worker(), list[str]()
+    for task in (get_ready, draw) if "parts" in request else (get_ready, read, draw):
+        ((_, outcome),) = share([worker], task, [(request,)])
+        try:
+            notes += outcome.result()
+        except EndedError as error:
+            status = error.args[0] or 0
+            why = f"its process ended by signal {-status}" if status < 0 else f"its process ended with status {status}"
+            if task is not read:
+                raise _no_graphics(why) from None
+            raise SceneError(
+                f"{quoted(Path(request['path']))} cannot be read: VTK ended at it ({why}); is the file whole?"
+            ) from None
+        except ImportError as error:
+            raise _no_graphics(str(error)) from None
+    if not all(Path(name).exists() for name in (request["screenshot"], request["movie"]) if name):
+        raise _no_graphics("it wrote no file")
     return notes
+
+
+def _no_graphics(why: str) -> NoGraphicsError:
+    return NoGraphicsError(
+        f"the viewer could not draw here ({why}): pyvista needs OpenGL, or a VTK with software rendering; the run's "
+        "files are whole, and its report.html shows the field without it"
+    )
 
 
 def save_picture(scene: Scene, path: Path, size: tuple[int, int] = (1430, 900)) -> None:
@@ -102,35 +73,35 @@ def save_picture(scene: Scene, path: Path, size: tuple[int, int] = (1430, 900)) 
     start({**drawing, **parts(scene)}, lambda _: None)
 
 
-def _why(status: int, said: str) -> str:
-    last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
-    if status < 0:
-        return f"its process was ended by signal {-status}"
-    return last[:120] if last else f"its process ended with status {status}"
+def get_ready(request: dict[str, Any]) -> list[str]:
+    """Load pyvista."""
+    import pyvista  # noqa: F401
+
+    return []
 
 
-def main() -> int:
-    request = json.loads(sys.stdin.read())
-    try:
-        _show(request)
-    except SceneError as error:
-        print(f"{FAULT}{error}", file=sys.stderr, flush=True)
-        return 2
-    return 0
+_held: list[tuple[Source, View]] = []
+"""The source and the first view that this process has read."""
 
 
-def _show(request: dict[str, Any]) -> None:
+def read(request: dict[str, Any]) -> list[str]:
+    """Read the field, and return notes. Raises SceneError for what can't be shown, before anything is drawn."""
+    source = find(Path(request["path"]))
+    view, notes = begin(request, source)
+    if request["movie"]:
+        _check_film(view, Path(request["movie"]))
+    _held[:] = [(source, view)]
+    return notes
+
+
+def draw(request: dict[str, Any]) -> list[str]:
+    """Draw a scene, or the field that was read."""
     if "parts" in request:
         from validate.viewer import boxes
 
         boxes.show(request)
-        return
-    source = find(Path(request["path"]))
-    source.reading = lambda what: print(f"{READS}{what}", flush=True)
-    first = source.grid(0)
-    view = begin(request, source, first)
-    if request["movie"]:
-        _check_film(view, Path(request["movie"]))
+        return []
+    ((source, view),) = _held
     from validate.viewer.stage import Stage
 
     size = tuple(request["size"])
@@ -143,40 +114,46 @@ def _show(request: dict[str, Any]) -> None:
         film(Stage(source.evenly(FRAMES, view.quantity), True, size), view, Path(request["movie"]))
     if not request["off_screen"]:
         interact(stage, view)
+    return []
 
 
-def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
-    """Return the first view: the last state, or the nearest to a given time; raise SceneError if it is missing."""
+def begin(request: dict[str, Any], source: Source) -> tuple[View, list[str]]:
+    """Return the first view, of the last state or the one nearest to a given time, and notes; raise SceneError if it is
+    missing."""
     from validate.report.figures.render import exaggeration
 
+    grid, notes = source.grid(0), list[str]()
     names = [n for n in QUANTITIES if n in grid.point_data or n in grid.cell_data]
     quantity = request["show"]
     if quantity not in names:
         raise SceneError(f"--show {quantity}: the field has no such data, but {', '.join(names)}")
     step = len(source.times) - 1
     if request["time"] is not None:
-        if any(time is None for time in source.times):
+        times = [time for time in source.times if time is not None]
+        if not times:
             raise SceneError("--time needs a transient, and this is a steady state")
-        step = nearest(source.times, request["time"])
+        step, notes = nearest(times, request["time"])
     factor = request["exaggerate"] or exaggeration(grid.points)
     axis, place = request["clip"] or ("", 0.5)
-    return View(
+    view = View(
         tuple(names), len(source.times), factor, step, quantity, request["edges"], axis, place, request["probe"],
         bool(request["screenshot"]) and not request["movie"],
     )  # fmt: skip
+    return view, notes
 
 
-def nearest(times: tuple[float, ...], time: float) -> int:
+def nearest(times: Sequence[float], time: float) -> tuple[int, list[str]]:
     """Return the number of the stored time nearest to a given time (s), and note a difference; SceneError outside."""
     step = min(range(len(times)), key=lambda k: abs(times[k] - time))
     when = f"{time * 1e3:.6g} ms"
     if not times[0] <= time <= times[-1] * (1 + 1e-6):
-        raise SceneError(f"--time {when} is not in this run, which goes from {times[0] * 1e3:.4g} to "
-                         f"{times[-1] * 1e3:.4g} ms")  # fmt: skip
-    if abs(times[step] - time) > 1e-6 * time:
-        print(f"{NOTE}{when} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
-              f"{time * 1e3:.6g}ms stores it)", flush=True)  # fmt: skip
-    return step
+        ends = f"{times[0] * 1e3:.4g} to {times[-1] * 1e3:.4g} ms"
+        raise SceneError(f"--time {when} is not in this run, which goes from {ends}")
+    note = (
+        f"{when} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
+        f"{time * 1e3:.6g}ms stores it)"
+    )
+    return step, [note] if abs(times[step] - time) > 1e-6 * time else []
 
 
 def _check_film(view: View, path: Path) -> None:
@@ -204,7 +181,6 @@ def film(stage: Any, view: View, path: Path) -> None:
         stage.show(view.at(step))
         stage.plotter.render()
         frames.append(stage.plotter.screenshot(return_img=True))
-        print(f"{FILM}{step + 1} of {FRAMES}", flush=True)
     if path.suffix.lower() == ".gif":
         from PIL import Image
 
