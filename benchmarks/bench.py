@@ -1,9 +1,9 @@
-"""The parts of `validate bench`, each as plain numbers: run time against error, growth, skips and start-up."""
+"""The parts of `validate bench`, each as plain numbers and as a section of its page: run time against error, skips and
+start-up."""
 
 from __future__ import annotations
 
 import platform
-import re
 import statistics
 import subprocess
 import sys
@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from benchmarks import measure
 from benchmarks.measure import Entry
 from compare.processes import processors
 
-SCHEMA = 3
+SCHEMA = 4
 OURS, REDUCTION, SCIKIT_FEM, NGSOLVE = "this toolkit", "reductions", "scikit-fem", "NGSolve"
 TOOLS = (OURS, SCIKIT_FEM, NGSOLVE)
 REDUCTIONS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:4")
@@ -34,9 +33,16 @@ NGSOLVE_SETTINGS = (
 )  # fmt: skip
 QUICK, FINEST = (3, 8e-6, 4, 1), (5, 1e-6, 4, 2)  # NGSolve's references
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
-SCHEMES = ((1e-6, 25, 10), (5e-7, 50, 10), (2.5e-7, 100, 10))
+ABOUT = (
+    f"*{OURS}* gets the scene and an accuracy: it finds the mesh and estimates the error of every number. "
+    "NGSolve and scikit-fem are plain programs: they get a graded mesh of the "
+    "quarter, take the current density as uniform, which only this scene's ideal electrodes allow, and know no error. "
+    "Their settings were found by trial. The time begins with the assembly; no time includes imports."
+)
 Say = Callable[[str], None]
 Row = dict[str, Any]
+Table = tuple[Sequence[str], Sequence[Sequence[str]]]  # heads and rows of cells
+Content = list[str | Table]
 BARE = (sys.executable, "-c", "import skfem")
 PLAIN = ("sink", "--no-figures")
 SKIPS = {
@@ -46,11 +52,6 @@ SKIPS = {
     "fields (not written without `--fields`)": (PLAIN, (*PLAIN, "--fields")),
 }
 STARTS = {"cold run without figures": PLAIN, "cold run with its four figures": ("sink",)}
-PEAK = """
-import resource, subprocess, sys
-subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
-"""
 
 
 def own(transient: bool, accuracy: float) -> Entry:
@@ -101,39 +102,6 @@ def fastest(rows: Sequence[Row], tool: str, target: float) -> float | None:
     return min(times, default=None)
 
 
-def device(rounds: int, quick: bool, say: Say) -> dict[str, Any]:
-    """Return the time and error of the whole sensor in 1D, beside the accurate scheme at 1e-8."""
-    end = {"model": "device", "end_time": 0.005 if quick else 0.05}
-    reference = np.array(measure.once(Entry("", "finest", "own_models", end | {"accuracy": 1e-8}))["values"])
-    entries = [
-        Entry("accurate scheme", f"accuracy {a:.0e}", "own_models", end | {"accuracy": a}) for a in ACCURACIES[1:]
-    ]
-    for dt, nx, nt in SCHEMES[: 2 if quick else None]:
-        label = f"dt {dt * 1e6:g} us, {nx} intervals"
-        entries.append(Entry("the paper's scheme", label, "own_models", end | {"scheme": (dt, nx, nt)}))
-    rows = measure.in_turns(entries, rounds, say, 0.0 if quick else measure.PATIENCE)
-    for row in rows:
-        if not row["failure"]:
-            off = np.abs(np.array(row.pop("values")) - reference)
-            row |= {"error": float(off.max()), "error_at_end": float(off[:, -1].max())}
-    return {"end_time_s": end["end_time"], "rows": rows}
-
-
-def growth(rounds: int, quick: bool, say: Say) -> dict[str, Any]:
-    """Return time, memory and unknowns of whole runs at higher and higher accuracy, and the exponents of power laws."""
-    entries = [own(transient, a) for transient in (False, True) for a in ACCURACIES[: 3 if quick else None]]
-    rows = measure.in_turns(entries, rounds, say, 0.0)
-    exponents = {}
-    for name, group in zip(("steady", "transient"), (rows[: len(rows) // 2], rows[len(rows) // 2 :]), strict=True):
-        good = [row for row in group if not row["failure"]]
-        for row in group:
-            row.pop("values", None)
-            row["tool"] = name
-        logs = np.log([[row["unknowns"], row["median_s"], row["peak_MB"]] for row in good]).T
-        exponents[name] = [float(np.polyfit(logs[0], log, 1)[0]) for log in logs[1:]] if len(good) > 1 else None
-    return {"rows": rows, "exponents": exponents}
-
-
 def _seconds(arguments: Sequence[str], folder: str) -> float:
     """The seconds of a command on the wall, as its user waits for it."""
     started = time.perf_counter()
@@ -161,22 +129,21 @@ def _pairs(pairs: Mapping[str, tuple[Sequence[str], Sequence[str]]], rounds: int
     return rows
 
 
-def start_up(rounds: int, say: Say) -> dict[str, Any]:
-    """Return the time of cold runs over a bare ``import skfem``, and their largest memory (MB)."""
-    rows = _pairs({name: (arguments, BARE) for name, arguments in STARTS.items()}, rounds, say)
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-c", PEAK, *_whole(PLAIN, folder)]
-        peak = subprocess.run(command, check=True, capture_output=True, encoding="utf-8")
-    return {"rows": rows, "peak_MB": int(peak.stdout.split()[-1]) / 1024}
+def start_up(rounds: int, _: bool, say: Say) -> list[Row]:
+    """Return the time of cold runs over a bare ``import skfem``."""
+    return _pairs({name: (arguments, BARE) for name, arguments in STARTS.items()}, rounds, say)
+
+
+def skips(rounds: int, quick: bool, say: Say) -> list[Row]:
+    """Return the time of whole commands with and without each skip of the plan."""
+    return _pairs(dict(list(SKIPS.items())[: 2 if quick else None]), rounds, say)
 
 
 PARTS: dict[str, Callable[[int, bool, Say], Any]] = {
     "transient": partial(work_precision, True),
     "steady": partial(work_precision, False),
-    "device": device,
-    "growth": growth,
-    "skips": lambda rounds, quick, say: _pairs(dict(list(SKIPS.items())[: 2 if quick else None]), rounds, say),
-    "start-up": lambda rounds, _, say: start_up(rounds, say),
+    "skips": skips,
+    "start-up": start_up,
 }
 
 
@@ -190,12 +157,8 @@ def run(parts: Sequence[str], rounds: int, quick: bool, say: Say, earlier: Mappi
 
 def _machine() -> dict[str, str]:
     """The kind of machine (no names), system, versions and threads."""
-    info = Path("/proc/cpuinfo")
-    listed = info.read_text(encoding="utf-8") if info.exists() else ""
-    named = re.search(r"^model name\s*: (.+)$", listed, re.MULTILINE)
-    processor = named[1].strip() if named else platform.processor() or platform.machine()
     machine = {
-        "processor": f"{processor}, {processors()} cores to use", "system": f"{platform.system()} {platform.machine()}",
+        "system": f"{platform.system()} {platform.machine()}, {processors()} cores to use",
         "threads": "1 in every program", "Python": platform.python_version(),
     }  # fmt: skip
     for package in ("numpy", "scipy", "scikit-fem", "ngsolve"):
@@ -204,3 +167,69 @@ def _machine() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             machine[package] = "not installed"
     return machine
+
+
+def preface(measurements: Mapping[str, Any]) -> Content:
+    """Return the beginning of the page: how the numbers were made, and on which machine."""
+    quick = " --quick" if measurements["quick"] else ""
+    return [
+        f"Made by `validate bench{quick}` on the default sink at 1 V. Each entry runs in processes of its own, in "
+        "turns with the others. A time is the median, in seconds of processor time of one thread. A process repeats "
+        "its solve for a second, with emptied caches; the first one warms up.",
+        (("", ""), [*measurements["machine"].items()]),
+    ]  # fmt: skip
+
+
+def _work(part: Mapping[str, Any]) -> Content:
+    doubt = part["uncertainty"]
+    checked = "not checked by another program" if doubt is None else f"{doubt:.1e} off {part['checked_by']}"
+    rows = part["rows"]
+    tools = [tool for tool in TOOLS if any(row["tool"] == tool for row in rows)]
+    times = []
+    for target in TARGETS:
+        best = (fastest(rows, tool, target) for tool in tools)
+        times.append([f"{target * 100:g} %", *("-" if seconds is None else f"{seconds:.3g}" for seconds in best)])
+    return [
+        "Seconds of the fastest entry whose error is at most:",
+        (("error", *tools), times),
+        "Error: the largest of the rises of peak, end and mean and of the current, over time at octaves from 10 us on, "
+        f"relative to the last value. Reference: {part['made_by']}, {checked}.",
+        (("entry", "unknowns", "error", "error bound", "time, s", "range, s"), [*map(_entry, rows)]),
+        ABOUT,
+    ]
+
+
+def _entry(row: Mapping[str, Any]) -> list[str]:
+    """The name of an entry, then its numbers or the failure."""
+    name = f"{row['tool']}: {row['label']}"
+    if row["failure"]:
+        return [name, row["failure"]]
+    bound = f"{row['bound']:.1e}" if row.get("bound") else ""
+    times = f"{row['median_s']:.3g}", f"{row['fastest_s']:.3g} to {row['slowest_s']:.3g}"
+    return [name, str(row["unknowns"]), f"{row['error']:.1e}", bound, *times]
+
+
+def _skips(part: Sequence[Mapping[str, Any]]) -> Content:
+    rows = [(r["name"], f"{r['first_s']:.3g}", f"{r['second_s']:.3g}", f"{1 / r['ratio']:.2f}") for r in part]
+    return ["Whole commands from cold, on the wall, in turns.", (("skipped", "with, s", "without, s", "ratio"), rows)]
+
+
+def _start_up(part: Sequence[Mapping[str, Any]]) -> Content:
+    rows = [(r["name"], f"{r['ratio']:.2f}", f"{r['least']:.2f} to {r['most']:.2f}") for r in part]
+    return [
+        "Wall-clock time over that of `import skfem`, each pair of processes one after the other.",
+        (("", "ratio", "range"), rows),
+    ]
+
+
+SECTIONS: dict[str, tuple[str, Callable[[Any], Content]]] = {
+    "transient": ("The whole transient of the sink", _work),
+    "steady": ("The sink's steady state", _work),
+    "skips": ("What each skip of the plan saves", _skips),
+    "start-up": ("Start-up", _start_up),
+}
+
+
+def sections_of(measurements: Mapping[str, Any]) -> dict[str, tuple[str, Content]]:
+    """Return the title and the content of each part that was measured."""
+    return {name: (title, make(measurements[name])) for name, (title, make) in SECTIONS.items() if name in measurements}

@@ -10,10 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.random_boxes import AT_PLUS, ROOM, Drawn, changed
+from benchmarks.random_scenes import AT_PLUS, ROOM, Drawn, changed
+from fem3d.runs.compact import compact, instants
 from fem3d.runs.scene import solve
+from scenes.errors import NumericsError, SceneError
 from scenes.model import Material, Point, Probe
 from scenes.result import Result
+from statespace.runtime import CompactModel
 
 KINDS = {"into plus": "current", "into minus": "current", AT_PLUS: "potential"}  # of readings that are no heat flow
 Test = Callable[[Drawn, Result], float]
@@ -21,6 +24,7 @@ Test = Callable[[Drawn, Result], float]
 ROUNDING = 1e-7  # of the largest value of a kind: rounding errors of badly conditioned scenes
 BALANCE = 1e-6  # of all heat that passes: the largest heat that may be missing
 SAME = 1e-6  # of the end time: rows closer than this are before and after a jump
+MODEL = 3e-2  # accuracy of a compact model
 OVER_TIME = 10.0  # times the accuracy: imbalance of a transient, which the solver doesn't control
 
 
@@ -133,6 +137,26 @@ def reciprocal(drawn: Drawn, _: Result) -> float:
     return abs(one.value - two.value) / (one.error + two.error + ROUNDING * abs(one.value - ROOM) + 1e-12 * ROOM)
 
 
+def reduced(drawn: Drawn, result: Result) -> float:
+    """The scene's compact model is within its error bounds; some scenes have none of its accuracy."""
+    scene = drawn.scene
+    try:
+        document = compact(replace(scene, accuracy=MODEL), None, MODEL)
+    except (NumericsError, SceneError):
+        return 0.0
+    model, (bounds, *_) = CompactModel(document), document["error"].values()
+    if scene.steady:
+        stated = {name: bounds["steady"][name]["error"] + e.error for name, e in result.steady.items()}
+        return max(abs(value - result.steady[name].value) / stated[name] for name, value in model.steady().items())
+    traces = result.over_time
+    at = instants(scene, traces.time)
+    return max(
+        float(np.abs(values - traces.values[name][at]).max())
+        / (bounds["over time"][name]["error"] + traces.errors[name])
+        for name, values in model.simulate(traces.time[at]).items()
+    )
+
+
 def compared(drawn: Drawn, result: Result, times: float) -> tuple[float, float]:
     """Return the violation of the error bounds by a solution that is so many times finer, and the smallest error bound
     over true error of a reading; infinite where all are off by rounding alone."""
@@ -160,9 +184,10 @@ ALWAYS: dict[str, Test] = {
     "energy closes": energy, **NEVER_COLDER, "means within extremes": ordered, "field away from the probes": undershoot,
 }  # fmt: skip
 OVER_TIME_ALWAYS: dict[str, Test] = {"energy closes over time": energy}
+OVER_TIME_IN_TURN: dict[str, Test] = {"mirrored and turned": mirrored, "compact model": reduced}
 IN_TURN: dict[str, Test] = {
-    "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
-    "scales with V^2": squared, "reciprocity of power": reciprocal,
+    **OVER_TIME_IN_TURN, "another unit of length": rescaled, "voltages swapped": swapped, "scales with V^2": squared,
+    "reciprocity of power": reciprocal,
 }  # fmt: skip
 
 

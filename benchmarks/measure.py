@@ -1,4 +1,4 @@
-"""Run time and memory of entries, each in processes of its own and in turns, so that other work on the machine falls on
+"""Run time of entries, each in processes of its own and in turns, so that other work on the machine falls on
 all alike.
 
 The first of several solves of a process warms up and does not count. Times are of the processor, in seconds.
@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import gc
 import statistics
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import _lru_cache_wrapper
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from compare.worker import Worker
@@ -43,7 +41,7 @@ def once(entry: Entry, patience: float = 0.0) -> dict[str, Any]:
     """Return the numbers and times of one process; raise EntryError where it failed or took too long."""
     name = f"{entry.tool} ({entry.label})"
     try:
-        return Worker(name, quiet=True).run(TIME_LIMIT, work, entry, time.time(), patience)
+        return Worker(name, quiet=True).run(TIME_LIMIT, work, entry, patience)
     except SceneError as error:
         raise EntryError(str(error)) from None
     except Exception as error:
@@ -72,16 +70,13 @@ def _summary(measurements: list[dict[str, Any]]) -> dict[str, Any]:
     seconds = [s for one in measurements for s in one["seconds"]]
     return measurements[-1] | {
         "median_s": statistics.median(seconds), "fastest_s": min(seconds), "slowest_s": max(seconds),
-        "solves": len(seconds), "start_up_s": statistics.median(one["start_up_s"] for one in measurements),
-        "peak_MB": max(one["peak_MB"] for one in measurements),
+        "solves": len(seconds),
     }  # fmt: skip
 
 
-def work(entry: Entry, launched: float, patience: float) -> dict[str, Any]:
-    """Run an entry in this process, which was launched at a time (s); repeat the solve for a ``patience`` (s)."""
-    module = import_module(f"benchmarks.{entry.module}")
-    start_up = time.time() - launched
-    solve, read = module.prepare(entry.options)
+def work(entry: Entry, patience: float) -> dict[str, Any]:
+    """Run an entry in this process; repeat the solve for a ``patience`` (s)."""
+    solve, read = import_module(f"benchmarks.{entry.module}").prepare(entry.options)
     end = time.perf_counter() + patience
     seconds: list[float] = []
     while len(seconds) <= MOST and (not seconds or time.perf_counter() < end):
@@ -89,25 +84,10 @@ def work(entry: Entry, launched: float, patience: float) -> dict[str, Any]:
         started = time.process_time()
         answer = solve()
         seconds.append(time.process_time() - started)
-    return {"start_up_s": start_up, "seconds": seconds[1:] or seconds, "peak_MB": peak_memory(), **read(answer)}
+    return {"seconds": seconds[1:] or seconds, **read(answer)}
 
 
 def _forget() -> None:
     """Empty all caches: a repeated solve must not find the results of an earlier one."""
     for cache in [item for item in gc.get_objects() if isinstance(item, _lru_cache_wrapper)]:
         cache.cache_clear()
-
-
-def peak_memory() -> float:
-    """Return the largest resident size of this process so far (MB).
-
-    Linux counts the memory of the parent in ru_maxrss, but not in VmHWM.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        line = next(line for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM"))
-        return int(line.split()[1]) / 1024
-    import resource
-
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)

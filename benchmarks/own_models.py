@@ -1,9 +1,8 @@
-"""This toolkit's models as their users call them: the sink in 3D, its reductions, and the whole sensor in 1D."""
+"""This toolkit's models of the sink as their users call them: in 3D, and its reductions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,9 @@ from scenes.loading import load
 from scenes.result import Result
 from scenes.sink import Sink
 
-Prepared = tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]
 
-
-def prepare(options: dict[str, Any]) -> Prepared:
+def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
     """Return the timed part of a model and the reading of its numbers."""
-    if options["model"] == "device":
-        return _device(options)
     sink = load("sink", [f"accuracy={options['accuracy']}"] if "accuracy" in options else [])
     name, transient = options["model"], options["transient"]
     if name == "3d":
@@ -46,19 +41,3 @@ def _read(sink: Sink, result: Result) -> dict[str, Any]:
     size = result.details.get("unknowns", result.details.get("states"))
     bound = max(bounds[q] / abs(steady[q]) for q in QUANTITIES)
     return {"values": values, "unknowns": size, "bound": bound}
-
-
-def _device(options: dict[str, Any]) -> Prepared:
-    """The device to an ``end_time``, by the accurate scheme at an ``accuracy`` or by the paper's ``scheme``."""
-    from reduced1d.device.schemes import PaperScheme, paper_traces, solve_accurate
-    from scenes.keys import DEVICE
-
-    device = replace(load("device", [], scene_type=DEVICE), end_time=options["end_time"])
-
-    def solve() -> np.ndarray:
-        if "scheme" in options:
-            return np.asarray(paper_traces(device, PaperScheme(*options["scheme"]))[0][:, :2].T)
-        traces = solve_accurate(replace(device, accuracy=options["accuracy"]))
-        return np.array([traces.sink_K, traces.sensor_K]) - device.sink.room_temperature
-
-    return solve, lambda rises: {"values": (rises / device.set_rise).tolist()}

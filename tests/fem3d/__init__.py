@@ -1,12 +1,15 @@
 """Tests of the 3D model: meshes and scenes that several of them solve."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.random_scenes import Drawn
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.heat import HeatProblem
@@ -19,6 +22,7 @@ from fem3d.spaces.domain import boxes
 from meshes import symmetry
 from meshes.grid import Grid, scene_planes
 from meshes.symmetry import Flow, Symmetry
+from scenes.free import from_dict
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import SILICON, Sink
 
@@ -93,6 +97,12 @@ def bar_grid(scene: Scene, intervals: int, degree: int) -> Grid:
     planes = np.array(scene_planes(scene, 1))
     y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in pairwise(planes)])
     return grid_of(scene, ([0.0, BAR[0]], np.append(y, planes[-1]), [0.0, BAR[2]]), degree)
+
+
+def drawn(name: str) -> Drawn:
+    """A random scene that was hard for an earlier release, of ``drawn.json``, by its kind and seed."""
+    documents = json.loads(Path(__file__).with_name("drawn.json").read_text(encoding="utf-8"))
+    return Drawn(0, from_dict(documents[name]))
 
 
 def off(found: Any, expected: Any) -> float:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from benchmarks import invariants
-from benchmarks.random_boxes import draw
 from fem3d.adaptivity import goal_errors, nested
 from fem3d.adaptivity.cell_mesh import corrected
 from fem3d.adaptivity.estimator import Estimator
@@ -26,7 +25,7 @@ from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.result import Estimate
 from scenes.sink import Sink
-from tests.fem3d import bar, bar_grid, end, silicon, whole
+from tests.fem3d import bar, bar_grid, drawn, end, silicon, whole
 
 SINKS = {
     "paper": Sink(),
@@ -107,18 +106,17 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
 @pytest.mark.parametrize("seed", [1349, 425])
 def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(seed):
     """An edge of exponent 1/3 in a film thinner than the cells beside it; one of 1/2 in half of a scene."""
-    drawn = draw(seed)
-    found = invariants.solve(drawn.scene)
-    assert 0.01 < invariants.compared(drawn, found, 10.0)[0] < 0.8
+    hard = drawn(f"boxes {seed}")
+    found = invariants.solve(hard.scene)
+    assert 0.01 < invariants.compared(hard, found, 10.0)[0] < 0.8
     less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
-    assert invariants.compared(drawn, less, 10.0)[0] > 1
+    assert invariants.compared(hard, less, 10.0)[0] > 1
 
 
 @pytest.mark.long
 def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
     """A slab that follows its cold face within a hundredth of the earliest time of interest."""
-    drawn = draw(238)
-    found = invariants.solve(drawn.scene)
+    found = invariants.solve(drawn("boxes 238").scene)
     assert len(found.over_time.jumps) == 1
     assert 0 < found.details["energy_imbalance"] < 1e-3
 
@@ -128,11 +126,11 @@ def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
 def test_traces_hold_where_heat_passes_by_a_singular_edge_and_where_they_are_asked_for_soon_after_a_jump(seed):
     """Two good conductors meet at an edge among poor conductors: a step from rest shows a third of the change by a
     degree. A flux jumps just before an output time, at a thirteenth of the first one."""
-    drawn = draw(seed)
-    found = invariants.solve(drawn.scene)
-    assert 0.1 < invariants.compared(drawn, found, 10.0)[0] < 0.9
+    hard = drawn(f"boxes {seed}")
+    found = invariants.solve(hard.scene)
+    assert 0.1 < invariants.compared(hard, found, 10.0)[0] < 0.9
     less = replace(found.over_time, errors={name: error / 5 for name, error in found.traces.errors.items()})
-    assert invariants.compared(drawn, replace(found, traces=less), 10.0)[0] > 1
+    assert invariants.compared(hard, replace(found, traces=less), 10.0)[0] > 1
 
 
 SIDE, LENGTH = 2e-6, 1e-4

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import random_plates
 from fem3d.adaptivity.adapt import Search
 from fem3d.runs import scene as runs
 from scenes.free import check
 from scenes.model import Boundary, Box, Material, Probe, Scene
+from tests.fem3d import drawn
 
 WIDTH, ARM = 1e-5, 4  # m; in widths
 EXACT = 1.0 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)  # of an L one thick and a conductor of its width, of 1 V
@@ -112,5 +112,5 @@ def test_meander_among_pads_reaches_accuracy(pads, accuracy, most):
 @pytest.mark.long
 def test_errors_hold_on_long_thin_film():
     """A plate of 1 um among pads, 370 um wide; 131,000 unknowns know its mean to 0.14 K."""
-    mean = runs.solve(random_plates.draw(634).scene).steady["mean of the plate"]
+    mean = runs.solve(drawn("plates 634").scene).steady["mean of the plate"]
     assert abs(mean.value - 503.545) < mean.error

@@ -1,6 +1,6 @@
-"""Run time against error on the default sink and device: this toolkit's whole runs, the 1D reductions,
-scikit-fem and, where installed, NGSolve; growth with the unknowns; the time that each skip of the plan
-saves; start-up. Takes half an hour; --quick a minute.
+"""Run time against error on the default sink: this toolkit's whole runs, the 1D reductions, scikit-fem
+and, where installed, NGSolve; the time that each skip of the plan saves; start-up. Takes half an hour;
+--quick a minute.
 
 examples:
   validate bench --quick
@@ -22,7 +22,7 @@ from validate.cli import common
 from validate.cli.terminal import FINE, progress, show, style
 
 if TYPE_CHECKING:
-    from benchmarks.page import Part
+    from benchmarks import bench
     from compare.report.table import Table
 
 ROUNDS, QUICK_ROUNDS = 3, 1  # Defaults of --rounds, without and with --quick.
@@ -30,7 +30,7 @@ FOLDER = Path("results/bench")  # Where plots go if no page is written.
 
 
 OPTIONS = {
-    "--part {transient,steady,device,growth,skips,start-up} ...": "this part only, as often as needed",
+    "--part {transient,steady,skips,start-up} ...": "this part only, as often as needed",
     "--start-up": "the same as --part start-up: cold starts against a bare import",
     "--quick": "fewer and coarser entries, one round: to see that it works",
     "--rounds N": f"how often each entry is started (default {ROUNDS}, with --quick {QUICK_ROUNDS})",
@@ -48,8 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     for file in files:
         if not file.parent.is_dir():
             raise SceneError(f'"{file}" can\'t be written: there is no folder "{file.parent}"')
-    from benchmarks import page
-    from benchmarks.bench import PARTS
+    from benchmarks.bench import PARTS, preface, sections_of
     from benchmarks.bench import run as measure
     from compare.report.table import Section
     from validate.report.summary import as_json, write_document
@@ -60,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     with progress() as say:
         measurements = measure(wanted, rounds, arguments.quick, say, earlier)
     folder = FOLDER if page_file is None else page_file.parent / "figures"
-    sections = page.sections(measurements)
+    sections = sections_of(measurements)
     drawn = {part: folder / f"benchmark-{part}.png" for part in ("transient", "steady") if part in measurements}
     for part, path in drawn.items():
         folder.mkdir(parents=True, exist_ok=True)
@@ -68,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     if numbers is not None:
         write_document(numbers, as_json(measurements))
     if page_file is not None:
-        lines = ["# Run time against error", "", *_markdown(page.preface(measurements))]
+        lines = ["# Run time against error", "", *_markdown(preface(measurements))]
         for name, (title, content) in sections.items():
             lines += [f"## {title}", "", *_markdown(content)]
             lines += [f"![{name}](figures/{drawn[name].name})", ""] if name in drawn else []
@@ -81,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     return FINE
 
 
-def _part(part: Part) -> str | Table:
+def _part(part: str | bench.Table) -> str | Table:
     from compare.report.table import Row, Table
 
     if isinstance(part, str):
@@ -91,7 +90,7 @@ def _part(part: Part) -> str | Table:
     return Table(heads, [row if len(row) == len(heads) else Row([row[0]], below=row[1]) for row in rows])
 
 
-def _markdown(parts: list[Part]) -> list[str]:
+def _markdown(parts: bench.Content) -> list[str]:
     shown = [_part(part) for part in parts]
     return [line for part in shown for line in ([part, ""] if isinstance(part, str) else part.markdown())]
 

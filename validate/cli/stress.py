@@ -1,12 +1,12 @@
-"""Test numerical stability and robustness: time steps, thin layers and long beams, contrasts up to 1e8, thermal
-runaway, steps, ramps and square waves, accuracies, explicit coupling, bars of random laws near their
-limit, and random scenes held to invariants. A failure is a row of the table.
+"""Test numerical stability and robustness: thin layers and long beams, contrasts up to 1e8, thermal runaway, a step
+and square waves, bars of random laws near their limit, and random scenes held to invariants. A failure is a row of
+the table.
 
 examples:
   validate stress --quick
   validate stress --scenes 2000 --markdown docs/stress.md
 
-exit status: 0 nothing breaks except as predicted, 1 something does, 2 bad input
+exit status: 0 nothing breaks, 1 something does, 2 bad input
 """
 
 from __future__ import annotations
@@ -25,10 +25,9 @@ OPTIONS = {
 }
 ABOUT = """\
 The table of one run of `validate stress`, which wrote this page. Most rows have the worst of several numbers beside its
-limit. "As predicted" marks methods that are here for comparison only: Crank-Nicolson rings, explicit Euler blows up.
-A finer solution of a random scene is ten times finer, of a plate four times, with laws of the temperature three times;
-its own error bound counts too. Scenes of the *hold-out* have seeds from 1,000,000 on: no constant of the solver is ever
-tuned to them.
+limit. A finer solution of a random scene is ten times finer, of a plate four times, with laws of the temperature three
+times; its own error bound counts too. Scenes of the *hold-out* have seeds from 1,000,000 on: no constant of the solver
+is ever tuned to them.
 """
 
 

@@ -18,7 +18,7 @@ from scipy.special import ellipj, ellipk
 from benchmarks import bars
 from benchmarks.bars import ENDS, LENGTH, MIDDLE, ROOM, SLOW, cold_electrodes
 from benchmarks.extremes import heated_middle
-from benchmarks.random_boxes import face
+from benchmarks.random_scenes import face
 from benchmarks.rows import Row
 from benchmarks.walls import HELD, INVERSION, Layer, step_response
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value

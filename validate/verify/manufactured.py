@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from benchmarks.random_boxes import face
+from benchmarks.random_scenes import face
 from scenes.model import Boundary, Box, Material, Scene
 
 SIZE = (1.0, 0.8, 0.6)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
 from scipy.optimize import brentq
 
-from benchmarks.random_boxes import face
+from benchmarks.random_scenes import face
 from benchmarks.rows import Row
 from benchmarks.walls import Layer
 from reduced1d.equations import plate_resistance
