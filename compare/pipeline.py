@@ -7,7 +7,6 @@ first. A run plans, solves, checks, analyses and answers; nothing is written.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses import ANALYSES, chosen
@@ -123,6 +122,8 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
 def plugin(name: str) -> Callable[..., Any]:
     """Return a function by its name. Raises SceneError where no installed package has it."""
     if name not in PLUGINS:
+        from importlib.metadata import entry_points
+
         found = next(iter(entry_points(group="compare", name=name)), None)
         if found is None:
             raise SceneError(f'no installed package has the function "{name}": pip install this project')

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 from collections.abc import Iterator
@@ -36,6 +35,8 @@ def processors() -> int:
 
 def with_parent() -> None:
     """End this process with its parent, however that ends (on Linux)."""
+    import ctypes
+
     with suppress(OSError, AttributeError):
         set_death_signal, kill = 1, 9
         ctypes.CDLL(None).prctl(set_death_signal, kill)
@@ -94,6 +95,8 @@ def within(seconds: float | None) -> Iterator[None]:
     if seconds is None:
         yield
         return
+    import ctypes
+
     thread, raise_in = ctypes.c_ulong(get_ident()), ctypes.pythonapi.PyThreadState_SetAsyncExc
     lock, over = Lock(), False
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.pipeline import document as document_of
+from validate import __version__
 from validate.folder import SCHEMA
 
 if TYPE_CHECKING:
@@ -41,19 +42,14 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
 
 def provenance() -> dict[str, str]:
     """Return the versions of this program, Python and the libraries in use, and the kind of machine."""
-    versions = {"validate": version(), "python": platform.python_version(), "machine": platform.machine()}
+    versions = {"validate": __version__, "python": platform.python_version(), "machine": platform.machine()}
     loaded = {name: sys.modules[module] for module, name in _LIBRARIES.items() if module in sys.modules}
     return versions | {name: str(getattr(module, "__version__", "unknown")) for name, module in loaded.items()}
 
 
 def version() -> str:
-    """The version of this program, "unknown" where it runs without being installed."""
-    from importlib import metadata
-
-    try:
-        return metadata.version("heated-microstructure-validation")
-    except metadata.PackageNotFoundError:
-        return "unknown"
+    """The version of this program."""
+    return __version__
 
 
 def as_json(value: Any) -> Any:
