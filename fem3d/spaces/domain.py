@@ -297,7 +297,9 @@ class Boxes(Domain):
             return Region(0, np.empty(0, int), point=item.lower, parts=names)
         corners = mesh.t if dimension == 3 else mesh.facets if dimension == 2 else mesh.edges
         low, high = ([grid.breaks[d][grid.at(d, c)] for d, c in enumerate(end)] for end in (item.lower, item.upper))
-        within = ((low - small <= mesh.p.T) & (high + small >= mesh.p.T)).all(axis=1)
+        # Graded intervals beside a plane may be shorter than a rounding error of the scene.
+        off = [self.space.grid.small(d) for d in range(3)] if isinstance(self.space, BrickSpace) else small
+        within = ((np.subtract(low, off) <= mesh.p.T) & (np.add(high, off) >= mesh.p.T)).all(axis=1)
         numbers, signs = np.flatnonzero(within[corners].all(axis=0)), None
         if dimension == 3 and names:
             numbers = numbers[self.parts(names)[numbers]]

@@ -177,3 +177,13 @@ def test_extremes_equal_dense_sampling_within_error(degree, probe):
         assert (sign * (values - sampled) <= 2e-3 * size).all()
         assert (left <= 2e-3 * size).all()
         assert (left >= 0).all()
+
+
+def test_needle_intervals_beside_a_plane_are_not_on_it():
+    """Grading toward an edge makes intervals below a rounding error of the scene; a probe has its plane alone."""
+    box, probe = Box("bar", SILICON, (0, 0, 0), (1e-4, 1e-4, 1e-4)), Probe("p", (0, 0, 0), (1e-4, 1e-4, 0))
+    breaks = np.array([0.0, 5e-14, 1e-12, 1e-4])
+    grid = Grid((breaks, breaks, breaks), (np.ones(3, int),) * 3, (box,))
+    flat = boxes(Scene("bar", (box,), (), (probe,)), grid)
+    assert len(flat.facets(probe)) == 9
+    assert (flat.directions(probe) == -1).all()
