@@ -22,7 +22,7 @@ from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
-from fem3d.solution.steady import ON_PATH, SteadyState
+from fem3d.solution.steady import ON_PATH
 from fem3d.solution.transient import Base
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
@@ -126,8 +126,8 @@ def adapt(
 @dataclass
 class Search:
     """State carried from one level to the next: the limit ``fold`` of the last mesh's runaway, whether a transient ran
-    away, the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a transient without steady state,
-    and the steady state ``near``, the initial guess on the next mesh."""
+    away, and the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a transient without steady
+    state."""
 
     study: Study
     with_steady: bool
@@ -137,7 +137,6 @@ class Search:
     ran_away: bool = False
     slowest: float = np.inf
     generations: int = 0
-    near: SteadyState | None = None
 
     @property
     def enough(self) -> float:
@@ -150,9 +149,7 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                fine = nested.solution(self.study, problems, near=self.near)
-                # A linear problem needs no initial guess, and the state would keep its factors in memory.
-                self.near = fine.state if problems.follows else None
+                fine = nested.solution(self.study, problems)
                 level = mesh.examine(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:

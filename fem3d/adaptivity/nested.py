@@ -208,13 +208,10 @@ class Solution:
     quantities: Quantities
 
 
-def solution(
-    study: Study, given: Problems, level: int = -1, near: SteadyState | None = None, start: np.ndarray | None = None
-) -> Solution:
+def solution(study: Study, given: Problems, level: int = -1, start: np.ndarray | None = None) -> Solution:
     """Solve the steady state in one of the nested spaces, by default the highest.
 
-    Newton's method begins at the fine state, else at ``start`` (functions,), a rise (K), else at a state ``near`` on
-    other bricks.
+    Newton's method begins at the fine state, else at ``start`` (functions,), a rise (K), if given.
     """
     level = range(len(given.heats))[level]
     if level not in given.states:
@@ -225,22 +222,12 @@ def solution(
             if heat.exact is not None:
                 # Use the quadrature of laws of the fine state.
                 conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
-        elif start is None and given.follows:
-            start = _of(near, heat)
         at = None if start is None else heat.take(start)
         thermal = physics.heat(given.domain.scene)
         given.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, at, thermal)
     state = given.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
-
-
-def _of(near: SteadyState | None, heat: HeatProblem) -> np.ndarray | None:
-    """Interpolate the rise (functions,) of a state on other bricks; None without a state or without bricks."""
-    space, before = heat.domain.space, None if near is None else near.heat.domain.space
-    if near is None or not (isinstance(space, BrickSpace) and isinstance(before, BrickSpace)):
-        return None
-    return space.interpolated(before, near.heat.field(near.rise))
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:

@@ -205,20 +205,6 @@ class BrickSpace(Space):
         tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
         return float(max(top.max() for top in tops))
 
-    def interpolated(self, other: BrickSpace, u: np.ndarray) -> np.ndarray:
-        """(functions,): a field u (functions) of another grid of the same scene, which each cell has at its points of
-        Gauss, as far as its functions go."""
-        x = gauss(self.p + 1)[0]
-        places = [(b[:-1, None] + np.diff(b)[:, None] * x).ravel() for b in self.grid.breaks]
-        values = other.sample(u, *places).reshape([n for b in self.grid.breaks for n in (len(b) - 1, len(x))])
-        at_points = values.transpose(0, 2, 4, 1, 3, 5)[tuple(self.ijk)]
-        inverse = np.linalg.inv(line(self.p, x)[0].T)
-        coefficients = np.einsum("cxyz,ix,jy,kz->cijk", at_points, inverse, inverse, inverse, optimize=True)
-        interpolant = np.zeros(self.size)
-        interpolant[self.dofs] = coefficients[:, *modes(self.p).T].T
-        interpolant[self.depth < 0] = 0.0
-        return interpolant
-
 
 def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""

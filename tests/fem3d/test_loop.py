@@ -58,7 +58,7 @@ class Meshes:
 
 @pytest.fixture(autouse=True)
 def _told(monkeypatch):
-    def solution(study: Any, given: Any, near: Any = None) -> SimpleNamespace:
+    def solution(study: Any, given: Any) -> SimpleNamespace:
         if isinstance(given.told, Exception):
             raise given.told
         return SimpleNamespace(state=None)
