@@ -200,7 +200,7 @@ class Validated:
 
 
 class Validation(Analysis[Validated]):
-    name, figure_name = "validation", "validation"
+    name = "validation"
     about = "E = S - D against u_val of ASME V&V 20, of every model"
 
     def asked(self, options: Options) -> bool:
@@ -241,21 +241,6 @@ class Validation(Analysis[Validated]):
             for c in found.courses
         ]
         return {"statements": [statement.document() for statement in found.statements], "points": points}
-
-
-def finding(found: Validated) -> str:
-    """Return a line: where each model is surely furthest off, relative to its own uncertainty."""
-    said = []
-    for model in dict.fromkeys(course.model for course in found.courses):
-        seen = [s for s in found.statements if s.model == model and s.seen]
-        worst = max(seen, key=lambda s: abs(s.E) / s.u_val, default=None)
-        if worst is None:
-            said.append(f"no error of {model} is seen")
-        else:
-            when = f"{'in the' if math.isinf(worst.end) else 'over'} {worst.when()}"
-            said.append(f"{model} is off: {worst.called} {worst.said()} {when}")
-    text = "; ".join(said)
-    return f"{text[0].upper()}{text[1:]}"
 
 
 def validate(

@@ -30,8 +30,6 @@ FIGURES: dict[str, tuple[str, ...]] = {
     "figure6": ("rises against time", "traces"),
     "figure7": ("current against time", "traces"),
 }
-ROW_FIGURE: dict[str, tuple[str, ...]] = {"islands": ("the rise along the whole row", "3D")}
-"""The figure of a sink of several spans in place of figure 5."""
 
 
 class SinkKind(Kind[Sink]):
@@ -195,9 +193,7 @@ class SinkKind(Kind[Sink]):
         return [*solver, *with_, _reduction_step(options), *self.check_steps(scene, options), *blame]
 
     def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
-        if scene.spans == 1:
-            return FIGURES
-        return {name: shown for name, shown in FIGURES.items() if name != "figure5"} | ROW_FIGURE
+        return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
 
     def exported(self, scene: Sink, options: Options) -> AnyScene:
         from scenes.model import Probe

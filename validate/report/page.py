@@ -12,7 +12,6 @@ from typing import Any
 
 from compare.kinds import kind_of
 from compare.kinds.device import DEVICE_FIGURES
-from compare.kinds.sink import ROW_FIGURE
 from compare.outcome import Outcome
 from compare.pipeline import sections
 from compare.quantities import OF_A_DEVICE as DEVICE
@@ -32,9 +31,7 @@ _CAPTIONS = {
     "figure6": "Rises against time in both models.",
     "figure_traces": "Every probe against time.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
-    "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
     "figure7": "The current against time in both models.",
-    **{name: shows for name, (shows, *_) in ROW_FIGURE.items()},
     **DEVICE_FIGURES,
 }
 _NAMED = SINK | DEVICE

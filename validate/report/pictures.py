@@ -21,10 +21,9 @@ FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
 """By kind of scene the figure of its 3D field, rendered off screen."""
 FIGURES = {
     "figure5": "sink_figures.profile", "figure6": "scene_figures.rises", "figure7": "scene_figures.current",
-    "islands": "sink_figures.row",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
     "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
-    "figure_traces": "scene_figures.traces", "why": "analysis_figures.why", "validation": "analysis_figures.validation",
+    "figure_traces": "scene_figures.traces", "why": "sink_figures.why",
 }  # fmt: skip
 """By file name the function in `validate.report.figures` that draws it."""
 

@@ -9,10 +9,9 @@ import pytest
 
 from compare import quantities
 from compare.against import Data
-from compare.analyses.against import Statement, Validation, finding, validate
+from compare.analyses.against import Statement, Validation, validate
 from compare.data.read import read_uncertainty
 from compare.fitting import Fit, Modelled, fit_scene, keys_of
-from compare.options import Options
 from compare.outcome import Outcome
 from compare.slopes import sink_1d
 from reduced1d.ladder import solve
@@ -106,30 +105,6 @@ def test_how_data_uncertainty_is_given():
 def test_refused(given):
     with pytest.raises(SceneError, match="data-uncertainty"):
         read_uncertainty(quantities.of(Sink()), measured(Sink(), 0.1), [given])
-
-
-def test_the_figure():
-    """The result is its title; every row of the data is there; a current is in mA, and its differences in uA."""
-    from validate.report.figures import analysis_figures
-    from validate.report.figures.drawing import kept
-
-    sink = Sink()
-    data = known(measured(sink, 0.1), "0.1K")
-    current = model(sink).over_time.values["current_A"] + 2e-6
-    data = replace(
-        data, values=data.values | {"current_A": current}, u={**data.u, "current_A": np.full(len(TIMES), 1e-7)}
-    )
-    made = validate(sink, data, {"1D": (model(sink), None)}, None)
-    outcome = Outcome(sink, Options(against=data), analyses={"validation": made})
-    figure = analysis_figures.validation(outcome)
-    labels = [axes.get_ylabel() for axes in figure.axes]
-    mu = "\N{MICRO SIGN}"
-    assert labels[:3] == ["peak rise (K)", "end rise (K)", "current (mA)"]
-    assert labels[5] == f"E = S - D ({mu}A)"
-    assert figure.texts[0].get_text() == kept(finding(made))
-    assert finding(made).startswith("1D is off: current -2.")
-    assert any(len(line.get_xdata()) == len(TIMES) and line.get_label() == "data" for line in figure.axes[0].lines)
-    assert "60\N{NO-BREAK SPACE}rows" in figure.texts[1].get_text()
 
 
 def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:

@@ -1,6 +1,9 @@
-"""Figure 5: the steady rise along the beam; of a sink of several spans the rise along the whole row."""
+"""Figures of a sink: the steady rise along the beam (Figure 5), and the budget of the differences."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,9 +14,12 @@ from compare.sink_checks import profile as sampled
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola
 from scenes.formats import quantity, sink_text
-from scenes.sink import Sink, start
-from validate.report.figures import INK, LINES
-from validate.report.figures.drawing import band, legend, new_figure
+from scenes.sink import Sink
+from validate.report.figures import INK, LINES, PARTS
+from validate.report.figures.drawing import band, legend, logarithmic, new_figure
+
+if TYPE_CHECKING:
+    from compare.blame import Budget
 
 
 def profile(outcome: Outcome[Sink]) -> Figure:
@@ -47,25 +53,49 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     return figure
 
 
-def row(outcome: Outcome[Sink]) -> Figure:
-    """The steady rise along the row in 3D, with the islands shaded, and the peak of each span in 1D."""
-    sink, reduced1d = outcome.scene, outcome.reduced1d
-    checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
-    text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
-    figure = new_figure(9.5, 4.6, text, checks, bottom=0.95, left=0.95)
-    ax = figure.subplots()
-    y, rise = (outcome.solved.details["profile"][key] for key in ("y_m", "rise_K"))
-    ax.plot(y * 1e6, rise, color=INK, lw=min(1.8, 30 / sink.spans), label="3D, along the axis")
-    begins = np.array([start(sink, n) for n in range(1, sink.spans + 1)])
-    for first in begins[1:].tolist():
-        ax.axvspan((first - sink.island) * 1e6, first * 1e6, color="#cccccc", lw=0)
-    peaks = [f"span{min(n, sink.spans + 1 - n)}_peak_rise_K" for n in range(1, sink.spans + 1)]
-    # A user's own model may have numbers of some spans alone.
-    if reduced1d is not None and reduced1d.steady.keys() >= set(peaks):
-        name = f"{'1D' if reduced1d.model in PAPERS else reduced1d.model}, peak of each span"
-        middles, values = (begins + sink.length / 2) * 1e6, [reduced1d.steady[peak].value for peak in peaks]
-        ax.plot(middles, values, "o", ms=4, color=LINES["end_K"], label=name)
-    ax.set(xlim=(0.0, sink.row_length * 1e6), xlabel="place along the row y (µm); islands shaded")
-    ax.set(ylabel="rise above room (K)", ylim=(0.0, None))
-    legend(figure, ax)
+def why(outcome: Outcome[Any]) -> Figure | None:
+    """A panel for each quantity: the part of each assumption in reduction less 3D, stacked away from zero in percent
+    of the final rise (or the current's change), against time and in the steady state, there with the numerical error.
+    The black line is the whole difference. None for scenes other than a sink."""
+    if outcome.scene.kind != "sink":
+        return None
+    from compare.analyses.why import named
+
+    budget: Budget = outcome.analyses["why"]
+    text = f"Why {named(budget.start)} differs from 3D, {sink_text(outcome.scene)}"
+    said = f"{budget.sentence[0].upper()}{budget.sentence[1:]}."
+    figure = new_figure(11.0, 4.9, text, [said], bottom=1.3, left=1.1)
+    ratios = [1.0] if budget.times is None else [4.0, 0.8]
+    space = {"width_ratios": ratios * len(budget.steady), "wspace": 0.4}
+    axes = figure.subplots(1, len(ratios) * len(budget.steady), squeeze=False, gridspec_kw=space)
+    axes = axes.reshape(len(budget.steady), -1)
+    for split, pair in zip(budget.steady, axes, strict=True):
+        pair[0].set_title(split.quantity, fontsize=10)
+        if not split.scale:
+            continue
+        parts = np.array([[part.value] * 2 for part in split.parts])
+        _stacked(pair[-1], np.array([-0.4, 0.4]), parts / split.scale, [part.blame for part in split.parts])
+        total, error = 100 * split.total / split.scale, 100 * split.error / abs(split.scale)
+        pair[-1].errorbar(0, total, error, fmt="D", color=INK, ms=4, capsize=3, label="in all, with its error")
+        pair[-1].set_xticks([0], ["steady"])
+        if budget.times is not None:
+            _stacked(pair[0], budget.times * 1e3, budget.over_time[split.quantity] / split.scale)
+            logarithmic(pair[0], "x")
+            pair[0].set(xlim=1e3 * budget.times[[0, -1]], xlabel="time (ms)")
+    axes[0, 0].set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {budget.steady[-1].whole})")
+    legend(figure, axes[0, len(ratios) - 1], columns=4, fontsize=9)
     return figure
+
+
+def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray, names: Sequence[str] = ()) -> None:
+    """Parts (n, places) of 1 in percent as areas on either side of zero, and their sum."""
+    ends = np.zeros((2, len(x)))
+    for n, part in enumerate(100 * parts):
+        more = np.array([np.maximum(part, 0.0), np.minimum(part, 0.0)])
+        for start, size in zip(ends, more, strict=True):
+            ax.fill_between(x, start, start + size, color=PARTS[n % len(PARTS)], lw=0)
+        ends = ends + more
+    for n, name in enumerate(names):
+        ax.fill_between([], [], color=PARTS[n % len(PARTS)], label=name)
+    ax.plot(x, 100 * parts.sum(axis=0), color=INK, lw=1.4)
+    ax.axhline(0.0, color=INK, lw=0.8)
