@@ -33,8 +33,6 @@ PREFIX = "slope_"
 MODELS = ("fem3d", "reduced1d")
 MOST = 3
 """Probes of a free scene whose sensitivities a terminal shows."""
-LEAST = 5e-5
-"""Smaller slopes are shown as zero."""
 NONE = 1e-6
 """Smaller slopes count as zero."""
 
@@ -57,14 +55,15 @@ class Sensitivity(Analysis[AllSlopes]):
 
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
-        shown, names, both = shown_words(outcome, style.page), words(outcome), set(MODELS) <= found.keys()
+        names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
+        shown = {name: names[name] for name in (few or list(names)[:MOST]) if name in names and not style.page} or names
         judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
         rows = []
         for key in followed_keys(outcome.scene, found, shown):
             cells = [short_key(key), *(_cell(found, key, name, style, both) for name in shown)]
             rows.append(Row(cells, judged[key].verdict if key in judged else ""))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else stacked(word) for word in shown.values()]
-        said, still = [], [short_key(key) for key in _keys(found) if _size(found, key, names) < LEAST]
+        said = []
         if style.page:
             steady = next(iter(found.values())).steady
             whole = "the steady state" if steady else "the largest value of each quantity"
@@ -80,8 +79,6 @@ class Sensitivity(Analysis[AllSlopes]):
             said.append(f"1D follows {count} as 3D does, within {within} of the largest.")
             if open_ := verdicts["unresolved"]:
                 said[-1] += f" {mark}: {open_} are open within the slopes' errors; a smaller --accuracy decides."
-        if style.page and still:
-            said.append(f"No quantity follows {', '.join(still)}.")
         return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
 
     def document(self, found: AllSlopes, outcome: Outcome[Any]) -> dict[str, Any]:
@@ -101,13 +98,6 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
     known = set().union(*(slopes.sizes for slopes in outcome.slopes.values()))
     quantities = kind_of(outcome.scene).quantities(outcome.scene)
     return {name: word for name, (word, _) in quantities.items() if name in known}
-
-
-def shown_words(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
-    """Return the quantities for a terminal or a figure, or with ``full`` all."""
-    names = words(outcome)
-    chosen = kind_of(outcome.scene).shown or list(names)[:MOST]
-    return names if full else {name: names[name] for name in chosen if name in names}
 
 
 def followed_keys(scene: Any, slopes: Mapping[str, Slopes], names: Iterable[str]) -> list[str]:

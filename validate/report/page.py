@@ -12,6 +12,7 @@ from typing import Any
 
 from compare.kinds import kind_of
 from compare.kinds.device import DEVICE_FIGURES
+from compare.kinds.sink import FIGURES
 from compare.outcome import Outcome
 from compare.pipeline import sections
 from compare.quantities import OF_A_DEVICE as DEVICE
@@ -26,14 +27,9 @@ _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
 _PICTURES = ("figure4", "figure_field")
 """Figures that are a picture of the field."""
-_CAPTIONS = {
-    "figure5": "The steady rise along the beam in both models.",
-    "figure6": "Rises against time in both models.",
-    "figure_traces": "Every probe against time.",
-    "why": "What each assumption of the 1D model adds to its difference from 3D.",
-    "figure7": "The current against time in both models.",
-    **DEVICE_FIGURES,
-}
+_CAPTIONS = {name: shows for name, (shows, *_) in FIGURES.items()} | DEVICE_FIGURES | {
+    "figure_traces": "every probe against time", "why": "what each assumption adds to the difference from 3D",
+}  # fmt: skip
 _NAMED = SINK | DEVICE
 _UNITS = {
     "_K_per_W": "K/W", "_W_per_m2": "W/m2", "_A_per_m2": "A/m2", "_K": "K", "_A": "A", "_W": "W", "_V": "V", "_s": "s",
@@ -111,7 +107,8 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
 
     images, names = [], {Path(file).stem for file in document.get("files", ()) if file.endswith(".svg")}
     for name in sorted(names - set(_PICTURES), key=order):
-        caption = text(captions.get(name, f"Figure {name.removeprefix('figure')}."))
+        caption = captions.get(name, f"figure {name.removeprefix('figure')}")
+        caption = text(f"{caption[0].upper()}{caption[1:]}{'.' * (not caption.endswith('.'))}")
         image = _embedded(folder / f"{name}.svg", caption)
         images.append(f'<figure><div class="wide">{image}</div><figcaption>{caption}</figcaption></figure>')
     return section("Figures", *images)
