@@ -136,25 +136,19 @@ class Inputs:
         knots = np.unique(np.concatenate([np.empty(0), *(knots for knots, _ in self._points)]))
         return knots[(knots > 0.0) & (knots < end)]
 
-    def piece(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """(channels,) twice: the values at a time (after a jump there) and their rates (1/s) up to the next knot."""
-        return self.at(np.array([time]))[0], self.rates(np.array([time]))[0]
+    def at(self, times: np.ndarray | float, side: Side = "right") -> np.ndarray:
+        """(..., channels): the values at a time or times, after a jump there, or on its "left"."""
+        values = [_on(*points, times, side)[0] for points in self._points]
+        return np.stack([np.ones(np.shape(times)), *values], axis=-1)
 
-    def jump(self, time: float) -> np.ndarray:
-        """(channels,): by how much the values jump at a time."""
-        return self.jumps(np.array([time]))[0]
-
-    def jumps(self, times: np.ndarray) -> np.ndarray:
-        """(times, channels): by how much the values jump at some times."""
+    def jumps(self, times: np.ndarray | float) -> np.ndarray:
+        """(..., channels): by how much the values jump at a time or times."""
         return self.at(times) - self.at(times, "left")
 
-    def at(self, times: np.ndarray, side: Side = "right") -> np.ndarray:
-        """(times, channels): the values, after a jump there, or on its "left"."""
-        return np.column_stack([np.ones(len(times)), *(_on(*points, times, side)[0] for points in self._points)])
-
-    def rates(self, times: np.ndarray) -> np.ndarray:
-        """(times, channels): the rates (1/s), after a bend there."""
-        return np.column_stack([np.zeros(len(times)), *(_on(*points, times)[1] for points in self._points)])
+    def rates(self, times: np.ndarray | float) -> np.ndarray:
+        """(..., channels): the rates (1/s), after a bend there."""
+        rates = [_on(*points, times)[1] for points in self._points]
+        return np.stack([np.zeros(np.shape(times)), *rates], axis=-1)
 
     @cached_property
     def _points(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -175,10 +169,10 @@ def value(given: Value, times: np.ndarray) -> np.ndarray:
 
 
 def _on(
-    knots: np.ndarray, values: np.ndarray, times: np.ndarray, side: Side = "right"
+    knots: np.ndarray, values: np.ndarray, times: np.ndarray | float, side: Side = "right"
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(times,) twice: the values of a schedule at some times, and its rates (1/s); at a knot the limits from the
-    right or left ``side``."""
+    """The values of a schedule at a time or times, and its rates (1/s); at a knot the limits from the right or left
+    ``side``."""
     after = np.searchsorted(knots, times, side=side)
     inside = (after > 0) & (after < len(knots))
     low, high = np.maximum(after - 1, 0), np.minimum(after, len(knots) - 1)

@@ -140,12 +140,11 @@ def state_space(modal: Modal, device: Device) -> StateSpace:
     given, n, ground = 1 + len(INPUTS), modal.count, device.control.ground_resistance
     inlets, columns = (modal.outside, modal.substrate), (given - 2, given - 1)
     constant, pairs = np.eye(given + n)[0], np.eye(3)[[0, 2]]
-    rises = np.zeros((modal.responses, given + n))
-    rises[:, given:] = modal.shape
-    F, Q, jump = np.zeros((n, given + n)), np.zeros((3, n, given + n)), np.zeros((n, given))
-    F[:, given:] = -np.diag(modal.rates)
-    for column, inlet in zip(columns, inlets, strict=True):
-        rises[:, column], jump[:, column] = inlet.external, inlet.jump
+    # Both temperatures as rises above room.
+    warm = np.array([np.eye(given)[at] - device.sink.room_temperature * np.eye(given)[0] for at in columns])
+    F, Q = np.hstack([np.zeros((n, given)), -np.diag(modal.rates)]), np.zeros((3, n, given + n))
+    rises = np.hstack([np.column_stack([inlet.external for inlet in inlets]) @ warm, modal.shape])
+    jump = np.column_stack([inlet.jump for inlet in inlets]) @ warm
     # A film's resistance, and the heat of each response per current squared, which is affine like it.
     cold, change = modal.resistance[modal.film][:, None], modal.coefficient[modal.film][:, None]
     heats = cold * change * rises
@@ -160,13 +159,13 @@ def state_space(modal: Modal, device: Device) -> StateSpace:
 
     def entering(inlet: Inlet) -> Row:
         """The heat (W) that enters where a temperature is given."""
-        y, w = np.zeros(given + n), np.zeros(len(INPUTS))
-        for column, other in zip(columns, inlets, strict=True):
+        y, w = np.zeros(given + n), np.zeros(given)
+        for rise, other in zip(warm, inlets, strict=True):
             # The heat that a kelvin of one draws at the other is the same both ways.
-            y[column] = inlet.taken if other is inlet else -float(modal.substrate.flux[0])
-            w[column - 1] = inlet.jump @ other.jump
+            y[:given] += rise * (inlet.taken if other is inlet else -float(modal.substrate.flux[0]))
+            w += rise * (inlet.jump @ other.jump)
         of_films = zip(modal.film, inlet.external[:, None] * heats, strict=True)
-        return Row(y, w, inlet.jump, p=-sum(np.outer(pairs[film], heat) for film, heat in of_films))
+        return Row(y, w[1:], inlet.jump, p=-sum(np.outer(pairs[film], heat) for film, heat in of_films))
 
     current = [Row(u=np.outer(np.eye(2)[e], constant)) for e in (0, 1)]
     rows: dict[str, list[Row]] = {}
@@ -179,8 +178,7 @@ def state_space(modal: Modal, device: Device) -> StateSpace:
     outputs = {name: (rows[name], "mean" if len(rows[name]) == 1 else "measured", u) for name, u in OUTPUTS.items()}
     ports = [*((row, "A", 1.0) for row in current), *((entering(inlet), "W", 1.0) for inlet in inlets)]
     system, kelvin = {"A": A, "S": S, "F": F, "Q": Q, "I": jump}, float(np.abs(modal.shape[:2, 0]).max())
-    space = StateSpace.of_rows(system, outputs, ports, kelvin)
-    return space.in_kelvin(columns, device.sink.room_temperature)
+    return StateSpace.of_rows(system, outputs, ports, kelvin)
 
 
 DEVICE = "the device's model"

@@ -9,10 +9,8 @@ for current fields c, whose pairs p = (i, j) have i <= j. The states are coeffic
 the heat capacity, so that the part of F on the states is symmetric. A step dg of given temperatures takes the heat
 I dg at once. The states of `statespace.runtime` are b = a + I (1, g), so that no input is differentiated there.
 
-The fields are rational Krylov fields (M + s K)^-1 F of all loads F: the steady responses (s = infinity), and shifts s
-between the earliest time and the slowest response, which are added where the residual is large. Their combinations are
-ordered by their effect on the outputs; the reduced model is the smallest leading part that stays within the accuracy of
-every reference run, the error bound of the run included. Source: Ruhe, Linear Algebra Appl. 58, 1984; Antoulas,
+Combinations of the fields are ordered by their effect on the outputs; the reduced model is the smallest leading part
+that stays within the accuracy of every reference run, the error bound of the run included. Source: Antoulas,
 Approximation of Large-Scale Dynamical Systems, 2005, chapter 11.
 """
 
@@ -20,7 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,8 +26,7 @@ from scenes.model import Schedule, Value
 from scenes.result import Result
 from statespace.runtime import CompactModel, Given
 
-FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
-SOONER = 3.0  # the first shift of the Krylov fields is the earliest time over this
+SOONER = 3.0  # the first shift of responses over time is the earliest time over this
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
 Times = tuple[float, float] | None
@@ -124,13 +120,6 @@ class StateSpace:
         m |= {letter: basis.T @ m[letter] for letter in "FQI"}
         return replace(self, matrices=m | {"R": m["R"] @ basis})
 
-    def in_kelvin(self, columns: Sequence[int], room: float) -> StateSpace:
-        """Turn inputs that are rises above ``room`` (K), in some columns of z, into temperatures."""
-        m = {letter: matrix.copy() for letter, matrix in self.matrices.items()}
-        for letter in "ASFQYUPI":
-            m[letter][..., 0] -= room * m[letter][..., columns].sum(axis=-1)
-        return replace(self, matrices=m)
-
     @property
     def thermal(self) -> list[int]:
         """The rows of the outputs in kelvin."""
@@ -205,51 +194,6 @@ class StateSpace:
         weighed = np.linalg.cholesky(np.eye(n) / whole**2 + read.T @ read)
         ordered = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
         return np.linalg.qr(np.linalg.solve(weighed.T, ordered))[0]
-
-
-def krylov_fields(
-    mass: Any, stiffness: Any, solver: Callable[[float], Callable[[np.ndarray], np.ndarray]],
-    loads: Sequence[np.ndarray], times: Times, enough: float,
-) -> np.ndarray:  # fmt: skip
-    """Compute the rational Krylov fields of some loads, orthonormal in the mass matrix.
-
-    Parameters
-    ----------
-    mass, stiffness : (n, n) matrices
-    solver : callable
-        The solver of (M + s K) u = F for a shift s in s, of K u = F for an infinite one.
-    loads : sequence of (n,) arrays
-    enough : float
-        Shifts between the times are added until the residual at any shift is below this part of its load.
-    """
-    if not loads:
-        return np.empty((mass.shape[0], 0))
-    fields = [solver(np.inf)(load) for load in loads]
-    if times is None:
-        return orthonormal(mass, np.column_stack(fields))
-    shifts = np.geomspace(times[0] / SOONER, max(times), FIRST).tolist()
-    missing = shifts
-    while True:
-        for shift in missing:
-            solve = solver(shift)
-            fields += [solve(load) for load in loads]
-        basis = orthonormal(mass, np.column_stack(fields))
-        between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
-        missing = [g for g in between if _residual(mass, stiffness, basis, np.column_stack(loads), g) > enough]
-        if not missing or len(shifts) >= MOST:
-            return basis
-        shifts = sorted([*shifts, *missing])
-
-
-def _residual(mass: Any, stiffness: Any, basis: np.ndarray, loads: np.ndarray, shift: float) -> float:
-    """Estimate the largest relative error of (M + s K) u = F in the fields, in the energy norm. The diagonal of
-    the matrix suffices: the residual is orthogonal to the fields, hence rough."""
-    product = mass @ basis + shift * (stiffness @ basis)
-    weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())
-    tested = basis.T @ loads
-    solution = np.linalg.solve(basis.T @ product, tested)
-    residual = loads - product @ solution
-    return float(np.sqrt(((weight[:, None] * residual**2).sum(axis=0) / (tested * solution).sum(axis=0)).max()))
 
 
 def orthonormal(mass: Any, fields: np.ndarray) -> np.ndarray:

@@ -257,7 +257,7 @@ def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Pot
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
         return Base(heat, None, [], still, loads), []
-    lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
+    lift = heat.inputs.at(0.0) @ heat.lifts
     potentials = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
     patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]

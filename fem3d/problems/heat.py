@@ -259,7 +259,7 @@ class HeatProblem:
     def jumps(self, end: float) -> np.ndarray:
         """Instants (s) inside (0, end) at which a given temperature jumps."""
         held = self.lifts.any(axis=1)
-        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jump(float(t)) * held).any()])
+        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jumps(t) * held).any()])
 
     @cached_property
     def held_fields(self) -> dict[str, np.ndarray]:

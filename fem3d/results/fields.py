@@ -290,9 +290,9 @@ class Fields:
         heat, state = self._heat, self._state
         if time is None:
             assert state is not None
-            rise, inputs = state.rise, heat.inputs.at(np.zeros(1))[0]
+            rise, inputs = state.rise, heat.inputs.at(0.0)
         else:
-            rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(np.array([time]))[0]
+            rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(time)
         number, count = self._numbered[1:3], self._numbered[3]
         kelvins, potential = self._kelvins(rise)[:count], np.full(count, np.nan)
         conductor, electric = self._conductor, None

@@ -39,13 +39,12 @@ from statespace.reduction import Reference, References, StateSpace, Times, compa
 from statespace.runtime import CompactModel
 
 FULL = "the full model"
-TRUTH, SPACE = 0.5, 0.02
-"""Parts of the accuracy: for the runs of the full model, and for the fields."""
+TRUTH, SPACE, ROUGH = 0.5, 0.02, 3.0
+"""Parts of the accuracy: for the runs of the full model and the mesh of the compact one, for the fields, and for the
+mesh where its part is not reached."""
 LONGEST, ALWAYS = 7.0, 50.0
 """Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
 """
-MESH, FINER, TURNS = 3.0, 0.3, 4
-"""Error of the first mesh over the accuracy, factor of the error for each further mesh, and number of meshes."""
 INSTANTS = 60
 """Instants of each run at which a model is compared."""
 # The step of each given temperature is this fraction of the previous step, with opposite sign: equal steps would
@@ -127,27 +126,16 @@ def _compact(
         begun, name = process_time(), next(iter(tried))
         references[name] = _references(tried.pop(name), inputs, truth * accuracy, say, own)
         last = process_time() - begun
-    uncertain = max(run.errors[n] / run.scales[n] for each in references.values() for run in each for n in run.errors)
     steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
-    for turn in range(TURNS):
-        begun = process_time()
-        say(f"compact model: mesh {turn + 1}")
-        try:
-            problem = _problem(scene, inputs, MESH * FINER**turn * accuracy, own)
-        except NumericsError as error:
-            if not turn:
-                raise
-            because = f" ({error})"
-            break
-        rich, times, guessed = _rich(scene, inputs, problem, steps, accuracy)
-        space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
-        reached = worst(compare(_document(scene, inputs, space), references))
-        # No mesh brings a model closer to the full one than its runs are.
-        if reached <= max(accuracy, uncertain / TRUTH) or isinstance(scene, MeshScene):
-            break
-        if process_time() + (process_time() - begun) / FINER > limit:
-            truth = np.inf
-            break
+    say("compact model: mesh and fields")
+    try:
+        # The errors of a model on a mesh file are those of its mesh, which is kept.
+        problem = _problem(scene, inputs, (ROUGH if isinstance(scene, MeshScene) else TRUTH) * accuracy, own)
+    except NumericsError as error:
+        problem, because = _problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
+    rich, times, guessed = _rich(scene, inputs, problem, steps, accuracy)
+    space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
+    reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
     order = space.leading(steps, rest, times)
     made = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references,
@@ -310,7 +298,7 @@ def _rich(
     loads = [*projection.loads_of(base, steps), *base.loads]
     times = None if scene.steady else (earliest, min(slow, end))
     jumps = projection.jumps_of(heat, steps)
-    reduced = base.project(projection.fields(base, [*loads, *jumps], times, SPACE * accuracy))
+    reduced = base.project(projection.krylov_fields(heat, [*loads, *jumps], times, SPACE * accuracy))
     rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
     places = {
         probe.name: np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])

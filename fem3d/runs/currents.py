@@ -157,7 +157,7 @@ def _rows(inputs: Inputs, scene: AnyScene, extremes: bool) -> np.ndarray:
     ``extremes`` of potentials also sign changes."""
     end = scene.end_time
     knots = inputs.knots(end)
-    before = [t - 1e-9 * (t - max([0.0, *(k for k in knots if k < t)])) for t in knots if inputs.jump(float(t)).any()]
+    before = [t - 1e-9 * (t - max([0.0, *(k for k in knots if k < t)])) for t in knots if inputs.jumps(t).any()]
     times = np.unique(np.concatenate([[0.0, end], knots, before, scene.output_times]))
     g = inputs.at(times)[:, 1:].T if extremes else np.empty((0, len(times)))
     crossings = [times[i] + (times[i + 1] - times[i]) * v[i] / (v[i] - v[i + 1])

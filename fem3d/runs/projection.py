@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from fem3d.problems.current import Conductor
-from fem3d.problems.heat import HeatProblem
+from fem3d.problems.heat import HeatProblem, combined
 from fem3d.results.probes import Voltmeter, reading
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
 from scenes.model import UNITS
 from statespace.channels import Channel
-from statespace.reduction import Row, StateSpace, Times, krylov_fields
+from statespace.reduction import SOONER, Row, StateSpace, Times, orthonormal
+
+FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
 
 
 def slowest(heat: HeatProblem) -> float:
@@ -60,15 +63,38 @@ def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarra
     return [load for load in loads if load.any()]
 
 
-def fields(base: Base, loads: list[np.ndarray], times: Times, enough: float) -> np.ndarray:
-    """(free nodes, fields): the rational Krylov fields of some loads (all nodes), as of `krylov_fields`."""
-    heat = base.heat
+def krylov_fields(heat: HeatProblem, loads: list[np.ndarray], times: Times, enough: float) -> np.ndarray:
+    """(free nodes, fields): the rational Krylov fields (M + s K)^-1 F of some loads (all nodes), mass-orthonormal.
 
-    def solver(shift: float) -> Callable[[np.ndarray], np.ndarray]:
-        return heat.solve_shifted(shift) if np.isfinite(shift) else heat.solve_steady
-
+    They hold the steady responses and, between the ``times``, shifts s (s), which are added until the residual at any
+    shift is below the part ``enough`` of its load. Source: Ruhe, Linear Algebra Appl. 58, 1984.
+    """
     inner = [load[: heat.free] for load in loads]
-    return krylov_fields(heat.inner_mass, heat.inner_stiffness, solver, inner, times, enough)
+    fields = [heat.solve_steady(load) for load in inner]
+    if times is None or not loads:
+        return np.column_stack(fields) if fields else np.empty((heat.free, 0))
+    shifts = np.geomspace(times[0] / SOONER, max(times), FIRST).tolist()
+    missing = shifts
+    while True:
+        for shift in missing:
+            solve = heat.solve_shifted(shift)
+            fields += [solve(load) for load in inner]
+        basis = orthonormal(heat.inner_mass, np.column_stack(fields))
+        between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
+        missing = [g for g in between if _residual(heat, basis, np.column_stack(inner), g) > enough]
+        if not missing or len(shifts) >= MOST:
+            return basis
+        shifts = sorted([*shifts, *missing])
+
+
+def _residual(heat: HeatProblem, basis: np.ndarray, loads: np.ndarray, shift: float) -> float:
+    """Estimate the largest relative error of (M + s K) u = F in the fields, in the energy norm. The diagonal of
+    the matrix suffices: the residual is orthogonal to the fields, hence rough."""
+    matrix = combined(heat.inner_mass, shift, heat.inner_stiffness)
+    product, tested = matrix @ basis, basis.T @ loads
+    solution = np.linalg.solve(basis.T @ product, tested)
+    squares = (loads - product @ solution) ** 2 / matrix.diagonal()[:, None]
+    return float(np.sqrt((squares.sum(axis=0) / (tested * solution).sum(axis=0)).max()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -221,10 +221,7 @@ class Convolution:
         self._tau = tau
         self._before = tau[:, None] - x
         self._polynomials = legendre.legvander(2 * x - 1, count - 1) * (weights * tau[:, None] / 2)[..., None]
-        slopes = _derivatives(count)
-        # (orders, tau, count): the derivatives of each polynomial at tau; (orders, count): at zero.
-        self._at_tau = legendre.legvander(2 * tau - 1, count - 1) @ slopes
-        self._at_zero = legendre.legvander(np.array([-1.0]), count - 1)[0] @ slopes
+        self._at_tau = legendre.legvander(2 * tau - 1, count - 1)
 
     def __call__(self, decay: np.ndarray) -> np.ndarray:
         """(tau, count, decay) for decays (decay,) over the unit interval."""
@@ -235,12 +232,16 @@ class Convolution:
         return integrals.transpose(0, 2, 1)
 
     def _by_parts(self, decay: np.ndarray) -> np.ndarray:
-        """By repeated integration by parts, a finite sum in 1 / decay: (tau, decay, count)."""
-        powers = -np.cumprod(np.broadcast_to(-1 / decay, (len(self._at_zero), len(decay))), axis=0)
-        vanishing = np.exp(-np.minimum(np.outer(self._tau, decay), 700.0))
-        end = np.einsum("mr,mtk->trk", powers, self._at_tau)
-        start = np.einsum("mr,mk->rk", powers, self._at_zero)
-        return end - vanishing[..., None] * start
+        """By parts, from degree to degree: (tau, decay, count). With P(x) for P_k(2 x - 1), the derivative of
+        P_(k+1) - P_(k-1) is 2 (2 k + 1) P_k, and both are equal at zero."""
+        tau, at_tau = self._tau[:, None], self._at_tau[:, None]
+        vanishing = np.exp(-np.minimum(tau * decay, 700.0))
+        integrals = [(1 - vanishing) / decay]
+        integrals.append((2 * tau - 1 + vanishing - 2 * integrals[0]) / decay)
+        for k in range(1, at_tau.shape[-1] - 1):
+            change = at_tau[..., k + 1] - at_tau[..., k - 1]
+            integrals.append(integrals[k - 1] + (change - (4 * k + 2) * integrals[k]) / decay)
+        return np.stack(integrals, axis=-1)
 
 
 @lru_cache(maxsize=1)
@@ -254,15 +255,3 @@ def _lobatto(degree: int) -> np.ndarray:
     """(degree + 1,): Gauss and Lobatto's points on (0, 1)."""
     inner = np.sort(legendre.legroots(legendre.legder([0.0] * degree + [1.0])).real)
     return (np.concatenate([[-1.0], inner, [1.0]]) + 1) / 2
-
-
-@lru_cache(maxsize=8)
-def _derivatives(count: int) -> np.ndarray:
-    """(orders, count, count): column k holds the Legendre coefficients of the derivative of P_k(2 x - 1) in x."""
-    first = np.zeros((count, count))
-    for k in range(1, count):
-        first[:k, k] = 2 * legendre.legder(np.eye(count)[k])[:k]
-    powers = [np.eye(count)]
-    for _ in range(count - 1):
-        powers.append(first @ powers[-1])
-    return np.array(powers)

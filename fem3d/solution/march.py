@@ -214,11 +214,11 @@ class _March:
         state = _State(np.zeros(heat.size), np.zeros(heat.size))
         stops = [0.0, *inputs.knots(end).tolist(), end]
         for time, stop in pairwise(stops):
-            jumps = inputs.jump(time) if time else inputs.at(np.zeros(1))[0]
+            jumps = inputs.jumps(time) if time else inputs.at(0.0)
             if (jumps @ heat.given).any():
                 state = self._jumped(state, jumps @ heat.given)
-            bends = inputs.piece(time)[1] - self._piece[1]
-            self._since, self._piece = time, inputs.piece(time)
+            bends = inputs.rates(time) - self._piece[1]
+            self._since, self._piece = time, (inputs.at(time), inputs.rates(time))
             started, last_error, length, following = True, 0.0, before, before
             if jumps.any() or (bends @ heat.given).any():
                 # The rate is no longer consistent. After a jump the error at a time t is about the first step over t.

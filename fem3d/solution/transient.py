@@ -85,7 +85,7 @@ def stills(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
     were, which needs a field in the space that cancels the lift; without it heat would appear from nowhere."""
     inputs = heat.inputs
-    jumps = np.concatenate([inputs.at(np.zeros(1)), inputs.jumps(inputs.knots(heat.end_time))])
+    jumps = np.vstack([inputs.at(0.0), inputs.jumps(inputs.knots(heat.end_time))])
     jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
     return heat.lifts[jumping, : heat.free].T
 
@@ -226,7 +226,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     modal, rates = reduced.changed(np.eye(reduced.states, kept) @ modes), np.maximum(rates, 0.0)
     inputs = base.heat.inputs
     size = base.size or _size(modal, rates, inputs.largest(end), end)
-    start = -inputs.at(np.zeros(1))[0] @ modal.inertia
+    start = -inputs.at(0.0) @ modal.inertia
     knots = inputs.knots(end)
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
@@ -279,7 +279,7 @@ class _Resistivity:
             return True
         heat, conductor = self._base.heat, self._base.conductor
         assert conductor is not None
-        g = heat.inputs.at(np.array([time]))[0]
+        g = heat.inputs.at(time)
         ratio = 1 + np.concatenate([state, g]) @ self._change
         if conductor.draws_current and ratio.max(initial=1.0) > 1 / LEAST:
             return False
@@ -303,7 +303,7 @@ def resists(conductor: Conductor, time: float, rise: np.ndarray) -> bool:
 def _source(base: Base, modal: Reduced, since: float) -> Source:
     """The source of the modal problem from an instant on."""
     conducts = modal.supply.shape[1] > 0
-    first, slope = base.heat.inputs.piece(since)
+    first, slope = base.heat.inputs.at(since), base.heat.inputs.rates(since)
     rate = slope @ modal.inertia
 
     def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
