@@ -139,16 +139,6 @@ def test_models_from_fin_on_refuse_laws_and_radiation(sink, said, name):
         ladder.solve(sink, name, steady_only=True)
 
 
-def test_paper_and_anchored_take_numbers_at_room_temperature():
-    times = np.array([0.0, 1e-4, 1e-2])
-    silicon = replace(LAW.silicon, specific_heat=PowerLaw(712.0, 293.0, 0.3))
-    for name in ("paper", "anchored"):
-        sinks = replace(LAW, silicon=silicon, emissivity=0.7), Sink(voltage=2.0)
-        found, plain = (ladder.solve(each, name, times=times) for each in sinks)
-        assert found.steady == plain.steady
-        assert all(np.array_equal(found.traces.values[n], v) for n, v in plain.traces.values.items())
-
-
 @pytest.mark.parametrize("model", ["3D", "paper", "anchored", "fin", "plate"])
 def test_current_and_series_resistance_give_the_state_of_the_voltage(model):
     def steady(sink):

@@ -9,7 +9,7 @@ from fem3d.adaptivity.adapt import adapt
 from fem3d.results import outputs
 from fem3d.runs.sink import study
 from meshes import symmetry
-from scenes.model import Box, Material
+from scenes.model import Material
 from scenes.sink import SILICON, Sink
 from tests.fem3d import BAR, bar, bar_grid, end, off, silicon, steady_on, whole
 from tests.fin import solve_fin
@@ -29,26 +29,6 @@ def test_a_heated_bar_between_cold_ends_is_a_parabola():
     assert off(out["probe:middle"], q * LENGTH**2 / (8 * K)) < 1e-11
     assert off(out["probe:mean"], q * LENGTH**2 / (12 * K)) < 1e-11
     assert off(out["flow:temperature-0"], -q * LENGTH * AREA / 2) < 1e-11
-
-
-def test_two_layers_in_series_add_their_resistances():
-    middle = 0.3 * LENGTH
-    boxes = (
-        Box("a", SILICON, (0.0, 0.0, 0.0), (BAR[0], middle, BAR[2])),
-        Box("b", OXIDE, (0.0, middle, 0.0), BAR),
-    )
-    scene = bar(SILICON, end(0, "heat_flux", 1e5), end(1, "temperature", 293.0), boxes=boxes)
-    scene = replace(scene, probes=(replace(scene.probes[0], lower=(0.0, 0.0, 0.0), upper=(0.0, 0.0, 0.0)),))
-    _, out = solved(scene)
-    assert off(out["probe:middle"], 1e5 * (middle / K + 0.7 * LENGTH / 1.38)) < 1e-8
-    assert off(out["flow:temperature-1"], -1e5 * AREA) < 1e-8
-
-
-def test_a_flux_that_leaves_through_a_film():
-    scene = bar(SILICON, end(0, "heat_flux", 1e5), end(1, "convection", 2e4, 303.0))
-    _, out = solved(scene)
-    assert off(out["probe:middle"], 10.0 + 1e5 / 2e4 + 1e5 * LENGTH / 2 / K) < 1e-8
-    assert off(out["flow:convection-1"], -1e5 * AREA) < 1e-8
 
 
 def joule_bar(sink):

@@ -7,7 +7,6 @@ corrected: T = u + w, with u = T1 + (T2 - T1) x/L (A.9) and w = sum_n b_n sin(n 
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from reduced1d.device.design import solve
 from reduced1d.device.lumped import Slab, lump
@@ -15,9 +14,7 @@ from reduced1d.device.schemes import (
     PaperScheme,
     UnstableStepError,
     crank_nicolson,
-    layer_step,
     mesh_ratio,
-    runge_kutta_step,
     solve_paper,
     spectral_radius,
     stability_limit,
@@ -83,18 +80,6 @@ def test_refusal_names_the_limit():
         solve(Device(sensor_thickness=50e-9), scheme="paper")
 
 
-def test_runge_kutta_is_of_fourth_order():
-    def end(n):
-        T = 1.0
-        for _ in range(n):
-            T = runge_kutta_step(T, 2.0, 3.0, 5.0, 0.1, 1.0 / n)
-        return T
-
-    exact = end(400)
-    errors = [abs(end(n) - exact) for n in (4, 8, 16)]
-    assert np.log2(errors[1] / errors[2]) == pytest.approx(4, abs=0.3)
-
-
 SLAB = Slab(thickness=10e-6, area=1e-7, conductivity=0.15, heat_capacity=970.0 * 1460.0)
 TIME = SLAB.thickness**2 / SLAB.diffusivity
 HISTORY = ((5.0, 1.0), (9.0, -2.0), (3.0, 3.5))
@@ -128,30 +113,6 @@ def test_appendix_b_agrees_with_appendix_a():
     assert np.abs(T - exact(x)).max() < 2e-3
     x, T = by_crank_nicolson(nx=25, nt=400)
     assert np.abs(T - exact(x)).max() > 2e-3  # the tolerance sees a grid eight times coarser
-
-
-@pytest.mark.parametrize("direction", ["time", "space"])
-def test_crank_nicolson_is_of_second_order(direction):
-    def error(nx, nt):
-        x = np.linspace(0, 1, nx + 1)[1:-1]
-        inner = np.sin(np.pi * x)
-        gamma, zero = mesh_ratio(SLAB, nx, 0.2 * TIME / nt), np.zeros(2)
-        for _ in range(nt):
-            inner = crank_nicolson(inner, gamma, zero, zero)
-        return np.abs(inner - np.sin(np.pi * x) * np.exp(-0.2 * np.pi**2)).max()
-
-    errors = [error(400, n) for n in (5, 10, 20)] if direction == "time" else [error(n, 2000) for n in (8, 16, 32)]
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert_allclose(orders, 2.0, atol=0.1)
-
-
-def test_step_matrices_are_the_steps_taken_one_by_one():
-    by_inner, by_ends = layer_step(SLAB, 25, 10, 1e-6)
-    inner, ends = np.linspace(2.0, 7.0, 24) ** 2, np.array([3.0, 40.0])
-    slow = inner
-    for _ in range(10):
-        slow = crank_nicolson(slow, mesh_ratio(SLAB, 25, 1e-7), ends, ends)
-    assert_allclose(by_inner @ inner + by_ends @ ends, slow, rtol=1e-13)
 
 
 def test_b3_and_b4_as_printed_have_the_wrong_diffusivity():
