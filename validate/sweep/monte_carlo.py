@@ -77,11 +77,8 @@ class MonteCarlo(Analysis["Sampled"]):
         """The spread of the samples beside that of linear propagation."""
         rows = []
         for name, (word, unit) in kind_of(outcome.scene).quantities(outcome.scene).items():
-            row = [word]
-            for spread in (found.fem3d.get(name), found.reduced1d.get(name)):
-                both = () if spread is None else (spread.deviation, spread.linear)
-                row += [quantity(value, unit, 3) for value in both] or ["", ""]
-            rows.append(row)
+            pairs = ((s.deviation, s.linear) if s else () for s in (found.fem3d.get(name), found.reduced1d.get(name)))
+            rows.append([word, *(cell for pair in pairs for cell in [quantity(x, unit, 3) for x in pair] or ["", ""])])
         heads = (f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear")
         return Section("Samples", [Table(heads, rows)], headed=False)
 
@@ -152,11 +149,6 @@ class Spread:
         apart = abs(self.deviation - self.linear)
         return apart > max(SURELY * self.standard_error, MATTERS * self.linear, ROUNDING * abs(self.mean))
 
-    @property
-    def excess(self) -> float:
-        """The relative error of the linear propagation."""
-        return self.deviation / self.linear - 1 if self.linear else float("inf")
-
 
 @dataclass(frozen=True)
 class Sampled:
@@ -172,27 +164,27 @@ class Sampled:
         """Return a warning where the linear propagation is not good enough."""
         models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
         off = [
-            f"{name} {where} ({percent(spread.excess, sign=True)})"
-            for where, by_name in models.items() for name, spread in by_name.items() if spread.off
+            f"{name} {where} ({percent(s.deviation / s.linear - 1 if s.linear else np.inf, sign=True)})"
+            for where, by_name in models.items() for name, s in by_name.items() if s.off
         ]  # fmt: skip
-        return (
-            (f"{self.count} samples spread otherwise than linear propagation has it: {', '.join(off)}",) if off else ()
-        )
+        said = f"{self.count} samples spread otherwise than linear propagation has it: {', '.join(off)}"
+        return (said,) if off else ()
 
 
 def spreads(
     columns: Mapping[str, np.ndarray], propagated: Propagated, checks: Mapping[str, float], failed: int
 ) -> Sampled:
     """Return the spreads of samples, the columns of points.csv without failures; ``checks`` are the linear u_input."""
-
-    def spread_of(column: str, linear: float) -> Spread:
-        values = np.asarray(columns[column], float)
-        deviation = float(values.std(ddof=1))
-        return Spread(float(values.mean()), deviation, deviation / np.sqrt(2 * (len(values) - 1)), linear)
-
     count = len(next(iter(columns.values()), ()))
-    models = {}
-    for model, uncertainties in (("fem3d", propagated.fem3d), ("reduced1d", propagated.reduced1d)):
-        models[model] = {n: spread_of(f"{model}_{n}", u) for n, u in uncertainties.items() if f"{model}_{n}" in columns}
-    differences = {n: spread_of(f"{n}_difference", u) for n, u in checks.items() if f"{n}_difference" in columns}
-    return Sampled(count + failed, failed, models["fem3d"], models["reduced1d"], differences)
+
+    def spread(form: str, linear: Mapping[str, float]) -> dict[str, Spread]:
+        """The spread of each quantity whose column has a name of this form."""
+        found = {}
+        for name, u in linear.items():
+            if (values := columns.get(form.format(name))) is not None:
+                deviation = float(values.std(ddof=1))
+                found[name] = Spread(float(values.mean()), deviation, deviation / np.sqrt(2 * (count - 1)), u)
+        return found
+
+    models = spread("fem3d_{}", propagated.fem3d), spread("reduced1d_{}", propagated.reduced1d)
+    return Sampled(count + failed, failed, *models, spread("{}_difference", checks))

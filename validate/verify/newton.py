@@ -10,7 +10,7 @@ with jumps of both across contacts, where half the heat of the current enters ei
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,7 +20,6 @@ from scipy.constants import Stefan_Boltzmann
 from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
 
-from benchmarks import sdirk
 from scenes import laws
 from scenes.errors import NumericsError
 from scenes.laws import Property
@@ -292,27 +291,3 @@ def steady(problem: Problem, pieces: int = 1) -> State:
     for piece in range(1, pieces + 1):
         state = problem.solve(state, (piece / pieces) ** 0.5)
     return state
-
-
-def transient(problem: Problem, times: np.ndarray) -> Iterator[State]:
-    """Yield the state at each of some times (s, from 0), each interval being one step of the diagonally implicit
-    method of `sdirk`. Raises NumericsError."""
-    state = problem.rest
-    for nodes, value in problem.held:
-        state[0, nodes] = value
-    yield state
-    for length in np.diff(times):
-        begin, by_rate = state[0], 1 / (sdirk.GAMMA * length)
-        rates: list[np.ndarray] = []
-        for weights in sdirk.TABLEAU:
-            start = begin + length * sum((w * r for w, r in zip(weights, rates, strict=False)), 0 * begin)
-            state = problem.solve(state, before=start, by_rate=by_rate)
-            rate = np.zeros(problem.size)
-            rate[problem.free] = by_rate * (state[0] - start)[problem.free]
-            rates.append(rate)
-        yield state
-
-
-def current(problem: Problem, state: State, electrode: Electrode) -> float:
-    """The current (A) that enters by an electrode."""
-    return float(problem.assembled(state)[0][1, electrode.nodes].sum())

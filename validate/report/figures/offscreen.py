@@ -1,15 +1,10 @@
-"""A process of its own that renders one temperature field: read on standard input, the image on standard output.
+"""The picture of a temperature field, rendered in a process of its own.
 
-It is one because VTK without a working OpenGL may end the process, and because its start-up then overlaps the solution.
-In: an .npz with points (n, 3) in m, hexes (m, 8), rise (n,) in K, and the factor by which z is drawn larger.
-Out: an .npy, (rows, columns, 3) uint8 without white margins.
+VTK without a working OpenGL may end the process, and its start-up overlaps the solution.
 """
 
 from __future__ import annotations
 
-import io
-import os
-import sys
 from typing import Any
 
 import numpy as np
@@ -22,19 +17,6 @@ LIGHT = (0.45, -0.3, 0.84)  # The direction that light comes from, of length 1.
 AMBIENT = 0.65  # The part of a face's colour that does not depend on the light.
 
 
-def main() -> None:
-    # Libraries may print to standard output; the image needs it for itself.
-    out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    warm_up()
-    with np.load(io.BytesIO(sys.stdin.buffer.read())) as data:
-        image = render(data["points"], data["hexes"], data["rise"], float(data["factor"]))
-    packed = io.BytesIO()
-    np.save(packed, image)
-    with out:
-        out.write(packed.getbuffer())
-
-
 def warm_up() -> None:
     """Renders next to nothing, so that the graphics library is ready before the solution is."""
     plotter = pv.Plotter(off_screen=True, window_size=[16, 16])
@@ -44,9 +26,10 @@ def warm_up() -> None:
 
 
 def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
-    """The image: seen from above one side, the beam's length across it, parallel lines parallel, outlines drawn.
+    """Return the image (rows, columns, 3) uint8 without white margins, seen from above one side.
 
-    Faces to the top have the scale's own colours, others are darker by where they face.
+    ``points`` (n, 3) are in m, ``hexes`` (m, 8), ``rise`` (n,) in K; z is drawn ``factor`` times as large. Faces to the
+    top have the scale's own colours, others are darker by where they face.
     """
     drawn = points * [1e6, 1e6, 1e6 * factor]
     cells = np.column_stack([np.full(len(hexes), 8), hexes]).ravel()

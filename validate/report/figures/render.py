@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import io
-import subprocess
-import sys
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
-from threading import Thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     import numpy as np
 
     from compare.verdict import Check
+    from compare.worker import Worker
 
 PATIENCE = 120.0
 """Seconds after which a render is given up."""
@@ -60,9 +58,8 @@ class Renderer:
 
     def __init__(self, wanted: bool) -> None:
         self._wanted = wanted
-        self._process: subprocess.Popen[bytes] | None = None
-        self._thread: Thread | None = None
-        self._image = b""
+        self._worker: Worker | None = None
+        self._image: Future[Any] | None = None
 
     def __enter__(self) -> Renderer:
         if self._wanted:
@@ -70,46 +67,39 @@ class Renderer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
+        if self._worker is not None:
+            self._worker.stop()
+            self._thread.shutdown(wait=False, cancel_futures=True)
 
     def start(self) -> None:
-        """Starts the process, which gets ready while this one solves."""
-        # The packages may be importable here only because of where this process was started.
-        root = str(Path(__file__).parents[3])
-        code = f"import sys; sys.path.insert(0, {root!r}); from validate.report.figures.offscreen import main; main()"
-        pipe, command = subprocess.PIPE, [sys.executable, "-c", code]
-        with suppress(OSError):
-            self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+        """Start the process, which gets ready while this one solves."""
+        from concurrent.futures import ThreadPoolExecutor
+
+        from compare.worker import Worker
+
+        self._worker, self._thread = Worker(), ThreadPoolExecutor(1)
+        self._thread.submit(self._worker.run, PATIENCE, _offscreen, "warm_up")
 
     def send(self, field: Field) -> None:
-        """Gives the process the field; returns at once."""
-        process = self._process
-        if process is None:
-            return
-        import numpy as np
-
-        data = io.BytesIO()
-        np.savez(data, points=field.points, hexes=field.hexes, rise=field.rise, factor=field.factor)
-
-        def talk() -> None:
-            with suppress(OSError, ValueError):
-                self._image = process.communicate(data.getvalue())[0]
-
-        self._thread = Thread(target=talk, daemon=True)
-        self._thread.start()
+        """Give the process the field; return at once."""
+        if (worker := self._worker) is not None:
+            given = field.points, field.hexes, field.rise, field.factor
+            self._image = self._thread.submit(lambda: worker.run(PATIENCE, _offscreen, "render", *given))
 
     def image(self) -> np.ndarray | None:
         """(rows, columns, 3) uint8, waited for; ``None`` where it can't be had."""
-        import numpy as np
+        image: np.ndarray | None = None
+        if self._image is not None:
+            with suppress(Exception):
+                image = self._image.result(PATIENCE)
+        return image
 
-        if self._thread is not None:
-            self._thread.join(PATIENCE)
-        try:
-            return np.load(io.BytesIO(self._image))
-        except (ValueError, OSError, EOFError):
-            return None
+
+def _offscreen(task: str, *given: object) -> Any:
+    """Call a function of the module that draws, in the process that does."""
+    from validate.report.figures import offscreen
+
+    return getattr(offscreen, task)(*given)
 
 
 def exaggeration(points: np.ndarray) -> float:
