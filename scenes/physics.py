@@ -115,23 +115,18 @@ def nonlinear(scene: AnyScene, over_time: bool) -> str:
 
 def refuse_faces(scene: AnyScene, what: str) -> None:
     """Refuse a boundary with a nonlinear heat flux, for ``what`` takes linear fluxes alone."""
-    for b in scene.boundaries:
-        if bends(b):
-            has = "radiates" if b.kind == "radiation" else "has a convection.coefficient that follows the temperature"
-            raise SceneError(
-                f"boundary {quoted(b.name)} {has}, and {what} takes numbers alone: give a convection with one "
-                "coefficient, or ask for the 3D steady state alone"
-            )
+    for b in filter(bends, scene.boundaries):
+        has = "radiates" if b.kind == "radiation" else "has a convection.coefficient that follows the temperature"
+        instead = "give a convection with one coefficient, or ask for the 3D steady state alone"
+        raise SceneError(f"boundary {quoted(b.name)} {has}, and {what} takes numbers alone: {instead}")
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
     """Refuse an ambient that varies in time beside a coefficient that follows the temperature."""
-    for b in scene.boundaries if over_time else ():
-        if bends(b) and isinstance(b.ambient, Schedule):
-            raise SceneError(
-                f"boundary {quoted(b.name)}: its coefficient follows the temperature and its ambient varies in time, "
-                "and one of these is solved: give one ambient, or one coefficient"
-            )
+    for b in filter(bends, scene.boundaries if over_time else ()):
+        if isinstance(b.ambient, Schedule):
+            both = "its coefficient follows the temperature and its ambient varies in time"
+            raise SceneError(f"boundary {quoted(b.name)}: {both}: give one ambient, or one coefficient")
 
 
 def refuse_laws(used: Iterable[Material], what: str, takes: str = "one number", instead: str = "") -> None:
@@ -150,10 +145,8 @@ def refuse_terminals(scene: AnyScene, what: str) -> None:
     for b in scene.boundaries:
         if b.series_resistance:
             has = "gives a current" if b.key == "current" else "has a series_resistance"
-            raise SceneError(
-                f"boundary {quoted(b.name)} {has}, and {what} takes voltages alone: give its voltage without, or ask "
-                "for the 3D solution alone"
-            )
+            instead = "give its voltage without, or ask for the 3D solution alone"
+            raise SceneError(f"boundary {quoted(b.name)} {has}, and {what} takes voltages alone: {instead}")
 
 
 def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: Iterable[Collection[str]]) -> None:
@@ -162,18 +155,16 @@ def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: I
     for names in touched:
         if names and currents.issuperset(names):
             gives = "boundary {} gives a current" if len(names) == 1 else "boundaries {} give currents"
-            raise SceneError(
-                f"{gives.format(listed(sorted(names)))}, and no electrode of that conductor has a voltage to count "
-                'from: give one a voltage, such as "0 V"'
-            )
+            none = "no electrode of that conductor has a voltage to count from"
+            raise SceneError(f'{gives.format(listed(sorted(names)))}, and {none}: give one a voltage, such as "0 V"')
 
 
 def refuse_both(label: str, material: Material) -> None:
     """Refuse a law of the resistivity with a temperature coefficient beside it."""
     if laws.varies(material.resistivity) and material.temperature_coefficient:
+        coefficient = f"{label}.temperature_coefficient = {material.temperature_coefficient:g} 1/K"
         raise SceneError(
-            f"{label}.resistivity is a law of the temperature, and {label}.temperature_coefficient = "
-            f"{material.temperature_coefficient:g} 1/K another: give one of them, and 0 for the coefficient"
+            f"{label}.resistivity is a law of the temperature, and {coefficient} another: give one of them"
         )
 
 
@@ -181,10 +172,8 @@ def refuse_unlike(label: str, material: Material) -> None:
     """Refuse resistivities along x, y and z that are not proportional at every temperature."""
     along_x, *others = laws.along(material.resistivity or 1.0)
     if any(laws.ratio(along_x, other) is None for other in others):
-        raise SceneError(
-            f"{label}.resistivity follows the temperature along x, y and z in different ways: give laws that are each "
-            "some times the first, or three numbers with one temperature_coefficient"
-        )
+        unlike = "follows the temperature along x, y and z in different ways"
+        raise SceneError(f"{label}.resistivity {unlike}: give laws that are each some times the first")
 
 
 def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
@@ -229,12 +218,12 @@ def check_resistivities(scene: AnyScene) -> None:
 
 def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:
     """Refuse a resistivity that is not positive at a temperature (K); ``where`` names the temperature's key."""
-    if laws.varies(material.resistivity):
+    if laws.varies(material.resistivity) or material.resistivity is None:
         return
     factor = 1 + material.temperature_coefficient * (temperature - material.reference_temperature)
-    if material.resistivity is not None and factor <= 0:
+    if factor <= 0:
         raise SceneError(
             f"{label}.temperature_coefficient = {material.temperature_coefficient:g} 1/K makes the resistivity "
-            f"{factor:.3g} times its reference value at {where}: give values that keep 1 + "
-            f"coefficient * ({'room' if 'room' in where else 'that'} - reference temperature) above 0"
+            f"{factor:.3g} times its reference value at {where}: give values that keep 1 + coefficient * "
+            "(temperature - reference temperature) above 0"
         )
