@@ -14,11 +14,10 @@ from typing import Any, TextIO
 _LONGEST = 60  # Characters of a user's text that a message repeats at most.
 _LONGEST_REASON = 200  # Characters of another library's message that a message repeats at most.
 _MOST = 4  # Names that a list in a message has at most.
-DEEPEST = 32
-"""Parts of a TOML key at most. Scenes have four; the standard library's parser takes memory that grows with the square
-of their number, 9.6 GB for 50,000."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
-_DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+_DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{32}}")
+"""A TOML key of over 32 parts. Scenes have four; the standard library's parser takes memory that grows with the square
+of their number, 9.6 GB for 50,000."""
 
 
 class SceneError(ValueError):
@@ -175,8 +174,8 @@ def contents(path: Path, most: int, called: str, instead: str) -> bytes:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """Parse a TOML text. Raises ValueError, RecursionError; SceneError for keys of over `DEEPEST` parts."""
+    """Parse a TOML text. Raises ValueError, RecursionError; SceneError for keys of over 32 parts."""
     if deep := _DEEP.search(text):
         line = text.count("\n", 0, deep.start()) + 1
-        raise SceneError(f"line {line} has more than {DEEPEST} names joined by dots: no key of a scene is that long")
+        raise SceneError(f"line {line} has more than 32 names joined by dots: no key of a scene is that long")
     return tomllib.loads(text)

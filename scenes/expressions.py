@@ -16,8 +16,6 @@ from fractions import Fraction
 from scenes.errors import did_you_mean, listed, printable
 from scenes.units import DECIMAL, ICE_POINT, PLAIN, Powers, UnitError, called, leading_unit, parse_quantity, spelled
 
-LONGEST = 500  # characters of an expression
-
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
 _NUMBER = re.compile(rf"(?<![\w.]){DECIMAL}(?![\d.])", re.ASCII)
@@ -42,8 +40,8 @@ def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | N
 
     The powers are ``None`` for a number without a unit. Raises UnitError.
     """
-    if len(text) > LONGEST:
-        raise UnitError(f"is longer than {LONGEST} characters: say parts of it as parameters of their own")
+    if len(text) > 500:
+        raise UnitError("is longer than 500 characters: say parts of it as parameters of their own")
     plain = spelled(text)
     if match := _LITERAL.fullmatch(plain):
         exact = _exact(match[1])

@@ -14,7 +14,6 @@ from scenes.model import ROUNDING, Schedule, Value
 from scenes.parameters import quantity
 from scenes.units import NUMBER, PLAIN, TEMPERATURE, Dimension, UnitError
 
-MOST_POINTS = 2_000  # rows of a table: a time step ends at each; 1,000 take half a minute, most of it for the error
 _ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
 _EXPONENT = Quantity(NUMBER, 0.0, 20.0, signed=True)  # larger ones are slips
 
@@ -31,8 +30,8 @@ def _columns(
         if not isinstance(items, (list, tuple)) or len(items) < 1 + rising:
             shown = f"{path}.{name} = {quoted(items)} is not" if name in given else f"{path}.{name} is missing, not"
             raise SceneError(f"{shown} a list{' of two or more' * rising}: give {example}")
-        if len(items) > MOST_POINTS:
-            raise SceneError(f"{path}.{name} has {len(items)} points: give at most {MOST_POINTS}")
+        if len(items) > 2000:  # a time step ends at each; 1,000 take half a minute
+            raise SceneError(f"{path}.{name} has {len(items)} points: give at most 2000")
         columns.append(tuple(kind.read(f"{path}.{name}[{i}]", each) or 0.0 for i, each in enumerate(items, 1)))
     places, values = columns
     if len(places) != len(values):

@@ -48,8 +48,6 @@ from scenes.sink import Sink, different, start
 
 _HALF_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
 """Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
-PLATE_STATES = 24
-"""With so many fields the projection equals the plate to 1e-5 at all times that are compared."""
 
 
 @dataclass(frozen=True)

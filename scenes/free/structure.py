@@ -13,7 +13,6 @@ from scenes.formats import percent, quantity
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Box, Scene
 
-NARROW = 0.1  # A gap narrower than this part of the thinner box beside it is reported as a likely slip.
 MOST = 20  # Bodies, gaps and the like that one line names at most.
 _LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.
 
@@ -39,7 +38,7 @@ def remarks(scene: Scene) -> list[str]:
 
 
 def gaps(grid: Grid) -> list[str]:
-    """Return a sentence for every two boxes with an empty gap below `NARROW` of the thinner one.
+    """Return a sentence for every two boxes with an empty gap below a tenth of the thinner one: a likely slip.
 
     Two boxes that lie diagonally from one another count where they belong to two bodies.
     """
@@ -51,7 +50,7 @@ def gaps(grid: Grid) -> list[str]:
     for a in range(len(boxes)):
         apart = np.maximum(lower[a] - upper[a + 1 :], lower[a + 1 :] - upper[a])
         thinner = np.minimum(upper[a] - lower[a], upper[a + 1 :] - lower[a + 1 :])
-        near = (apart < NARROW * thinner).all(axis=1) & (apart > small).any(axis=1)
+        near = (apart < 0.1 * thinner).all(axis=1) & (apart > small).any(axis=1)
         for i in np.flatnonzero(near).tolist():
             b, axes = a + 1 + i, np.flatnonzero(apart[i] > -small)
             if len(axes) > 1:
