@@ -1,4 +1,4 @@
-"""Probes in a network: temperatures and potentials as rows on its unknowns and inputs, and flows through flat boxes.
+"""Probes in a network: temperatures, potentials and powers, and flows through flat boxes.
 
 A probe reads the lines in its place, weighted by their part in it. On the side of a line it reads the face: the line,
 less the drop over half the thickness towards the other side of the face. An extreme is taken along the lines.
@@ -10,10 +10,10 @@ follows from the flow that arrives along each line; where ends meet in a ring, i
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 
 from reduced1d.ladder.few_states import top
 from reduced1d.network.lines import Line, Link, Touch, common, joined
@@ -21,9 +21,6 @@ from reduced1d.network.model import Model
 from scenes import physics
 from scenes.free import graph
 from scenes.model import Point, Probe
-
-Row = tuple[sp.csr_matrix, np.ndarray]
-"""A reading of the unknowns (rows, n) and of the inputs (rows, inputs)."""
 
 EVERYWHERE: tuple[Point, Point] = (-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf)
 
@@ -50,70 +47,56 @@ def read(
     values, probes = dict[str, np.ndarray](), model.layout.scene.probes
     for electric, u in ((False, rises), (True, potentials)):
         kinds = ("potential", "current", "power", "resistance") if electric else ("temperature", "heat_flow")
-        asked = tuple(p for p in probes if p.quantity in kinds)
+        asked = [p for p in probes if p.quantity in kinds]
         if asked and model.circuit(electric) is None:
             values |= {p.name: np.zeros(x.shape[1]) for p in asked}
         elif asked:
-            reader = Reader(model, electric, tuple(p for p in asked if p.quantity == kinds[1]))
-            flows = reader.flows(rises, u, x)
-            for p in asked:
-                if p.quantity == kinds[1]:
-                    values[p.name] = reader.flow(p) @ flows
-                elif p.quantity == kinds[0]:
-                    values[p.name] = reader.value(p, u, x)
-                elif p.quantity == "power":
-                    values[p.name] = reader.power(p, rises, u, x)
+            reader = Reader(model, electric, rises, u, x)
+            by_kind = dict(zip(kinds, (reader.value, reader.flow, reader.power), strict=False))
+            values |= {p.name: by_kind[p.quantity](p) for p in asked if p.quantity != "resistance"}
             for name, one, other in model.layout.pairs if electric else ():
-                between = reader.electrode(one, u, x) - reader.electrode(other, u, x)
-                values[name] = graph.resistance(between, reader.entering(one) @ flows, times)
+                between = reader.electrode(one) - reader.electrode(other)
+                values[name] = graph.resistance(between, reader.entering(one), times)
     return {p.name: values[p.name] for p in probes}
 
 
 class Reader:
-    """The readings of one of a network's two circuits.
+    """The readings (times,) of one of a network's two circuits, at rises and unknowns (n, times) and inputs (inputs,
+    times)."""
 
-    Flows are the vector (through the circuit's branches, along lines at ``sections``, inputs), and a reading is a row
-    on it.
-    """
-
-    def __init__(self, model: Model, electric: bool, probes: tuple[Probe, ...] = ()) -> None:
-        self.model, self.electric, self.layout, self.e = model, electric, model.layout, model.elements
+    def __init__(self, model: Model, electric: bool, rises: np.ndarray, u: np.ndarray, x: np.ndarray) -> None:
+        self.electric, self.layout, self.e = electric, model.layout, model.elements
         circuit = model.circuit(electric)
         assert circuit is not None
-        self.circuit, self.links, self.inputs = circuit, self.layout.links(electric), len(model.inputs.values)
-        # Both ends of every line, then where probes cut one.
-        self.sections = [(i, place) for i, line in enumerate(self.layout.lines) for place in (line.start, line.stop)]
-        for probe in probes:
-            normal, at = _plane(probe)
-            self.sections += [(i, at) for i in self._cut(probe) if self.layout.lines[i].axis == normal]
-        numbers, places = zip(*self.sections, strict=True)
-        self.values, self.slopes = self.e.at(numbers, np.array(places))
-        self.branches = len(circuit.extra)
-        self.size = self.branches + len(self.sections) + self.inputs
+        self.circuit, self.links, self.rises, self.u, self.x = circuit, self.layout.links(electric), rises, u, x
+        differences = circuit.across @ u - circuit.given @ x
+        if electric:
+            self.halves, resistance = model.resistances(rises)
+            self.branches = differences / resistance
+        else:
+            self.branches = differences * model.conduction[:, None]
 
     # Flows
 
-    def flows(self, rise: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """(size, times): the flows at rises and unknowns (n, times) and inputs (inputs, times)."""
-        circuit = self.circuit
-        resistance = self.model.resistances(rise)[1] if self.electric else 1 / self.model.conduction[:, None]
-        along, warm = self.slopes @ u, self.values @ rise
-        for k, (i, _) in enumerate(self.sections):
+    def along(self, lines: Sequence[int], places: Sequence[float]) -> np.ndarray:
+        """(places, times): the flow along lines at places (m)."""
+        values, slopes = self.e.at(lines, np.array(places))
+        flow, warm = slopes @ self.u, values @ self.rises
+        for k, i in enumerate(lines):
             line = self.layout.lines[i]
             if line.conducts or not self.electric:
-                along[k] *= -line.area / self.layout.resistivity(i, self.electric, warm[k])
-        return np.concatenate([(circuit.across @ u - circuit.given @ x) / resistance, along, x])
+                flow[k] *= -line.area / self.layout.resistivity(i, self.electric, warm[k])
+        return np.asarray(flow)
 
     def flow(self, probe: Probe) -> np.ndarray:
-        """(size,): the flow through a flat probe: into the solid on its surface, along the positive axis inside."""
+        """(times,): the flow through a flat probe: into the solid on its surface, along the positive axis inside."""
         normal, at = _plane(probe)
-        flow, ends = np.zeros(self.size), 2 * len(self.layout.lines)
+        flow = np.zeros(self.x.shape[1])
         for i in self._cut(probe):
             line = self.layout.lines[i]
             lower, upper = common(line.lower, line.upper, probe)
             if line.axis == normal:
-                number = ends + self.sections[ends:].index((i, at))
-                flow[self.branches + number] += _area(lower, upper, normal) / line.area
+                flow += self.along([i], [at])[0] * _area(lower, upper, normal) / line.area
                 continue
             # Alongside a line, between the flows through its two faces.
             part = (at - line.lower[normal]) / (line.upper[normal] - line.lower[normal])
@@ -126,38 +109,33 @@ class Reader:
         return flow
 
     def entering(self, boundary: int) -> np.ndarray:
-        """(size,): the flow into all lines at a boundary."""
-        flow = np.zeros(self.size)
-        for number, link in enumerate(self.links):
-            if link.boundary == boundary:
-                flow -= self.through(number, *EVERYWHERE)
-        return flow
+        """(times,): the flow into all lines at a boundary."""
+        numbers = [number for number, link in enumerate(self.links) if link.boundary == boundary]
+        return -np.sum([self.through(number, *EVERYWHERE) for number in numbers], axis=0)
 
     def through(self, number: int, lower: Point, upper: Point) -> np.ndarray:
-        """(size,): the flow through a link, out of its first line, in a part of space."""
-        link, flow = self.links[number], np.zeros(self.size)
+        """(times,): the flow through a link, out of its first line, in a part of space."""
+        link = self.links[number]
         touch, rows = link.one, self.circuit.rows.get(("link", number))
+        part = _part(touch, lower, upper)
         if rows is None:
             if link.other is None and self.layout.scene.boundaries[link.boundary].kind == "heat_flux":
-                flow[self.size - self.inputs + link.boundary] = -touch.area * _part(touch, lower, upper)
-            elif self.layout.film(link) is None:
-                flow += _part(touch, lower, upper) * self._at_ends[number]
-            return flow
+                return np.asarray(-touch.area * part * self.x[link.boundary])
+            return part * self._at_ends.get(number, np.zeros(self.x.shape[1]))
         if link.kind != "along":
-            flow[rows] = _part(touch, lower, upper)
-            return flow
+            return np.asarray(part * self.branches[rows][0])
         axis = self.layout.lines[touch.line].axis
         a, b = max(touch.start, lower[axis]), min(touch.stop, upper[axis])
-        if b > a:
-            inside = np.isin(self.e.inside(touch.line, touch.start, touch.stop), self.e.inside(touch.line, a, b))
-            across = next(d for d in range(3) if d not in (axis, touch.normal))
-            wide = min(touch.upper[across], upper[across]) - max(touch.lower[across], lower[across])
-            flow[rows] = inside * max(wide, 0.0) / (touch.upper[across] - touch.lower[across])
-        return flow
+        if b <= a:
+            return np.zeros(self.x.shape[1])
+        inside = np.isin(self.e.inside(touch.line, touch.start, touch.stop), self.e.inside(touch.line, a, b))
+        across = next(d for d in range(3) if d not in (axis, touch.normal))
+        wide = min(touch.upper[across], upper[across]) - max(touch.lower[across], lower[across])
+        return np.asarray(max(wide, 0.0) / (touch.upper[across] - touch.lower[across]) * (inside @ self.branches[rows]))
 
     def _into(self, i: int, normal: int, at: float, lower: Point, upper: Point) -> np.ndarray:
         """The flow into a line through a part of one of its sides."""
-        flow = np.zeros(self.size)
+        flow = np.zeros(self.x.shape[1])
         lower, upper = (_moved(corner, normal, at) for corner in (lower, upper))
         for number, link in enumerate(self.links):
             for touch, sign in zip(link.touches, (-1.0, 1.0), strict=False):
@@ -169,28 +147,27 @@ class Reader:
     def _at_ends(self) -> dict[int, np.ndarray]:
         """The flow through each link without a branch, out of its first line: the flows of least size, per area, that
         balance the flow along the line at every end."""
-        held = ("temperature", "voltage")
+        boundaries, lines = self.layout.scene.boundaries, self.layout.lines
         free = [number for number, link in enumerate(self.links)
                 if link.kind == "ends" and ("link", number) not in self.circuit.rows
-                and (link.other or self.layout.scene.boundaries[link.boundary].kind in held)]  # fmt: skip
-        arriving = np.zeros((2 * len(self.layout.lines), self.size))
+                and (link.other or boundaries[link.boundary].kind in ("temperature", "voltage"))]  # fmt: skip
+        if not free:
+            return {}
+        ends = [place for line in lines for place in (line.start, line.stop)]
+        arriving = self.along(np.repeat(range(len(lines)), 2).tolist(), ends)
+        arriving[1::2] *= -1.0
         matrix = np.zeros((len(arriving), len(free)))
-        for row in range(len(arriving)):
-            arriving[row, self.branches + row] = -1.0 if row % 2 else 1.0
         for number, link in enumerate(self.links):
             for touch, sign in zip(link.touches, (-1.0, 1.0), strict=False):
                 if touch.end is not None:
                     row = 2 * touch.line + touch.end
                     if number in free:
                         matrix[row, free.index(number)] = sign
-                    else:
+                    elif ("link", number) in self.circuit.rows or boundaries[link.boundary].kind == "heat_flux":
                         arriving[row] -= sign * self.through(number, *EVERYWHERE)
-        if not free:
-            return {}
         areas = np.array([self.links[number].one.area for number in free])
         root = np.sqrt(areas / areas.max())
-        inverse = root[:, None] * np.linalg.pinv(matrix * root)
-        return dict(zip(free, inverse @ arriving, strict=True))
+        return dict(zip(free, root[:, None] * np.linalg.pinv(matrix * root) @ arriving, strict=True))
 
     def _cut(self, probe: Probe) -> list[int]:
         """The lines inside which a flat probe lies."""
@@ -223,44 +200,37 @@ class Reader:
 
     # Temperatures, potentials and powers
 
-    def value(self, probe: Probe, u: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """(times,): the value of a probe of a temperature or a potential; arguments as of `flows`."""
+    def mean(self, line: int, a: float, b: float) -> np.ndarray:
+        """(times,): the mean of a line between two places (m)."""
+        return np.asarray((self.e.mean(line, a, b) @ self.u)[0])
+
+    def value(self, probe: Probe) -> np.ndarray:
+        """(times,): the value of a probe of a temperature or a potential."""
+        shares = self._shares(probe)
+        axes = [self.layout.lines[i].axis for i, *_ in shares]
+        spans = [(i, lower[axis], upper[axis]) for (i, lower, upper), axis in zip(shares, axes, strict=True)]
         if probe.reduce == "mean" or probe.lower == probe.upper:
-            unknowns, inputs = self.mean(probe)
-            return np.asarray((unknowns @ u + inputs @ x)[0])
+            sizes = np.array([_measure(lower, upper, probe) for _, lower, upper in shares])
+            each = [self.mean(*span) - self._drop(*share) for span, share in zip(spans, shares, strict=True)]
+            return np.asarray(sizes / sizes.sum() @ np.array(each))
         sign, largest = 1.0 if probe.reduce == "max" else -1.0, []
-        for i, lower, upper in self._shares(probe):
-            axis, nodes = self.layout.lines[i].axis, self.e.nodes[i]
-            a, b = lower[axis], upper[axis]
+        for i, a, b in spans:
+            nodes = self.e.nodes[i]
             marks = np.unique([a, *nodes[(nodes > a) & (nodes < b)], b])
             for low, high in zip(marks, marks[1:] if len(marks) > 1 else marks, strict=False):
-                samples = self.e.at([i] * 33, np.linspace(low, high, 33))[0] @ u
+                samples = self.e.at([i] * 33, np.linspace(low, high, 33))[0] @ self.u
                 # A parabola goes through the best three.
                 largest.append(top(sign * samples.T))
         return np.asarray(sign * np.max(largest, axis=0))
 
-    def mean(self, probe: Probe) -> Row:
-        """The row of a probe's mean."""
-        u, x = sp.csr_matrix((1, self.e.size)), np.zeros((1, self.inputs))
-        shares = self._shares(probe)
-        measures = [_measure(lower, upper, probe) for _, lower, upper in shares]
-        for (i, lower, upper), measure in zip(shares, measures, strict=True):
-            axis = self.layout.lines[i].axis
-            row, given = self.e.mean(i, lower[axis], upper[axis]), np.zeros((1, self.inputs))
-            for (across, beyond), part in self._beyond(i, lower, upper):
-                row, given = row - part * across, given - part * beyond
-            u, x = u + row * (measure / sum(measures)), x + given * (measure / sum(measures))
-        return u.tocsr(), x
-
-    def electrode(self, boundary: int, potentials: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def electrode(self, boundary: int) -> np.ndarray:
         """(times,): the potential of an electrode."""
         terminal = self.e.terminals.get(boundary)
-        return np.asarray(x[boundary] if terminal is None else potentials[terminal])
+        return np.asarray(self.x[boundary] if terminal is None else self.u[terminal])
 
-    def power(self, probe: Probe, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def power(self, probe: Probe) -> np.ndarray:
         """(times,): the Joule heat (W) in a probe's box."""
-        halves, resistance = self.model.resistances(rises)
-        heat = self.model.currents(resistance, potentials, x)[self.circuit.branch] ** 2 * halves
+        heat = self.branches[self.circuit.branch] ** 2 * self.halves
         share, (low, high) = np.zeros(len(self.circuit.line)), self.circuit.span
         for i, line in enumerate(self.layout.lines):
             if _covers(line, probe):
@@ -280,11 +250,9 @@ class Reader:
             and _covers(line, probe)
         ]  # fmt: skip
 
-    def _beyond(self, i: int, lower: Point, upper: Point) -> list[tuple[Row, float]]:
-        """For each link of a line's side at a place: the difference from the line to the other side, and the part of
-        it over half the thickness, times the covered part of the place."""
-        differences = []
-        axis = self.layout.lines[i].axis
+    def _drop(self, i: int, lower: Point, upper: Point) -> np.ndarray:
+        """(times,): the drop from a line to a place on its side, over half the thickness."""
+        drops, axis = [np.zeros(self.x.shape[1])], self.layout.lines[i].axis
         for link in self.links:
             for touch in link.touches:
                 n = touch.normal
@@ -293,36 +261,28 @@ class Reader:
                 corners = list(zip(low, high, lower, upper, strict=True))
                 if at_side and not any(a > b or (a == b and c < d) for a, b, c, d in corners):
                     share = math.prod((b - a) / (d - c) for a, b, c, d in corners if d > c)
-                    row, part = self._difference(link, touch, low[axis], high[axis])
-                    differences.append((row, part * share))
+                    drops.append(share * self._over_half(link, touch, low[axis], high[axis]))
         # A place on the edge of several counts as on the first.
-        return differences[:1] if lower == upper else differences
+        return np.sum(drops[:2] if lower == upper else drops, axis=0)
 
-    def _difference(self, link: Link, touch: Touch, a: float, b: float) -> tuple[Row, float]:
-        """The difference from a line to the other side of a link, between two places along it (m), and the part of the
-        difference over half the line's thickness."""
-        given, resistance = np.zeros((1, self.inputs)), touch.half * self.layout.resistivity(touch.line, self.electric)
+    def _over_half(self, link: Link, touch: Touch, a: float, b: float) -> np.ndarray:
+        """(times,): the drop from a line to the other side of a link between two places along it (m), the part over
+        half the line's thickness."""
+        half = touch.half * self.layout.resistivity(touch.line, self.electric)
         if link.other is not None:
             other = link.other if touch is link.one else link.one
-            if link.kind == "along":
-                row = self.e.mean(touch.line, a, b) - self.e.mean(other.line, a, b)
-            else:
-                mean = self.e.mean(touch.line, touch.start, touch.stop)
-                row = mean - self.e.mean(other.line, other.start, other.stop)
+            spans = [(a, b)] * 2 if link.kind == "along" else [(t.start, t.stop) for t in (touch, other)]
+            difference = self.mean(touch.line, *spans[0]) - self.mean(other.line, *spans[1])
             beyond = other.half * self.layout.resistivity(other.line, self.electric) + link.contact
-            return (row, given), resistance / (resistance + beyond)
-        along = self.e.mean(touch.line, a, b)
+            return np.asarray(difference * half / (half + beyond))
         if self.layout.scene.boundaries[link.boundary].kind == "heat_flux":
             # It enters through half the thickness: the face is warmer than the line.
-            given[0, link.boundary] = -resistance
-            return (sp.csr_matrix((1, self.e.size)), given), 1.0
-        if self.electric and link.boundary in self.e.terminals:
-            return (along - self.e.unit(self.e.terminals[link.boundary]), given), 1.0
-        given[0, link.boundary] = -1.0
+            return np.asarray(-half * self.x[link.boundary])
+        difference = self.mean(touch.line, a, b) - self.electrode(link.boundary)
         film = self.layout.film(link)
         if film == 0.0:
-            return (along, given), 0.0
-        return (along, given), resistance / (resistance + (1 / film if film else 0.0))
+            return np.zeros(self.x.shape[1])
+        return np.asarray(difference * half / (half + (1 / film if film else 0.0)))
 
 
 def _plane(probe: Probe) -> tuple[int, float]:
