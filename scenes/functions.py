@@ -40,10 +40,8 @@ def _columns(
         if after < before or (rising and after == before):
             fault = "is not above" if rising else "is before"
             then = "that rise" if rising else "that do not decrease (two equal ones make a jump)"
-            raise SceneError(
-                f"{path}.{names[0]}[{i}] = {quoted(given[names[0]][i - 1])} {fault} the one in front of it: give "  # type: ignore[index]
-                f"{names[0]} {then}"
-            )
+            value = quoted(given[names[0]][i - 1])  # type: ignore[index]
+            raise SceneError(f"{path}.{names[0]}[{i}] = {value} {fault} the one in front: give {names[0]} {then}")
     return places, values
 
 

@@ -141,9 +141,7 @@ def refuse_unused(paths: Iterable[str], scene: Any) -> None:
     for path in sorted(given if by_controllers else ()):
         raise SceneError(f"{path} says nothing of a device, whose controllers drive it: leave it out, or see [control]")
     if "drive.voltage" in given and scene.current is not None:
-        raise SceneError(
-            "drive.voltage says nothing of a sink that has a drive.current: give one of them, or drive.current = none"
-        )
+        raise SceneError("drive.voltage says nothing beside drive.current: give one of them, or drive.current = none")
 
 
 def from_dict(document: Mapping[str, Any], scene_type: SceneType[Any] = SINK) -> Any:
@@ -184,9 +182,8 @@ def builtin_text(name: str) -> str:
     """Return a built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
     known = known_names()
     if name not in known:
-        raise SceneError(
-            f"{quoted(name)} is not a built-in scene: give {' or '.join(known)}{did_you_mean(name, known)}"
-        )
+        allowed = f"give {' or '.join(known)}{did_you_mean(name, known)}"
+        raise SceneError(f"{quoted(name)} is not a built-in scene: {allowed}")
     return (_HERE / ("" if name in TYPES else "examples") / f"{name}.toml").read_text(encoding="utf-8")
 
 

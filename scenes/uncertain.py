@@ -69,9 +69,7 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
         keys = [path_of(scene, key.strip(), values, "--correlated") for key in pair.split(",") if key.strip()]
         r = _number(value)
         if len(keys) != 2 or keys[0] == keys[1] or r is None or not -1 <= r <= 1:
-            raise SceneError(
-                f"--correlated {quoted(text)} is no correlation of two keys: give KEY,KEY=0.9, from -1 to 1"
-            )
+            raise SceneError(f"--correlated {quoted(text)} is no correlation: give KEY,KEY=0.9, from -1 to 1")
         for key in keys:
             if key not in relative:
                 raise SceneError(f"--correlated {quoted(text)}: {key} is not uncertain: give it with --uncertain, too")
@@ -97,10 +95,8 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
     path = "" if is_free(scene) else ".".join(filter(None, locate(key, None, type_of(scene).schema)))
     if path in known:
         return path
-    raise SceneError(
-        f"{option} {printable(key)} names no number of this scene: give one of {', '.join(known)}"
-        f"{did_you_mean(key, known)}"
-    )
+    allowed = f"give one of {', '.join(known)}{did_you_mean(key, known)}"
+    raise SceneError(f"{option} {printable(key)} names no number of this scene: {allowed}")
 
 
 def _relative(scene: object, path: str, text: str, value: float) -> float:
@@ -118,10 +114,8 @@ def _relative(scene: object, path: str, text: str, value: float) -> float:
     else:
         raise SceneError(f"--uncertain {path}={printable(text)} is neither in percent nor in the key's unit: {_FORM}")
     if not 0 < relative <= 1:
-        raise SceneError(
-            f"--uncertain {path}={printable(text)} is no standard uncertainty of {kind.show(value)}: give more than "
-            "nothing, and at most all of it"
-        )
+        of = f"{kind.show(value)}: give more than nothing, and at most all of it"
+        raise SceneError(f"--uncertain {path}={printable(text)} is no standard uncertainty of {of}")
     return relative
 
 

@@ -49,30 +49,23 @@ def _check_device(device: Device) -> None:
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     if device.sink.emissivity:
-        raise SceneError(
-            f"environment.emissivity = {device.sink.emissivity:g} is not solved for a device: leave it out, or give 0"
-        )
+        raise SceneError(f"environment.emissivity = {device.sink.emissivity:g} is not solved for a device: give 0")
     _check_control(device)
 
 
 def _check_control(device: Device) -> None:
     room, control, external = device.sink.room_temperature, device.control, device.external
     if not control.set_temperature > room:
-        raise SceneError(
-            f"control.set_temperature = {control.set_temperature:g} K asks for cooling: give more than "
-            f"environment.room_temperature = {room:g} K"
-        )
+        least = f"give more than environment.room_temperature = {room:g} K"
+        raise SceneError(f"control.set_temperature = {control.set_temperature:g} K asks for cooling: {least}")
     if device.end_time / control.sample_time > _MOST_SAMPLES:
-        raise SceneError(
-            f"control.sample_time = {quoted(TIME.show(control.sample_time))} is too short for run.end_time = "
-            f"{quoted(TIME.show(device.end_time))}: give at most {_MOST_SAMPLES} samples in a run"
-        )
+        each, end = (quoted(TIME.show(time)) for time in (control.sample_time, device.end_time))
+        most = f"give at most {_MOST_SAMPLES} samples in a run"
+        raise SceneError(f"control.sample_time = {each} is too short for run.end_time = {end}: {most}")
     for film in (device.sink.silicon, device.gold):
         if not film.temperature_coefficient > 0:
-            raise SceneError(
-                f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient:g} 1/K leaves the "
-                "controllers without a signal: give more than 0"
-            )
+            key = f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient:g} 1/K"
+            raise SceneError(f"{key} leaves the controllers without a signal: give more than 0")
         _check_film(film, "environment.room_temperature", room)
         for name in ("initial_temperature", "final_temperature"):
             _check_film(film, f"external.{name}", getattr(external, name))
@@ -88,9 +81,8 @@ def _check_sizes(sink: Sink) -> None:
         ("anchor.oxide_offset", sink.anchor_distance, room, "anchor.pad_length - anchor.oxide_length"),
     ):
         if size > most + sink.pad_length * ROUNDING:
-            raise SceneError(
-                f"{key} = {_shown(size)} lets the oxide stick out of its pad: give at most {of} = {_shown(most)}"
-            )
+            allowed = f"give at most {of} = {_shown(most)}"
+            raise SceneError(f"{key} = {_shown(size)} lets the oxide stick out of its pad: {allowed}")
     for key, size, default, least, extent in (
         ("length", sink.substrate_length, usual.substrate_length, blocks, "from one block's far side to the other's"),
         ("width", sink.substrate_width, usual.substrate_width, sink.oxide_width, "anchor.oxide_width"),
@@ -98,10 +90,8 @@ def _check_sizes(sink: Sink) -> None:
         if sink.substrate_thickness is None and size != default:
             raise SceneError(f"substrate.{key} = {_shown(size)} is of no substrate: give substrate.thickness too")
         if sink.substrate_thickness is not None and size < least * (1 - ROUNDING):
-            raise SceneError(
-                f"substrate.{key} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, "
-                f"{extent}"
-            )
+            allowed = f"give at least {_shown(least)}, {extent}"
+            raise SceneError(f"substrate.{key} = {_shown(size)} lets the oxide stick out of it: {allowed}")
     current, row = sink.current is not None, sink.spans > 1
     for wrong, key, beside in (
         (current and sink.voltage != usual.voltage, "drive.voltage", "drive.current"),
@@ -115,10 +105,8 @@ def _check_sizes(sink: Sink) -> None:
             value = type_of(sink).schema.write(sink)[key]
             raise SceneError(f"{key} = {value:g} is not solved beside {beside}: give one of them")
     if row and sink.island > sink.length * (1 + ROUNDING):
-        raise SceneError(
-            f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
-            f"{_shown(sink.length)}"
-        )
+        allowed = f"give at most sink.length = {_shown(sink.length)}"
+        raise SceneError(f"sink.island_length = {_shown(sink.island)} is longer than a span: {allowed}")
 
 
 def _shown(length: float) -> str:

@@ -200,21 +200,14 @@ def _pair(scene: AnyScene, probe: Any, conductors: list[Collection[str]]) -> Pai
     others = {n for names in conductors if electrode.name in names for n in names} - {electrode.name}
     if len(others) != 1:
         has = f"{len(others)} others, {listed(sorted(others))}" if others else "no other"
-        raise SceneError(
-            f"{said}, which is between two electrodes, and the conductor of {quoted(electrode.name)} has {has}: give "
-            "an electrode of a conductor with two"
-        )
+        whose = f"the conductor of {quoted(electrode.name)} has {has}"
+        raise SceneError(f"{said}, which is between two electrodes, and {whose}: give one of a conductor with two")
     partner = electrodes[others.pop()]
     if _idle(scene, electrode, partner):
-        drive = (
-            "current passes"
-            if inf in (electrode.series_resistance, partner.series_resistance)
-            else "voltage drives one"
-        )
-        raise SceneError(
-            f"{said}, and for some time no {drive} between {quoted(electrode.name)} and {quoted(partner.name)}: give "
-            "them a small one, as one would to measure"
-        )
+        by_current = inf in (electrode.series_resistance, partner.series_resistance)
+        flows = "current passes" if by_current else "voltage drives one"
+        where = f"{flows} between {quoted(electrode.name)} and {quoted(partner.name)}"
+        raise SceneError(f"{said}, and for some time no {where}: give a small one, as one would to measure")
     return electrode, partner
 
 
