@@ -35,9 +35,6 @@ class March:
     flows : (samples, k), heat flows in W
     limited : (samples, 2), whether the limiter held the voltage
     stopped : whether the run ended early, at a rise above `CEILING`
-    change, stepped : (n,), change of the amplitudes over the run, and its part by outer steps
-    energy : (2,), heat generated in (sink, sensor), J
-    outer_time, outer : integral (K s) and change (K) of the outer rise
     """
 
     rises: np.ndarray
@@ -46,11 +43,6 @@ class March:
     flows: np.ndarray
     limited: np.ndarray
     stopped: bool
-    change: np.ndarray
-    stepped: np.ndarray
-    energy: np.ndarray
-    outer_time: float
-    outer: float
 
     @cached_property
     def traces(self) -> np.ndarray:
@@ -170,18 +162,16 @@ def march(
     control, table = Controllers(settings(device, modal.resistance, modal.coefficient)), timetable(device)
     at, m = _Places(modal, nodes, device.control.ground_resistance), modal.responses
     history, voltages = np.empty((table.samples, len(at.film))), np.empty((table.samples, 2))
-    n = modal.count
-    b, voltage, jump = np.zeros(n + 2), np.zeros(2), np.r_[modal.jump, 0.0, 0.0]
+    b, voltage, outer, stopped = np.zeros(modal.count), np.zeros(2), 0.0, False
     ratio, powers = np.ones(len(at.film)), np.zeros(len(at.film))
-    stepped, outer, outer_time, stopped = np.zeros(n), 0.0, 0.0, False
     if start == "settled":
         settled = state_of(modal, device, device.external.initial_temperature)
         heat, voltage = modal.heat(settled.power, settled.rise), settled.voltage
         control.voltage = voltage
-        b[:n] = heat @ modal.shape / modal.rates
+        b = heat @ modal.shape / modal.rates
         powers[m : m * (nodes + 1)] = np.repeat(heat, nodes)
         outer = device.external.initial_temperature - device.sink.room_temperature
-    static, initial, before = outer * at.outer + at.offset, b[:n], outer
+    static = outer * at.outer + at.offset
     fed, intervals = bool(at.feed.any()), dict[float, Interval]()
     for k, measure, step, length in table.stretches():
         key = length or table.sample_time
@@ -201,19 +191,17 @@ def march(
                 break
         if step is not None:
             # Just after the sample at its time.
-            b = b - (step - outer) * jump
-            stepped -= (step - outer) * modal.jump
+            b = b - (step - outer) * modal.jump
             outer, static = step, step * at.outer + at.offset
             free = t.reading @ b + static
         powers, ratio = at.solve(free, t.kernel, voltage, ratio, tolerance)
         b = t.decay * b + t.gain @ powers
-        outer_time += outer * length
     history, voltages = history[: k + 1], voltages[: k + 1]
     resistance = modal.resistance * (1 + modal.coefficient * history[:, :2])
     limited = (voltages == control.lowest) & (control.gain > 0)
     return March(
         history[:, :2], voltages, circuit.powers(voltages, resistance, at.ground), history[:, at.flows], limited,
-        stopped, b[:n] - initial, stepped, b[n:], outer_time, outer - before,
+        stopped,
     )  # fmt: skip
 
 
@@ -224,10 +212,10 @@ class Interval:
     The size = m (q + 1) + k places are the responses at the start, then at the nodes (response by response), and the
     flows at the start.
 
-    reading : (size, n + 2), rises (K) at the places and flows (W) per amplitude at the start, without heat
+    reading : (size, n), rises (K) at the places and flows (W) per amplitude at the start, without heat
     kernel : (size, size), rises per heat (K/W)
-    gain : (n + 2, size), amplitudes at the end per heat; the last two are the energies (J) in sink and sensor
-    decay : (n + 2,), amplitudes at the end per amplitude at the start
+    gain : (n, size), amplitudes at the end per heat
+    decay : (n,), amplitudes at the end per amplitude at the start
     """
 
     reading: np.ndarray
@@ -244,17 +232,13 @@ def interval(modal: Modal, length: float, q: int) -> Interval:
     later = np.einsum("in,mnl,jn->imjl", modal.shape, response, modal.shape)
     free = np.einsum("in,mn->imn", modal.shape, np.exp(-np.outer(x[1:] ** 2, modal.rates * length)))
     last = np.einsum("nl,jn->njl", response[-1], modal.shape)
-    points, w = _graded(x[-1], 4, q + 8)
     size = m * (q + 1) + k
-    reading, kernel, gain = np.zeros((size, n + 2)), np.zeros((size, size)), np.zeros((n + 2, size))
+    kernel, gain = np.zeros((size, size)), np.zeros((n, size))
     nodes = slice(m, m * (q + 1))
     kernel[nodes, :m], kernel[nodes, nodes] = later[..., 0].reshape(m * q, m), later[..., 1:].reshape(m * q, m * q)
-    gain[:n, :m], gain[:n, nodes] = last[..., 0], last[..., 1:].reshape(-1, m * q)
-    weights = length * (w * 2 * points) @ _lagrange(x, points)
-    for film in (0, 1):
-        gain[n + film, np.r_[film, m + film * q + np.arange(q)]] = weights
-    reading[:, :n] = np.vstack([modal.shape, free.reshape(m * q, -1), modal.flux])
-    return Interval(reading, kernel, gain, np.r_[np.exp(-modal.rates * length), 1.0, 1.0])
+    gain[:, :m], gain[:, nodes] = last[..., 0], last[..., 1:].reshape(-1, m * q)
+    reading = np.vstack([modal.shape, free.reshape(m * q, -1), modal.flux])
+    return Interval(reading, kernel, gain, np.exp(-modal.rates * length))
 
 
 def _response(decay: np.ndarray, x: np.ndarray, node: int) -> np.ndarray:

@@ -43,7 +43,7 @@ def measurable_range(device: Device, *, voltage: float = np.inf, power: float = 
 
     if not (0 < min(voltage, power) < np.inf):
         raise ValueError("give the sensor's largest voltage or power, a positive number")
-    lowest, highest = held_range(modes(lump(device), DEGREE).modal, device)
+    lowest, highest = held_range(modes(lump(device), DEGREE), device)
     if math.isnan(highest):
         return Range(lowest, highest, math.nan, math.nan, math.nan)
 
@@ -278,7 +278,7 @@ def make(
 def exported(run: Run) -> Whole:
     """The model to export, and its closed loop, from a run of the accurate scheme."""
     device, degree = run.device, run.result.details["degree"]
-    fine, lower = (modes(lump(device), d).modal for d in (degree, degree - LESS))
+    fine, lower = (modes(lump(device), d) for d in (degree, degree - LESS))
     return Whole(f"{device.name}, in 1D", device, fine, run.result, {}, [(lower, 1.0)])
 
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -119,17 +118,9 @@ def around(device: Device) -> dict[str, Steady]:
     return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
 
 
-class Modes(NamedTuple):
-    """The modes, without local departures and with one flow, that from the sensor into the polymer; ``content`` (n,)
-    and ``content_external`` give the heat in J/K stored in sink, insulator and sensor."""
-
-    modal: Modal
-    content: np.ndarray
-    content_external: float
-
-
-def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GRIDS) -> Modes:
-    """Modes of the device with insulator and polymer cut at ``grids`` into elements of a degree of at least 2."""
+def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GRIDS) -> Modal:
+    """Modes of the device with insulator and polymer cut at ``grids`` into elements of a degree of at least 2; without
+    local departures, and with one flow, that from the sensor into the polymer."""
     slabs, cuts = (lumped.insulator, lumped.polymer), [len(grid) - 1 for grid in grids]
     sizes = [slab.thickness * np.diff(grid) for slab, grid in zip(slabs, grids, strict=True)]
     heights, sensor, outer = np.concatenate([[0.0], *sizes]).cumsum(), cuts[0], sum(cuts)
@@ -150,9 +141,7 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     below[free] = scipy.linalg.solve(K, down * np.eye(e.size)[0][free], assume_a="pos")
     rates, phi = modes_of(mass[np.ix_(free, free)], K)
     into_polymer = -conductivity[-1] * e.at([0], heights[[sensor]])[1].toarray()[0]
-    content = e.integral(capacity * (np.arange(outer) < sensor))
-    content[films] += lumped.capacity
-    modal = Modal(
+    return Modal(
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
         phi.T @ (mass[np.ix_(free, free)] @ (w - unit_step)[free]),
         (into_polymer[free] @ phi)[None], np.array([into_polymer @ w]), np.zeros((1, 2)),
@@ -161,7 +150,6 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
             down * (1 - float(below[0])),
         ),
     )  # fmt: skip
-    return Modes(modal, content[free] @ phi, float(content @ w))
 
 
 def _step(mass: np.ndarray, last: np.ndarray, degree: int) -> np.ndarray:
@@ -176,7 +164,7 @@ def _step(mass: np.ndarray, last: np.ndarray, degree: int) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _modal(device: Device, degree: int = DEGREE) -> Modal:
-    return modes(lump(device), degree).modal
+    return modes(lump(device), degree)
 
 
 def plant(device: Device, external: float | None = None) -> Plant:

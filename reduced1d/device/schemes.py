@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import solve_banded
 
-from reduced1d.device.lumped import Lumped, Modes, Slab, around, lump, modes, stability, steady
+from reduced1d.device.lumped import Lumped, Slab, around, lump, modes, stability, steady
 from reduced1d.equations import Values
 from scenes.device import Device
 from statespace.circuit import metered, settings, timetable
@@ -228,23 +228,6 @@ def runge_kutta_step(
     return rise + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:
-    """The imbalance of heat of sink, insulator and sensor over a run, as a part of the
-    heat (J) that was generated or passed the boundaries: to substrate and air, and into the polymer.
-
-    The time integral of each mode is exact, from its own equation. The heat into the polymer is that of the reported
-    flux, from the temperature's slope at the sensor, not the flux that the discretisation balances by construction.
-    """
-    m = modes.modal
-    heat = (run.energy @ m.shape - run.change + run.stepped) / m.rates
-    generated = float(run.energy.sum())
-    anchors = float(lumped.conductance * (m.shape[0] @ heat + m.external[0] * run.outer_time))
-    polymer = float(m.flux[0] @ heat + m.flux_external[0] * run.outer_time)
-    stored = float(modes.content @ run.change + modes.content_external * run.outer)
-    total = abs(generated) + abs(anchors) + abs(polymer)
-    return (generated - anchors - polymer - stored) / total if total else 0.0
-
-
 def solve_accurate(
     device: Device, *, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold",
     with_findings: bool = True,
@@ -267,7 +250,7 @@ def solve_accurate(
         spectrum, tolerance = modes(lumped, degree), min(1e-4 * goal, 1e-8)
         coarser = modes(lumped, degree - LESS)
         run, less_space, less_time = (
-            march(each.modal, q, device, tolerance, meter, start)
+            march(each, q, device, tolerance, meter, start)
             for each, q in ((spectrum, nodes), (coarser, nodes), (spectrum, nodes - 2))
         )
         parts = {"space": run.distance(less_space), "time": run.distance(less_time)}
@@ -282,8 +265,8 @@ def solve_accurate(
     return device_result(
         "accurate", device, run.traces, errors, **around(device), error_parts=parts, findings=said,
         details={
-            "states": spectrum.modal.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
-            "energy_imbalance": imbalance(lumped, spectrum, run), "stopped": run.stopped,
+            "states": spectrum.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
+            "stopped": run.stopped,
         },
     )  # fmt: skip
 

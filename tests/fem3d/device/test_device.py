@@ -214,7 +214,7 @@ def test_a_warmer_substrate_over_time_is_that_of_every_unknown_stepped_on_anothe
     found = by_warmer_substrate(states.fine, states.nodes)
     tolerance = (ACCURACY / 2 + 5e-4) * np.abs(full).max()
     assert np.abs(found[:samples] - full).max() < tolerance
-    in_1d = by_warmer_substrate(modes(lump(Device()), DEGREE).modal, states.nodes)
+    in_1d = by_warmer_substrate(modes(lump(Device()), DEGREE), states.nodes)
     assert np.abs(in_1d[:samples] - full)[:, 0].max() > 10 * tolerance
     # Sampled at other times the loops answer otherwise.
     assert (np.abs(found[1 : samples + 1] - full).max(axis=0) > 10 * tolerance).all()
