@@ -50,7 +50,7 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     exponents: list[dict[float, float]] = [{}, {}, {}]
     k = np.where(grid.solid, thermal[:, grid.owner], 0.0)
     fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
-    largest = max((c.thermal_resistance for c in scene.contacts), default=np.inf)
+    largest = max((c.thermal_resistance for c in scene.contacts), default=1.0)
     beside = np.where(k * largest > fine, k, 0.0)
     _collect(
         grid, k, beside, _held(scene, "temperature"), graph.jumps("thermal_resistance"), _passing(scene), exponents

@@ -287,7 +287,8 @@ def with_rows(
     drive = answer.heat.inputs
     knots = drive.knots(study.end)
     jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
-    times, rows, between = fields.choose(answer.steps, traces, allowed, jumps, study.instants)
+    ends = [*(step.start for step in answer.steps), answer.steps[-1].start + answer.steps[-1].length]
+    times, rows, between = fields.choose(ends, traces, allowed, jumps, study.instants)
     if answer.heat.lifts.any():
         _start(answer.heat.domain, rows)
     relative = {name: errors[name] / scales[name] for name in errors}

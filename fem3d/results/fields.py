@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise, product
-from typing import Protocol
 
 import numpy as np
 from skfem import ElementHex2, ElementTetP2
@@ -30,7 +29,8 @@ from fem3d.spaces.integrals import Cells, Space
 from meshes.symmetry import Symmetry
 from scenes.model import ROUNDING
 
-MOST_ROWS, FEWEST = 50_000, 40
+MOST_ROWS = 20_000
+INSTANT = 1e-12  # of the end time
 # VTK's order of the corners of a hexahedron, of its edges by their corners, and of the middles of its faces, doubled.
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
@@ -39,20 +39,8 @@ FACES = ((0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2))
 BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
 
-class Step(Protocol):
-    """A step in time."""
-
-    @property
-    def start(self) -> float:
-        """Its start (s)."""
-
-    @property
-    def length(self) -> float:
-        """Its length (s)."""
-
-
 def choose(
-    steps: Sequence[Step],
+    ends: Sequence[float],
     evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
     allowed: dict[str, float],
     jumps: Sequence[float] = (),
@@ -61,63 +49,30 @@ def choose(
     """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace,
     the traces there, and the interpolation errors.
 
-    The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
-    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin. Intervals are halved where a trace
-    still deviates, in the middle between two rows or at any other sample.
+    The steps of the response, between their ``ends`` (s), are halved until a line is close enough at a quarter, a half
+    and three quarters of each.
     Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
     """
-    inner = (1 - np.cos(np.linspace(0, np.pi, 25)[:-1])) / 2
-    end = steps[-1].start + steps[-1].length
-    cuts = [0.0, *jumps, end]
-    pieces = []
-    for start, stop in pairwise(cuts):
-        within = [s for s in steps if start <= s.start < stop]
-        last = stop if stop == end else stop - 1e-9 * (stop - start)
-        fine = np.concatenate([s.start + s.length * inner for s in within] + [[last]])
-        pieces.append(_piece(fine, evaluate, allowed, MOST_ROWS // len(cuts), FEWEST if len(cuts) == 2 else 4))
-    times = np.unique(np.concatenate([*(p[0] for p in pieces), [t for t in instants if 0.0 <= t <= end]]))
-    # A stretch alone has been evaluated at its rows.
-    traces = pieces[0][2] if len(pieces) == 1 and len(times) == len(pieces[0][0]) else evaluate(times)
-    return times, traces, {name: max(p[1][name] for p in pieces) for name in allowed}
-
-
-def _piece(
-    fine: np.ndarray,
-    evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
-    allowed: dict[str, float],
-    most: int,
-    fewest: int,
-) -> tuple[np.ndarray, dict[str, float], dict[str, np.ndarray]]:
-    """The rows of a stretch without jumps, sampled at ``fine``, the errors between them, and the traces there."""
-    traces = evaluate(fine)
-    h = np.diff(fine)
-    density = np.zeros(len(fine))
-    for name, y in traces.items():
-        slope = np.diff(y) / h
-        bend = np.abs(np.diff(slope)) / ((h[1:] + h[:-1]) / 2)
-        bend = np.concatenate([bend[:1], bend, bend[-1:]])
-        density = np.maximum(density, np.sqrt(bend / 8 / allowed[name]))
-    share = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * h)])
-    share += 1e-9 * np.arange(len(fine))
-    count = min(max(int(np.ceil(1.3 * share[-1])), fewest), most)
-    times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
-    times[0], times[-1] = fine[0], fine[-1]
-    rows, new = evaluate(times), np.arange(count)  # a stretch is known by the place of the row that it begins at
-    while True:
-        fine = np.concatenate([fine, middles := (times[new] + times[new + 1]) / 2])
-        between = evaluate(middles)
-        traces = {name: np.concatenate([y, between[name]]) for name, y in traces.items()}
-        off = {name: np.abs(np.interp(fine, times, rows[name]) - y) for name, y in traces.items()}
-        missed = fine[np.any([off[name] > allowed[name] for name in off], axis=0)]
-        coarse = np.unique(np.clip(np.searchsorted(times, missed), 1, len(times) - 1))
-        if not len(coarse) or len(times) + len(coarse) > most + 1:
-            return times, {name: float(y.max()) for name, y in off.items()}, rows
-        added = (times[coarse - 1] + times[coarse]) / 2
-        at_added = evaluate(added)
-        times = np.insert(times, coarse, added)
-        rows = {name: np.insert(y, coarse, at_added[name]) for name, y in rows.items()}
-        behind = coarse + np.arange(len(coarse))
-        new = np.sort(np.concatenate([behind - 1, behind]))
+    before = [b - 1e-9 * (b - a) for a, b in pairwise([0.0, *jumps])]
+    within = [t for t in instants if 0.0 <= t <= ends[-1]]
+    times = np.unique(np.array([*ends, *before, *jumps, *within]))
+    rows, new = evaluate(times), np.flatnonzero(~np.isin(times[1:], jumps))
+    worst, parts = dict.fromkeys(allowed, 0.0), np.array([0.25, 0.5, 0.75])
+    # A shorter interval is a jump.
+    while len(new := new[times[new + 1] - times[new] > INSTANT * times[-1]]):
+        inner = times[new, None] * (1 - parts) + times[new + 1, None] * parts
+        between = {name: y.reshape(inner.shape) for name, y in evaluate(inner.ravel()).items()}
+        lines = {name: y[new, None] * (1 - parts) + y[new + 1, None] * parts for name, y in rows.items()}
+        off = {name: np.abs(between[name] - lines[name]).max(axis=1) for name in allowed}
+        coarse = np.any([off[name] > allowed[name] for name in allowed], axis=0)
+        coarse &= len(times) + coarse.sum() <= MOST_ROWS
+        worst = {name: max(worst[name], float(off[name][~coarse].max(initial=0.0))) for name in allowed}
+        at = new[coarse]
+        times = np.insert(times, at + 1, inner[coarse, 1])
+        rows = {name: np.insert(y, at + 1, between[name][coarse, 1]) for name, y in rows.items()}
+        first = at + np.arange(len(at))
+        new = np.sort(np.concatenate([first, first + 1]))
+    return times, rows, worst
 
 
 @dataclass(frozen=True)

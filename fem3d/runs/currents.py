@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -49,39 +49,31 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
     g = np.stack([inputs.at(times)[:, channel] / value for channel, value in driven])
 
     def answered(accuracy: float) -> _Sum:
-        alone = [solve(_alone(scene, channel, value, extremes, accuracy)) for channel, value in driven]
-        return _added(scene, alone, g, extremes)
+        return _added(scene, [solve(_alone(scene, *each, extremes, accuracy)) for each in driven], g, extremes)
 
     each = max(scene.accuracy / len(driven), ACCURACY.lower)
-    best = answered(each)
+    results, values, errors, worst, share = answered(each)
     # Several voltages together may drive less than one alone, which makes the relative error larger.
-    needed = scene.accuracy * best.share
-    if best.worst > scene.accuracy and needed >= max(FINEST * scene.accuracy, ACCURACY.lower / len(driven)):
+    needed = scene.accuracy * share
+    if worst > scene.accuracy and needed >= max(FINEST * scene.accuracy, ACCURACY.lower / len(driven)):
         with suppress(NumericsError):
-            best = min(best, answered(needed), key=lambda one: one.worst)
-    results, values, errors = best.alone, best.values, best.errors
-    worst = {key: max(r.details[key] for r in results) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
-    details = {**results[0].details, **worst, "plan": plan}
-    details["transient_imbalance"] = details["energy_imbalance"]
-    details["warnings"] = list(dict.fromkeys(text for r in results for text in r.details["warnings"]))
-    if len(driven) > 1 and best.worst > scene.accuracy:
-        details["warnings"].append(
-            f"the errors of {len(driven)} voltages that vary apart add up to {best.worst:.1e} of what they drive "
-            f"together, more than the accuracy of {scene.accuracy:g}"
+            results, values, errors, worst, _ = answered(needed)
+    most = {key: max(r.details[key] for r in results) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
+    warnings = list(dict.fromkeys(text for r in results for text in r.details["warnings"]))
+    if len(driven) > 1 and worst > scene.accuracy:
+        warnings.append(
+            f"the errors of {len(driven)} voltages that vary apart add up to {worst:.1e} of what they drive together, "
+            f"more than the accuracy of {scene.accuracy:g}"
         )
-    return Result("fem3d", {}, Traces(times, values, errors), details)
+    details = {**results[0].details, **most, "plan": plan, "warnings": warnings}
+    return Result(
+        "fem3d", {}, Traces(times, values, errors), details | {"transient_imbalance": most["energy_imbalance"]}
+    )
 
 
-class _Sum(NamedTuple):
-    """Superposition of all voltages: the steady answers to each voltage ``alone``, the sums over time and their errors,
-    the ``worst`` relative error, and ``share``, the least ratio of a scale to the sum of the scales of all voltages
-    alone."""
-
-    alone: list[Result]
-    values: dict[str, np.ndarray]
-    errors: dict[str, float]
-    worst: float
-    share: float
+_Sum = tuple[list[Result], dict[str, np.ndarray], dict[str, float], float, float]
+"""The steady answers to each voltage alone, the sums over time, their errors, the largest relative error, and the least
+ratio of a scale to the sum of the scales of all voltages alone."""
 
 
 def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[str]) -> _Sum:
@@ -101,9 +93,8 @@ def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[s
     together |= {f"probe:{name}": value for name, value in values.items()}
     none = np.zeros(1)
     scales = probe_quantities.scales(scene, {"power": none, "generated": none, **together}, {})
-    worst = max(e / scales[name] for name, e in errors.items())
     share = min(scales[name] / sum(r.details["scales"][name] for r in alone) for name in errors)
-    return _Sum(alone, values, errors, worst, share)
+    return alone, values, errors, max(e / scales[name] for name, e in errors.items()), share
 
 
 def plan(scene: AnyScene) -> tuple[Step, Step]:
