@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from scenes.errors import SceneError, quoted
-from scenes.kinds import INSTANT, Kind, Part, Quantity, only
+from scenes.kinds import INSTANT, Kind, Quantity, only
 from scenes.laws import PowerLaw, Property, Table
 from scenes.model import ROUNDING, Schedule, Value
 from scenes.parameters import quantity
 from scenes.units import NUMBER, PLAIN, TEMPERATURE, Dimension, UnitError
 
 _ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
-_EXPONENT = Quantity(NUMBER, 0.0, 20.0, signed=True)  # larger ones are slips
+EXPONENT = Quantity(NUMBER, 0.0, 20.0, signed=True)  # larger ones are slips
 
 
 def _columns(
@@ -66,16 +66,6 @@ class Varying(Kind):
             joined.append(joined[-1] if time - joined[-1] <= ROUNDING * time else time)
         return Schedule(tuple(joined), values)
 
-    def write(self, value: Any) -> Any:
-        return super().write(value) if isinstance(value, Schedule) else self.quantity.write(value)
-
-    def numbers(self, value: Any) -> Iterator[Part]:
-        if isinstance(value, Schedule):
-            largest = max(value.values, key=abs)
-            yield Part("", largest, self.quantity, lambda f: replace(value, values=tuple(f * v for v in value.values)))
-        else:
-            yield from self.quantity.numbers(value)
-
 
 @dataclass(frozen=True)
 class Following(Kind):
@@ -103,7 +93,7 @@ class Following(Kind):
             for name in ("value", "at", "exponent"):
                 if name not in given:
                     raise SceneError(f"{path}.{name} is missing: give {example}, a table, or one value")
-            exponent = _EXPONENT.read(f"{path}.exponent", given["exponent"])
+            exponent = EXPONENT.read(f"{path}.exponent", given["exponent"])
             value, at = positive.read(f"{path}.value", given["value"]), _ABSOLUTE.read(f"{path}.at", given["at"])
             return PowerLaw(value or 0.0, at or 0.0, exponent or 0.0)
         if not isinstance(given, (list, tuple)):
@@ -114,11 +104,6 @@ class Following(Kind):
             raise SceneError(f"{path} = {quoted(given)} is not [x, y, z]: give one value, or three along the axes")
         return tuple(Following(positive).read(f"{path}[{'xyz'[d]}]", each) for d, each in enumerate(given))
 
-    def write(self, value: Any) -> Any:
-        if isinstance(value, tuple):
-            return [self.write(each) for each in value]
-        return super().write(value) if isinstance(value, (PowerLaw, Table)) else self.quantity.write(value)
-
     def show(self, value: Any) -> str:
         if isinstance(value, tuple):
             return f"[{', '.join(map(self.show, value))}]"
@@ -128,30 +113,6 @@ class Following(Kind):
             points = zip(value.temperatures, value.values, strict=True)
             return ", ".join(f"{self.quantity.show(v)} at {t:g} K" for t, v in points)
         return self.quantity.show(value)
-
-    def numbers(self, value: Any) -> Iterator[Part]:
-        """Yield a law's value, or the largest of its table, as a whole, and its exponent; along axes each."""
-        if isinstance(value, PowerLaw):
-            yield Part("", value.value, self.quantity, lambda f: replace(value, value=f * value.value))
-            yield Part(".exponent", value.exponent, _EXPONENT, lambda f: replace(value, exponent=f * value.exponent))
-        elif isinstance(value, Table):
-            largest = max(value.values)
-            yield Part("", largest, self.quantity, lambda f: replace(value, values=tuple(f * v for v in value.values)))
-        elif isinstance(value, tuple):
-            powers = [law for law in value if isinstance(law, PowerLaw)] if self.proportional else []
-            for d, each in enumerate(value):
-                for end, number, quantity, times in self.numbers(each):
-                    if not (powers and end):
-                        yield Part(f"[{'xyz'[d]}]{end}", number, quantity, _along(value, d, times))
-            if powers:
-                n = powers[0].exponent
-                yield Part(".exponent", n, _EXPONENT, lambda f: tuple(replace(law, exponent=f * n) for law in powers))
-        else:
-            yield from self.quantity.numbers(value)
-
-
-def _along(value: tuple[Any, ...], axis: int, times: Callable[[float], Any]) -> Callable[[float], Any]:
-    return lambda factor: (*value[:axis], times(factor), *value[axis + 1 :])
 
 
 @dataclass(frozen=True)
@@ -188,13 +149,6 @@ class Surroundings(Kind):
     def write(self, value: Any) -> Any:
         return {self.name: (self.law or self.quantity).write(value[0]), "ambient": self.ambient.write(value[1])}
 
-    def numbers(self, value: Any) -> Iterator[Part]:
-        coefficient, ambient = value
-        for end, number, kind, times in self.ambient.numbers(ambient):
-            yield Part(f".ambient{end}", number, kind, _along(value, 1, times))
-        for end, number, kind, times in (self.law or self.quantity).numbers(coefficient):
-            yield Part(f".{self.name}{end}", number, kind, _along(value, 0, times))
-
 
 class Resistance(NamedTuple):
     """The resistance of a contact times its area, and the dimension of the unit that it was given in, if any."""
@@ -226,6 +180,3 @@ class ContactResistance(Kind):
 
     def show(self, value: Any) -> str:
         return self.quantities[0].show(value)
-
-    def numbers(self, value: Any) -> Iterator[Part]:
-        yield Part("", value.value, self.quantities[0], lambda factor: value._replace(value=factor * value.value))

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
@@ -22,15 +22,6 @@ from scenes.units import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, UnitError
 
 _MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
 _ENDS = "with a letter or digit at either end"
-
-
-class Part(NamedTuple):
-    """A number in a value: the end of its key, its SI value and kind, and the value with this number times a factor."""
-
-    end: str
-    number: float
-    quantity: Quantity
-    times: Callable[[float], Any]
 
 
 class Kind(ABC):
@@ -49,15 +40,12 @@ class Kind(ABC):
 
     def write(self, value: Any) -> Any:
         """Return the value as a file has it."""
-        return self.word if value is None and self.word is not None else plain(value)
+        word = getattr(self, "quantity", self).word
+        return word if value is None and word is not None else plain(value)
 
     def show(self, value: Any) -> str:
         """Return the value as text."""
         return str(self.write(value))
-
-    def numbers(self, value: Any) -> Iterator[Part]:
-        """Yield the numbers in a value by which a scene can be varied."""
-        return iter(())
 
     def refusal(self, path: str, given: object, fault: str) -> SceneError:
         """Return the error for a value with a fault."""
@@ -72,7 +60,7 @@ def plain(value: Any) -> Any:
         return {str(key): plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(each) for each in value]
-    return float(value) if isinstance(value, Real) and not isinstance(value, (bool, int)) else value
+    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
 @dataclass(frozen=True)
@@ -111,16 +99,8 @@ class Quantity(Kind):
             raise self.refusal(path, given, computed + fault)
         return value
 
-    def write(self, value: Any) -> Any:
-        # Anything else stays as it is, for `read` to refuse.
-        return float(value) if isinstance(value, int) and not isinstance(value, bool) else super().write(value)
-
     def show(self, value: Any) -> str:
         return self.word or "" if value is None else self.dimension.show(value)
-
-    def numbers(self, value: Any) -> Iterator[Part]:
-        if value is not None:
-            yield Part("", value, self, lambda factor: factor * value)
 
     def number(self, given: object) -> tuple[float, str]:
         """Return the SI value and its fault, one of the two being empty."""
@@ -157,6 +137,9 @@ class Count(Kind):
     @property
     def form(self) -> str:
         return f"a whole number from {self.lower} to {self.upper}"
+
+    def write(self, value: Any) -> Any:
+        return value
 
     def read(self, path: str, given: object) -> int:
         value, fault = Quantity(NUMBER, 0.0, 0.0).number(given)
@@ -320,12 +303,14 @@ class Place(Kind):
 
 @dataclass(frozen=True)
 class Items(Kind):
-    """A list of values of one kind, ``called`` so; ``example`` is one list, and ``count`` its length, if fixed."""
+    """A list of values of one kind, ``called`` so; ``example`` is one list, and ``count`` its length, if fixed.
+    ``ascending`` values have each once."""
 
     member: Kind
     called: str
     example: str
     count: int = 0
+    ascending: bool = False
 
     @property
     def form(self) -> str:
@@ -336,20 +321,13 @@ class Items(Kind):
             raise self.refusal(path, given, "is not a list" if self.count != 2 else "is not a pair")
         if len(given) > 10_000:  # each output time is a row of traces.csv
             raise SceneError(f"{path} has {len(given)} {self.called}: give at most 10000")
-        return tuple(self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1))
-
-
-@dataclass(frozen=True)
-class Instants(Items):
-    """A list of times; the value has each once, ascending."""
-
-    def read(self, path: str, given: object) -> tuple[Any, ...]:
-        return tuple(sorted(set(super().read(path, given))))
+        values = [self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1)]
+        return tuple(sorted(set(values)) if self.ascending else values)
 
 
 INSTANT = Quantity(TIME, 0.0, 1e9)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
-OUTPUT_TIMES = Instants(INSTANT, "times", '[0.1, "200 ms"]')
+OUTPUT_TIMES = Items(INSTANT, "times", '[0.1, "200 ms"]', ascending=True)
 
 
 def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:

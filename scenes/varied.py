@@ -19,10 +19,11 @@ from typing import Any, TypeVar
 
 from scenes import laws, physics
 from scenes.free.tables import CURRENT_CONTACT, LISTS
-from scenes.functions import ContactResistance
+from scenes.functions import EXPONENT, ContactResistance, Following, Resistance, Surroundings
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
-from scenes.model import ROUNDING, AnyScene, Scene
+from scenes.laws import PowerLaw, Table
+from scenes.model import ROUNDING, AnyScene, Scene, Schedule
 from scenes.parameters import SECTION, Parameters, transferred
 from scenes.schema import CONDUCTIVITY, Item, label_of
 from scenes.units import LENGTH, dimension_of
@@ -171,6 +172,40 @@ class Number:
     more: Change
 
 
+def parts(kind: Any, value: Any) -> Iterator[tuple[str, float, Quantity, Change]]:
+    """Yield the numbers in a value of a kind: the end of the key, the number, its kind, and the value with this number
+    times a factor. A schedule or a table is varied as a whole, by its largest value."""
+    match value:
+        case PowerLaw():
+            yield "", value.value, kind.quantity, lambda factor: replace(value, value=factor * value.value)
+            yield ".exponent", value.exponent, EXPONENT, lambda f: replace(value, exponent=f * value.exponent)
+        case Schedule() | Table():
+            largest = max(value.values, key=abs)
+            yield "", largest, kind.quantity, lambda f: replace(value, values=tuple(f * v for v in value.values))
+        case Resistance():
+            yield "", value.value, kind.quantities[0], lambda factor: value._replace(value=factor * value.value)
+        case (coefficient, ambient) if isinstance(kind, Surroundings):
+            for end, number, quantity, times in parts(kind.ambient, ambient):
+                yield f".ambient{end}", number, quantity, _along(value, 1, times)
+            for end, number, quantity, times in parts(kind.law or kind.quantity, coefficient):
+                yield f".{kind.name}{end}", number, quantity, _along(value, 0, times)
+        case (_, _, _) if isinstance(kind, Following):
+            powers = [law for law in value if isinstance(law, PowerLaw)] if kind.proportional else []
+            for d, each in enumerate(value):
+                for end, number, quantity, times in parts(kind, each):
+                    if not (powers and end):
+                        yield f"[{'xyz'[d]}]{end}", number, quantity, _along(value, d, times)
+            if powers:
+                n = powers[0].exponent
+                yield ".exponent", n, EXPONENT, lambda f: tuple(replace(law, exponent=f * n) for law in powers)
+        case _ if value is not None and isinstance(quantity := getattr(kind, "quantity", kind), Quantity):
+            yield "", value, quantity, lambda factor: factor * value
+
+
+def _along(value: tuple[Any, ...], place: int, times: Change) -> Change:
+    return lambda factor: (*value[:place], times(factor), *value[place + 1 :])
+
+
 def every_number(scene: Any) -> dict[str, Number]:
     """Return the numbers of any scene by their keys, zeros and keys made of parameters included."""
     return of_free(scene) if is_free(scene) else _of_parametric(scene)
@@ -190,7 +225,7 @@ def _of_parametric(scene: Any) -> dict[str, Number]:
             resistivity = attrgetter(key.attribute.rpartition(".")[0])(scene).resistivity
             if resistivity is None or laws.varies(resistivity):
                 continue
-        for end, number, quantity, times in key.kind.numbers(value):
+        for end, number, quantity, times in parts(key.kind, value):
 
             def more(part: float, path: str = path, times: Callable[[float], Any] = times) -> Any:
                 return schema.apply({path: times(1 + part)}, scene)
@@ -233,7 +268,7 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
                     continue
                 if key == "contact_resistance" and {"voltage", "current"} & set(item.values):
                     kind = ContactResistance((CURRENT_CONTACT,))
-                for end, number, quantity, times in kind.numbers(value):
+                for end, number, quantity, times in parts(kind, value):
 
                     def more(
                         part: float, at: tuple[str, int, str] = (table, n, key), times: Callable[[float], Any] = times
