@@ -7,21 +7,19 @@ from __future__ import annotations
 
 import math
 import os
-import signal
+import subprocess
 import sys
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
-from multiprocessing import Pipe, parent_process
+from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
-from multiprocessing.resource_tracker import ensure_running
-from multiprocessing.util import Finalize
+from signal import Signals
 from threading import Lock, Thread
-from types import ModuleType
 from typing import Any, TypeVar
+from weakref import finalize
 
 from compare.processes import ONE_THREAD
 from scenes.errors import NumericsError, SceneError
@@ -31,8 +29,11 @@ Task = TypeVar("Task", bound=tuple[Any, ...])
 
 DIED = "a process was ended while it worked, as the system does where the memory is used up"
 
-_SAFE_PATH = "PYTHONSAFEPATH"
-_starting = Lock()
+_CODE = """import sys, traceback, multiprocessing.connection, concurrent.futures
+sys.path[:] = {!r}
+from compare.worker import _serve
+_serve(int(sys.argv[1]), int(sys.argv[2]))"""
+"""The program of a process. Modules of Python's are imported before the path has other folders."""
 
 
 class EndedError(Exception):
@@ -47,7 +48,7 @@ class Worker:
 
     def __init__(self, name: str = "", quiet: bool = True) -> None:
         self._name, self._quiet, self._one = name, quiet, Lock()
-        self._process: SpawnProcess | None = None
+        self._process: subprocess.Popen[bytes] | None = None
         self.until = math.inf
 
     def run(self, seconds: float, function: Callable[..., T], *arguments: object) -> T:
@@ -63,13 +64,13 @@ class Worker:
             raise SceneError(f"{self._name} has not answered in {seconds / 60:.2g} minutes, and was ended") from None
         except EndedError as error:
             status = error.args[0] or 0
-            how = f", with the signal {signal.Signals(-status).name}" if status < 0 else ""
+            how = f", with the signal {Signals(-status).name}" if status < 0 else ""
             raise SceneError(f"{self._name} failed: it ended its process{how}") from None
         return value
 
     def begin(self, function: Callable[..., object], arguments: tuple[object, ...], seconds: float) -> None:
         """Give the process a task, which may take so many seconds from when the process has it."""
-        if self._process is not None and not self._process.is_alive():
+        if self._process is not None and self._process.poll() is not None:
             self.stop()
         if self._process is None:
             self._start()
@@ -90,7 +91,7 @@ class Worker:
             elif time.monotonic() > self.until:
                 self.stop()
                 error = TimeoutError()
-            elif self._process.is_alive():
+            elif self._process.poll() is None:
                 return None
             else:  # its children may still have its end of the pipe
                 error = EndedError(self.stop())
@@ -109,41 +110,25 @@ class Worker:
         if process is None:
             return None
         self._end()
-        return process.exitcode
+        return process.returncode
 
     def _start(self) -> None:
-        """Start the process with one thread; an interrupt is left to this process."""
-        # Processes inherit that an interrupt is blocked in the thread that starts them. Python's resource tracker is
-        # started first, because its start unblocks the interrupt.
-        ensure_running()
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            self.pipe, theirs = Pipe()
-            self._process = _Process(target=_serve, args=(theirs, self._quiet))
-            self._process.start()
-            theirs.close()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        self._end = Finalize(self, _end, (self._process, self.pipe), exitpriority=1)
+        """Start the process with one thread, in a group of its own: an interrupt from the keyboard is left to this
+        one."""
+        self.pipe, theirs = Pipe()
+        command = [sys.executable, "-P", "-c", _CODE.format(sys.path), str(theirs.fileno()), str(os.getpid())]
+        streams = subprocess.DEVNULL if self._quiet else 2
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=streams, stderr=streams, pass_fds=[theirs.fileno()],
+            env=os.environ | ONE_THREAD, process_group=0,
+        )  # fmt: skip
+        theirs.close()
+        self._end = finalize(self, _end, self._process, self.pipe)
 
 
-class _Process(SpawnProcess):
-    """A process that neither runs the program's main file again nor imports from the current folder as it starts."""
-
-    def start(self) -> None:
-        with _starting:
-            main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
-            os.environ[_SAFE_PATH] = "1"
-            try:
-                super().start()
-            finally:
-                sys.modules["__main__"] = main
-                del os.environ[_SAFE_PATH]
-
-
-def _end(process: SpawnProcess, pipe: Connection) -> None:
+def _end(process: subprocess.Popen[bytes], pipe: Connection) -> None:
     process.kill()
-    process.join()
+    process.wait()
     pipe.close()
 
 
@@ -213,14 +198,10 @@ def map_tasks(
             yield number, value
 
 
-def _serve(pipe: Connection, quiet: bool) -> None:
+def _serve(descriptor: int, parent: int) -> None:
     """Run the tasks that come through a pipe, until its other end is closed."""
-    Thread(target=_end_with_parent, daemon=True).start()
-    if quiet:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    os.dup2(2, 1)
-    os.environ.pop(_SAFE_PATH, None)
-    os.environ.update(ONE_THREAD)
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
+    pipe = Connection(descriptor)
     with suppress(EOFError, OSError):
         while True:
             outcome = _perform(pipe)
@@ -246,8 +227,8 @@ def _perform(pipe: Connection) -> tuple[object, BaseException | None]:
         return None, error
 
 
-def _end_with_parent() -> None:
-    parent = parent_process()
-    assert parent is not None
-    parent.join()
+def _end_with(parent: int) -> None:
+    """End this process, also while it computes, when its parent has ended."""
+    while os.getppid() == parent:
+        time.sleep(1)
     os._exit(1)
