@@ -17,8 +17,9 @@ import numpy as np
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.assembly import at_films, linearized, refine_quadratures
 from fem3d.problems.conductors import combined, independent
-from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Potential
 from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient

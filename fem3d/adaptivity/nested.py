@@ -40,7 +40,7 @@ from scenes.model import bends
 
 Tested = Callable[[np.ndarray], np.ndarray]
 """From a dual solution (functions,) to the product of each cell, in parts of its sign for the three axes (3, cells)."""
-SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
+SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy; powers see the square of it
 
 
 def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:

@@ -46,26 +46,26 @@ def assemble(domain: Domain) -> HeatProblem:
     """Assemble the heat problem of a domain."""
     scene, space = domain.scene, domain.space
     sources, generated = _sources(domain)
-    films = _films_and_fluxes(domain)
-    held = _given_values(domain)
-    order = _numbering(domain, held.fixed)
+    films, cooled, loads, rows = _films_and_fluxes(domain)
+    held, values, reactions, contradiction = _given_values(domain)
+    order = _numbering(domain, held)
     conduction, capacity = space.matrices(
         domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
     )
     # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
     # imaginary one beside each entry keeps it.
     with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
-    stiffness = halves(csc_array(with_ones + films.matrix))[0] if films.matrix.nnz else conduction
+    stiffness = halves(csc_array(with_ones + films))[0] if films.nnz else conduction
     stiffness, mass = part(stiffness, order), part(capacity, order)
-    _conserve(stiffness, space.unit[order], films.cooled[order])
-    free = int((~held.fixed[order]).sum())
+    _conserve(stiffness, space.unit[order], cooled[order])
+    free = int((~held[order]).sum())
     fixed = order[free:]
     return HeatProblem(
-        domain.inputs, free, stiffness, mass, (sources + films.loads)[:, order], held.values[:, fixed], generated,
-        {name: share[fixed] for name, share in held.reactions.shares.items()}, part(held.reactions.edges, fixed),
-        {name: Film(entering, row[order]) for name, (entering, row) in films.rows.items()},
+        domain.inputs, free, stiffness, mass, (sources + loads)[:, order], values[:, fixed], generated,
+        {name: share[fixed] for name, share in reactions.shares.items()}, part(reactions.edges, fixed),
+        {name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
-        held.contradiction[order], (*terms(domain), *surfaces(domain)), storage(domain),
+        contradiction[order], (*terms(domain), *surfaces(domain)), storage(domain),
     )  # fmt: skip
 
 
@@ -80,18 +80,6 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
     return loads, generated
 
 
-@dataclass(frozen=True, eq=False)
-class _Films:
-    """int h u v plus the jumps at contacts over their resistance, as a ``matrix`` (functions, functions) in
-    W/K, the former for u = 1 as ``cooled`` (functions,), int (h (T_air - T_0) + q_n) v as ``loads`` (channels,
-    functions) in W, and by boundary the heat that enters at no rise (channels,) and per kelvin (functions,)."""
-
-    matrix: csc_array
-    cooled: np.ndarray
-    loads: np.ndarray
-    rows: dict[str, tuple[np.ndarray, np.ndarray]]
-
-
 def jumping(domain: Domain) -> csc_array:
     """(functions, functions): the conductance of contacts, in W/K."""
     matrix = csc_array((domain.space.size,) * 2)
@@ -102,7 +90,12 @@ def jumping(domain: Domain) -> csc_array:
     return matrix
 
 
-def _films_and_fluxes(domain: Domain) -> _Films:
+def _films_and_fluxes(
+    domain: Domain,
+) -> tuple[csc_array, np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
+    """int h u v plus the jumps at contacts over their resistance (functions, functions) in W/K, the former for u = 1
+    (functions,), int (h (T_air - T_0) + q_n) v (channels, functions) in W, and by boundary the heat that enters at no
+    rise (channels,) and per kelvin (functions,)."""
     space, channels = domain.space, domain.inputs
     films, cooled = list[np.ndarray](), np.zeros(space.size)
     loads, rows = np.zeros((channels.count, space.size)), {}
@@ -125,21 +118,12 @@ def _films_and_fluxes(domain: Domain) -> _Films:
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area
     matrix = csc_array(jumping(domain) + summed(films, space.size)) if films else jumping(domain)
-    return _Films(matrix, cooled, loads, rows)
+    return matrix, cooled, loads, rows
 
 
-@dataclass(frozen=True, eq=False)
-class _Given:
-    """u = g: which functions are ``fixed`` (functions,), the rises ``values`` (channels, functions) in K, whose the
-    heat that enters there is, and by how much given temperatures contradict each other (functions,) in K."""
-
-    fixed: np.ndarray
-    values: np.ndarray
-    reactions: SharedReactions
-    contradiction: np.ndarray
-
-
-def _given_values(domain: Domain) -> _Given:
+def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, SharedReactions, np.ndarray]:
+    """u = g: which functions are fixed (functions,), the rises (channels, functions) in K, whose the heat that enters
+    there is, and by how much given temperatures contradict each other (functions,) in K."""
     space, channels = domain.space, domain.inputs
     boundaries = [b for b in domain.scene.boundaries if b.kind == "temperature"]
     faces = [domain.faces(b) for b in boundaries]
@@ -150,7 +134,7 @@ def _given_values(domain: Domain) -> _Given:
         fixed |= on
     temperatures: list[Any] = [b.value for b in boundaries]
     reactions = SharedReactions.of([b.name for b in boundaries], temperatures, faces, space.unit)
-    return _Given(fixed, values, reactions, _contradiction(temperatures, faces, space.unit))
+    return fixed, values, reactions, _contradiction(temperatures, faces, space.unit)
 
 
 def _numbering(domain: Domain, fixed: np.ndarray) -> np.ndarray:

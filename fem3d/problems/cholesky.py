@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg.blas import dsyrk, dtrsm, dtrsv
+from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse import csc_array
 
@@ -19,9 +19,7 @@ LEAF = 120
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST = 0.3
-# Runs of neighbours that are shorter than this in the mean, as in bulky meshes of tetrahedra, are not moved one by one,
-# but so many rows at once, few enough to stay in the processor's cache.
-SHORT, ROWS = 24, 64
+ROWS = 64  # of a matrix that are added at once, few enough to stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,28 +145,15 @@ class Factors:
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """The solutions for right-hand sides (n,) or (k, n); several at once read the factors once."""
-        if b.ndim > 1:
-            return self._several(b) if len(b) > 1 else np.array([self.solve(one) for one in b]).reshape(b.shape)
-        x = b[self._order]
-        for rows, beyond, lower, across in self._blocks:
-            x[rows] = dtrsv(lower, x[rows], lower=1)
-            x[beyond] -= across @ x[rows]
-        for rows, beyond, lower, across in reversed(self._blocks):
-            x[rows] = dtrsv(lower, x[rows] - x[beyond] @ across, lower=1, trans=1)
-        solution = np.empty_like(x)
-        solution[self._order] = x
-        return solution
-
-    def _several(self, b: np.ndarray) -> np.ndarray:
-        x = np.ascontiguousarray(b[:, self._order].T)
+        x = np.ascontiguousarray(np.atleast_2d(b)[:, self._order].T)
         for rows, beyond, lower, across in self._blocks:
             x[rows] = dtrsm(1.0, lower, x[rows].T, side=1, lower=1, trans_a=1).T
             x[beyond] -= across @ x[rows]
         for rows, beyond, lower, across in reversed(self._blocks):
             x[rows] = dtrsm(1.0, lower, (x[rows] - across.T @ x[beyond]).T, side=1, lower=1).T
-        solutions = np.empty(b.shape)
+        solutions = np.empty_like(x.T)
         solutions[:, self._order] = x.T
-        return solutions
+        return solutions.reshape(b.shape)
 
 
 def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -180,21 +165,12 @@ def _add(front: np.ndarray, unknowns: np.ndarray, update: np.ndarray, place: np.
     """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``, each a later
     one than the unknown before it."""
     at = place[unknowns]
-    starts = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist()]
-    if SHORT * len(starts) > len(at):
-        for first in range(0, len(at), ROWS):
-            # Spread over the columns, rows are added as a whole: four times faster than entry by entry.
-            rows, left = slice(first, first + ROWS), at[first]
-            spread = np.zeros((len(at[rows]), front.shape[1] - left))
-            spread[:, at[first:] - left] = update[rows, first:]
-            front[at[rows], left:] += spread
-        return
-    # Neighbours stay neighbours: whole runs move at once.
-    ends = [*starts[1:], len(at)]
-    runs = [(slice(i, j), slice(k, k + j - i)) for i, j, k in zip(starts, ends, at[starts].tolist(), strict=True)]
-    for last, (columns, across) in enumerate(runs):
-        for rows, down in runs[: last + 1]:
-            front[down, across] += update[rows, columns]
+    for first in range(0, len(at), ROWS):
+        # Spread over the columns, rows are added as a whole: four times faster than entry by entry.
+        rows, left = slice(first, first + ROWS), at[first]
+        spread = np.zeros((len(at[rows]), front.shape[1] - left))
+        spread[:, at[first:] - left] = update[rows, first:]
+        front[at[rows], left:] += spread
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,10 @@ from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from fem3d.problems.cholesky import Ordering, part
-from fem3d.problems.current import SOLVED, Conductor, Pattern, Potential, Resistivity, Section
+from fem3d.problems.current import SOLVED, Conductor, Section
 from fem3d.problems.following import OfCells, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, Paths, Terminal, across, crossings
+from fem3d.problems.paths import Crossing, Paths, Pattern, Potential, Terminal, across, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import ROUNDING, Material
@@ -46,7 +47,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     voltages, fixed, terminals, reactions = _electrodes(domain)
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
     along = None if (ratios[:, cells] == 1.0).all() else ratios
-    sections, jumps = _sections(heat, lines, along)
+    sections, jumps = _sections(heat, along)
     cold, warm = lines[cells, :1], lines[cells, 1:]
     conductivity = 1 / cold[:, 0] if along is None else 1 / (cold * along[:, cells])[..., 0]
     matrix = space.stiffness(conductivity, cells)
@@ -89,12 +90,9 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
     return voltages, fixed, tuple(terminals), shared.shares
 
 
-def _sections(
-    heat: HeatProblem, lines: np.ndarray, along: np.ndarray | None
-) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
+def _sections(heat: HeatProblem, along: np.ndarray | None) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
     """For each probe of a current the facets that it passes, seen from both sides, and its row (functions,) on the jump
-    of the potential at contacts; ``lines`` (cells, 2) are the resistivity of the cells and its change per kelvin,
-    ``along`` (3, cells, 1) how many times as large they are along the axes."""
+    of the potential at contacts; resistivities are ``along`` (3, cells, 1) times those along x."""
     domain, sections, jumps = heat.domain.electric, dict[str, Section](), dict[str, np.ndarray]()
     torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     for probe in domain.scene.probes:
@@ -103,9 +101,8 @@ def _sections(
             section = sections[probe.name] = []
             for faces, sign, cells in sides:
                 times = 1.0 if along is None else along[:, cells]
-                cold, warm = times * lines[cells, :1], times * lines[cells, 1:]
-                resistivity = _resistivity(domain, cells, cold, warm, times)
-                section.append((faces, faces.by(heat.domain.space), sign, resistivity))
+                law = partial(_resistivity, OfCells(domain, "resistivity", cells), times)
+                section.append((faces, faces.by(heat.domain.space), sign, law))
             jumps[probe.name] = across(domain, probe, torn)
     return sections, jumps
 
@@ -113,13 +110,11 @@ def _sections(
 def law(material: Material, initial: float) -> tuple[float, float]:
     """The resistivity along x at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7, of a law 0;
     ValueError for a material that doesn't conduct."""
-    if material.resistivity is None:
+    given = material.law("resistivity")
+    if given is None or isinstance(given, tuple):
         raise ValueError(f"{material.name} doesn't conduct")
-    along_x = laws.along(material.resistivity)[0]
-    if isinstance(along_x, laws.Law):
-        return float(along_x(initial)), 0.0
-    a = material.temperature_coefficient
-    return along_x * (1 + a * (initial - material.reference_temperature)), along_x * a
+    cold = float(given(initial) if callable(given) else given)
+    return cold, float(given.slope(initial)) if isinstance(given, laws.Line) else 0.0
 
 
 def _named(domain: Domain, conducting: np.ndarray, crossed: Sequence[Crossing]) -> np.ndarray:
@@ -149,15 +144,8 @@ def share(name: str, probe: str) -> float:
     return name.split(AND)[1:].count(probe) / 2
 
 
-def _resistivity(
-    domain: Domain, cells: np.ndarray, cold: np.ndarray, warm: np.ndarray, times: np.ndarray | float
-) -> Resistivity:
-    """Return the resistivity of facets seen from some cells: ``cold`` and its change per kelvin, or ``times`` its law
-    along x; arrays are (facets, 1), with axes in front where they differ along the axes."""
-    if len(np.intersect1d(following(domain, "resistivity"), cells)):
-        of_facets = OfCells(domain, "resistivity", cells)
-        return lambda rise: times * of_facets.value(rise)
-    return lambda rise: cold + warm * rise
+def _resistivity(law: OfCells, times: np.ndarray | float, rise: np.ndarray) -> np.ndarray:
+    return times * law.value(rise)
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Pattern]:

@@ -14,54 +14,21 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Kept, Ordering, part
-from fem3d.problems.following import OfCells
+from fem3d.problems.following import MOST_GMRES, OfCells, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths, Terminal
+from fem3d.problems.paths import Paths, Pattern, Potential, Terminal
 from fem3d.spaces.integrals import Faces
 from scenes.errors import NumericsError
 
-# Relative error of a potential in the energy norm, unless a looser bound is given.
-SOLVED = 1e-12
-MOST_CONJUGATE = 2000  # of conjugate gradients: the bound for a resistivity that changes by a factor of 1e4, to 1e-12
+SOLVED = 1e-12  # relative error of a potential, unless a looser bound is given
 # Factor on the condition number above which a preconditioner is made anew: steps grow with its root, and a
 # factorization takes as long as some 10 steps.
 WORSE = 10.0
-Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
-"""What `Conductor.influence` returns."""
 Resistivity = Callable[[np.ndarray], np.ndarray]
 """The resistivity (ohm m) at a rise (K)."""
 Section = list[tuple[Faces, Faces, float, Resistivity]]
 """Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
 normal, and the resistivity there."""
-
-
-@dataclass(frozen=True, eq=False)
-class Potential:
-    """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
-    each node (zero at free nodes); ``through``: the current through sections that does not follow from the density."""
-
-    potential: np.ndarray
-    density: np.ndarray
-    reaction: np.ndarray
-    through: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """A current field: its density, the power (channels,) that the electrodes supply at their voltages, and the
-    current (A) that enters at each electrode or passes a probe. All three are linear in the field."""
-
-    density: np.ndarray
-    supply: np.ndarray
-    currents: dict[str, float]
-
-    def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
-        """(self + factor * other) * scale."""
-        return Pattern(
-            (self.density + factor * other.density) * scale,
-            (self.supply + factor * other.supply) * scale,
-            {name: (i + factor * other.currents[name]) * scale for name, i in self.currents.items()},
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,7 +247,7 @@ class Conductor:
         on = np.any([t.unit > 0 for t in given], axis=0) if given else np.zeros(self.voltages.shape[1], bool)
         return bool(given) and not self.voltages[:, ~on].any()
 
-    def influence(self, row: np.ndarray) -> Influence:
+    def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
         """Return weights that evaluate a functional ``row`` (functions,) of the potential for any current density J.
 
         Let w be the solution in the cold conductor between earthed electrodes with the row as source, D = sigma grad w,
@@ -298,7 +265,7 @@ class Conductor:
         return self.voltages @ charges, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
 
     @cached_property
-    def influences(self) -> dict[str, Influence]:
+    def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray, dict[str, float]]]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
         domain, known = self.heat.domain.electric, {}
         mine = domain.space.of(self.cells)
@@ -310,8 +277,8 @@ class Conductor:
         return known
 
     def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
-        """Return the potential at a rise and given voltages (functions,), perhaps from a similar state, by conjugate
-        gradients preconditioned with a conductor `near` it.
+        """Return the potential at a rise and given voltages (functions,), perhaps from a similar state, by GMRES,
+        preconditioned with a conductor `near` it.
 
         Raises NumericsError where the resistivity is not positive, or where the iteration does not converge.
         """
@@ -320,39 +287,30 @@ class Conductor:
             raise NumericsError("the resistivity is not positive at the temperatures that are reached")
         first = self.near(resistivity).respond(self._charge(voltage)) if guess is None else guess
         start = self.given(voltage) + self.expanded(self.unknowns(first))
-        start += self.expanded(self._conjugate_gradients(resistivity, start, voltage))
+        start += self.expanded(self._change(resistivity, start, voltage))
         density = -self.on.gradient(start) / resistivity
         through = {name: self.through(name, start, rise) for name in self.sections}
         return Potential(start, density, -self.on.flow(density), through)
 
-    def _conjugate_gradients(self, resistivity: np.ndarray, start: np.ndarray, voltage: np.ndarray) -> np.ndarray:
-        """(unknowns,): the change of a potential ``start`` (functions,) that balances the currents.
+    def _change(self, resistivity: np.ndarray, start: np.ndarray, voltage: np.ndarray) -> np.ndarray:
+        """(unknowns,): the change of a potential ``start`` (functions,) that balances the currents, to a fraction
+        `solved` of the potential."""
+        precondition = self.near(resistivity).precondition
+        change = precondition(self.unbalanced(start, resistivity, voltage))
+        size = float(np.linalg.norm(change)) / (float(np.linalg.norm(start)) or 1.0)
+        if size <= self.solved:
+            return change
 
-        The energy norm of its error ends below `solved` times the energy norm of the potential. The spectrum of the
-        preconditioned problem lies between the extremes of the cold over the hot resistivity, which bounds the number
-        of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11).
-        """
-        change, precondition = np.zeros(len(self.free) + len(self.terminals)), self.near(resistivity).precondition
-        residual = self.unbalanced(start, resistivity, voltage)
-        nearly = precondition(residual)
-        direction, size = nearly, float(residual @ nearly)
-        driven = self.on.gradient(start)
-        energy = float((self.on.weights * (driven**2).sum(axis=0) / resistivity).sum())
-        enough = self.solved**2 * max(energy, size)
-        for _ in range(MOST_CONJUGATE):
-            if size <= enough:
-                return change
-            image = self.entering(self.expanded(direction), resistivity)
-            length = size / float(direction @ image)
-            change = change + length * direction
-            residual = residual - length * image
-            nearly = precondition(residual)
-            before, size = size, float(residual @ nearly)
-            direction = nearly + size / before * direction
-        raise NumericsError(
-            f"the potential is not found: {MOST_CONJUGATE} steps of conjugate gradients leave a relative residual of "
-            f"{np.sqrt(size / max(energy, 1e-300)):.1g}, as the resistivity varies too much with the temperature"
-        )
+        def product(x: np.ndarray) -> np.ndarray:
+            return precondition(self.entering(self.expanded(x), resistivity))
+
+        solution, _ = solve_by_gmres(product, change, self.solved / size, MOST_GMRES)
+        if solution is None:
+            raise NumericsError(
+                f"the potential is not found in {MOST_GMRES} steps of GMRES, as the resistivity varies too much with "
+                "the temperature"
+            )
+        return solution
 
     def unknowns(self, potential: np.ndarray) -> np.ndarray:
         """The unknowns of a potential (functions,): of the free functions, then of the terminals."""

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
@@ -105,6 +105,25 @@ def following(domain: Domain, key: str) -> np.ndarray:
     return np.flatnonzero(follows[domain.body])
 
 
+class Part(NamedTuple):
+    """Cells whose property follows the temperature: their quadrature, the law, its value at the initial temperature
+    (cells, 1) or with axes in front, and their numbers."""
+
+    on: Cells
+    law: OfCells
+    cold: np.ndarray
+    cells: np.ndarray
+
+
+def parts(domain: Domain, key: str, more: int) -> list[Part]:
+    """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis."""
+    found = []
+    for alike in domain.space.alike(following(domain, key)):
+        law = OfCells(domain, key, alike)
+        found.append(Part(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Conduction:
     """The conductivity less its value at the initial temperature, on the cells where it follows, by a quadrature with
@@ -114,13 +133,8 @@ class Conduction:
     more: int = MORE
 
     @cached_property
-    def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
-        """Cells with a quadrature, the law and its value at the initial temperature there, and their numbers."""
-        parts, space = [], self.domain.space
-        for alike in space.alike(following(self.domain, "thermal_conductivity")):
-            law = OfCells(self.domain, "thermal_conductivity", alike)
-            parts.append((space.on(alike, self.more), law, law.value(np.zeros((len(alike), 1))), alike))
-        return parts
+    def parts(self) -> list[Part]:
+        return parts(self.domain, "thermal_conductivity", self.more)
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
@@ -169,15 +183,9 @@ class Storage:
 
     @cached_property
     def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
-        """Cells with a quadrature, the law of the specific heat and its value at the initial temperature there, and
-        their density (cells, 1)."""
-        parts, space = [], self.domain.space
+        """As `parts`, with the density (cells, 1) of the cells."""
         density = self.domain.per_cell("density")
-        for alike in space.alike(following(self.domain, "specific_heat")):
-            law = OfCells(self.domain, "specific_heat", alike)
-            cold = law.value(np.zeros((len(alike), 1)))
-            parts.append((space.on(alike, MORE), law, cold, density[alike][:, None]))
-        return parts
+        return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", MORE)]
 
     def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""

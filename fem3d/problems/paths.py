@@ -1,4 +1,4 @@
-"""Paths of the current through cells and across contacts, and electrodes whose potential is not given.
+"""Paths of the current through cells and across contacts, electrodes whose potential is not given, and current fields.
 
 Where the resistivity along y and z is some r times that along x, the gradient along these is divided by sqrt(r) and the
 current density multiplied by sqrt(r). Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that
@@ -21,7 +21,7 @@ R.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -172,3 +172,32 @@ class Terminal:
         """(...,): the current (A) of vectors of given values (..., functions) into the electrode at potential zero."""
         values: np.ndarray = given[..., self.at]
         return values if np.isinf(self.resistance) else values * self.conductance
+
+
+@dataclass(frozen=True, eq=False)
+class Potential:
+    """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
+    each node (zero at free nodes); ``through``: the current through sections that does not follow from the density."""
+
+    potential: np.ndarray
+    density: np.ndarray
+    reaction: np.ndarray
+    through: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A current field: its density, the power (channels,) that the electrodes supply at their voltages, and the
+    current (A) that enters at each electrode or passes a probe. All three are linear in the field."""
+
+    density: np.ndarray
+    supply: np.ndarray
+    currents: dict[str, float]
+
+    def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
+        """(self + factor * other) * scale."""
+        return Pattern(
+            (self.density + factor * other.density) * scale,
+            (self.supply + factor * other.supply) * scale,
+            {name: (i + factor * other.currents[name]) * scale for name, i in self.currents.items()},
+        )

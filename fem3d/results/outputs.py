@@ -23,8 +23,8 @@ from numpy.polynomial.legendre import legvander
 
 from fem3d.problems.assembly import Surface
 from fem3d.problems.conductors import box_of, share
-from fem3d.problems.current import Potential
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Potential
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced, Split

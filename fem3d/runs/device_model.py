@@ -14,8 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from fem3d.problems.conductors import law
-from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Pattern
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
 from scenes.device import SUBSTRATE, Device

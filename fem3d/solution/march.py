@@ -29,9 +29,10 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.assembly import linearized, refine_quadratures
 from fem3d.problems.cholesky import part
-from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.current import Conductor
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
+from fem3d.problems.paths import Potential
 from fem3d.solution import exponential
 from fem3d.solution.exponential import HALVINGS, MOST_IN_TIME, SHORTEST
 from fem3d.solution.newton import HOTTEST

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem3d.problems.assembly import linearized, refine_quadratures
-from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.current import Conductor
 from fem3d.problems.following import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Potential
 from scenes.errors import BeyondLawError, NumericsError
 
 # Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no

@@ -22,8 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Pattern
 from statespace.reduction import DEPENDENT, orthonormal
 
 Split = tuple[np.ndarray, np.ndarray]

@@ -131,8 +131,13 @@ def _search(newton: Newton, drive: float, enough: float, start: np.ndarray | Non
     if newton.electric and (heat.loads[0].any() or heat.given[0].any()):
         rise = _search(Newton(heat, None, newton.factors), drive, enough)[0].rise
     zero = newton.at_rise(rise, 0.0)
-    with suppress(NotConvergedError):
+    try:
         return newton.correct(newton.at(zero.x + newton.along_mu), None, enough, surely=True)
+    except NotConvergedError as failure:
+        c = newton.conductor
+        if isinstance(failure, VanishedError) and c is not None and c.by_current and not (c.warm > 0).any():
+            # Nothing runs away here: a smaller resistance takes less heat.
+            raise BeyondLawError from None
     return Path(newton, zero, drive).solve(enough)
 
 

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.conductors import independent
-from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Pattern
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
