@@ -6,7 +6,6 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from threading import Lock, Timer, get_ident
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NGS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
@@ -84,33 +83,3 @@ def single_threaded() -> Iterator[None]:
     finally:
         for name in ONE_THREAD:
             os.environ.pop(name, None)  # of two runs in threads, one is the first to end
-
-
-@contextmanager
-def within(seconds: float | None) -> Iterator[None]:
-    """Raise TimeIsUpError after so many seconds by the clock, in any thread; None is no limit.
-
-    The exception comes at the next step in Python, so that a long call of a library ends first.
-    """
-    if seconds is None:
-        yield
-        return
-    import ctypes
-
-    thread, raise_in = ctypes.c_ulong(get_ident()), ctypes.pythonapi.PyThreadState_SetAsyncExc
-    lock, over = Lock(), False
-
-    def up() -> None:
-        with lock:
-            if not over:
-                raise_in(thread, ctypes.py_object(TimeIsUpError))
-
-    timer = Timer(seconds, up)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-        with lock:
-            over = True

@@ -1,16 +1,14 @@
-"""Linear algebra uses one thread, unless the environment sets another number; limits of time; a pool of processes."""
+"""Linear algebra uses one thread, unless the environment sets another number; a pool of processes."""
 
 import os
 import subprocess
 import sys
-import time
-from threading import Thread
 
 import pytest
 import scipy.linalg  # noqa: F401 - whose library has threads of its own
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from compare.processes import ONE_THREAD, TimeIsUpError, single_threaded, within
+from compare.processes import ONE_THREAD, single_threaded
 from compare.worker import map_tasks
 from scenes.errors import NumericsError
 from validate.cli import main
@@ -49,30 +47,6 @@ def test_what_the_environment_says_stays(unsaid, monkeypatch):
 def test_the_command_says_so_before_numpy_is_loaded(unsaid):
     main(["--version"])
     assert {os.environ[name] for name in ONE_THREAD} == {"1"}
-
-
-def test_what_takes_too_long_ends_in_any_thread_and_what_ends_in_time_goes_on():
-    said = []
-
-    def busy() -> None:
-        """A function of its own, as in use: Python 3.13.0 leaves a loop's last jump out of its own frame's handlers."""
-        until = time.monotonic() + 0.5
-        while time.monotonic() < until:
-            pass
-
-    def work(seconds: float | None) -> None:
-        try:
-            with within(seconds):
-                busy()
-            said.append("done")
-        except TimeIsUpError:
-            said.append("late")
-
-    for seconds in (0.05, 5.0, None):
-        thread = Thread(target=work, args=(seconds,))
-        thread.start()
-        thread.join()
-    assert said == ["late", "done", "done"]
 
 
 def test_a_script_needs_no_guard_around_a_pool(tmp_path):

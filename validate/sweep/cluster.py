@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, suppress
@@ -10,14 +11,15 @@ from functools import partial
 from itertools import chain, islice
 from typing import Any
 
-from compare.worker import EndedError, pool, share
-from scenes.errors import SceneError, printable, quoted
-from validate.sweep.point import Row, Work, late, solve
+import fem3d.runs.scene
+import fem3d.runs.sink  # noqa: F401 - no point's time includes the import
+from compare.worker import EndedError, Worker, pool, share
+from scenes.errors import RunawayError, SceneError, printable, quoted
+from validate.sweep.design import settings
+from validate.sweep.point import Row, Work, columns
 
 ANSWERS_WITHIN = 10.0  # Seconds that a scheduler has to answer.
 ATTEMPTS = 3  # How often a point is tried whose process dies, before the point is taken to be at fault.
-PATIENCE = 10.0
-"""Seconds after which a point that should have stopped itself is killed; no library's call takes as long."""
 
 Outcomes = Iterator[tuple[tuple[Any, ...], Future[Row]]]
 
@@ -52,7 +54,7 @@ class Cluster:
         A point whose process dies is tried again; if it dies each time, its row says so. Raises LostError where the
         cluster is gone, ModuleNotFoundError where the processes miss a package.
         """
-        tasks = ((work, self.seconds) for work in points)
+        tasks = ((work,) for work in points)
         first = next(tasks, None)
         if first is None:
             return
@@ -60,12 +62,13 @@ class Cluster:
             if self._share is None:
                 self.say("starting the workers")
                 self._share = self._start() if self.scheduler is None else self._connect()
-            for (work, _), outcome in self._share(chain([first], tasks)):
+            for (work,), outcome in self._share(chain([first], tasks)):
                 try:
                     row = outcome.result()
                 except TimeoutError:
-                    row = Row(work.number, "timeout", late(self.seconds), 0.0, {})
-                except self._died:
+                    because = f"it took more than {self.seconds:g} s (--point-timeout)"
+                    row = Row(work.number, "timeout", because, self.seconds or 0.0, {})
+                except (EndedError, self._died):
                     row = Row(work.number, "crashed", "the processes that had it died one after the other", 0.0, {})
                 yield row
         except (SceneError, ModuleNotFoundError):
@@ -77,10 +80,8 @@ class Cluster:
             ) from None
 
     def _start(self) -> Callable[[Iterable[tuple[Any, ...]]], Outcomes]:
-        """Start processes here, and kill one that takes far too long, as a library's call can."""
         workers = self._started.enter_context(pool(self.workers))
-        most = None if self.seconds is None else self.seconds + PATIENCE
-        return lambda tasks: share(workers, solve, tasks, most, ATTEMPTS)
+        return lambda tasks: share(workers, solve, tasks, self.seconds, ATTEMPTS)
 
     def _connect(self) -> Callable[[Iterable[tuple[Any, ...]]], Outcomes]:
         """Connect to a cluster. SceneError where its scheduler is silent, or has workers of another version."""
@@ -119,17 +120,49 @@ class Cluster:
                     "the same there"
                 )
         self._died = KilledWorker
-        return partial(_share_on, client)
+        return partial(_share_on, client, self.seconds)
 
 
-def _share_on(client: Any, tasks: Iterable[tuple[Any, ...]]) -> Outcomes:
+def solve(work: Work) -> Row:
+    """Return the row of a point; never raise for what a scene can cause."""
+    started, status, because = time.perf_counter(), "ok", ""
+    values: dict[str, Any] = {}
+    parts = None
+    try:
+        values, parts = columns(work.base.at(settings(work.base, work.keys, work.point)), work.scope)
+    except MemoryError:
+        status, because = "failed", "out of memory: ask for a larger accuracy"
+    except SceneError as error:
+        status, because = "refused", str(error)
+    except RunawayError as error:
+        status, because = "runaway", str(error)
+    except ArithmeticError as error:
+        status, because = "failed", str(error)
+    except Exception as error:
+        status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
+    took = round(time.perf_counter() - started, 4)
+    return Row(work.number, status, " ".join(because.split()), took, values, parts)
+
+
+def _solve_in_time(work: Work, seconds: float | None) -> Row:
+    """Return the row of a point on a cluster, in a process that can be ended where there is a limit of time."""
+    if seconds is None:
+        return solve(work)
+    ((_, outcome),) = share([Worker()], solve, [(work,)], seconds)
+    row: Row = outcome.result()
+    return row
+
+
+def _share_on(client: Any, seconds: float | None, tasks: Iterable[tuple[Any, ...]]) -> Outcomes:
     """Yield each task with its outcome; about two are in flight for each worker, and workers come and go."""
     executor, waiting = client.get_executor(pure=False), iter(tasks)
     running: dict[Future[Row], tuple[Any, ...]] = {}
     try:
         while True:
             most = max(2 * sum(client.nthreads().values()), 1)
-            running |= {executor.submit(solve, *task): task for task in islice(waiting, most - len(running))}
+            running |= {
+                executor.submit(_solve_in_time, *task, seconds): task for task in islice(waiting, most - len(running))
+            }
             if not running:
                 return
             for future in wait(running, return_when=FIRST_COMPLETED).done:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections.abc import Collection
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
@@ -12,13 +11,12 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from compare.options import Options
-from compare.processes import TimeIsUpError, within
 from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.loading import refuse_unused
 from scenes.model import OVER_TIME
 from scenes.sink import Sink
-from validate.sweep.design import Base, Design, Value, settings
+from validate.sweep.design import Base, Design, Value
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -180,38 +178,8 @@ def checked(
     return check
 
 
-def solve(work: Work, seconds: float | None = None) -> Row:
-    """Return the row of a point, which has some ``seconds``; never raise for what a scene can cause."""
-    import fem3d.runs.scene
-    import fem3d.runs.sink  # noqa: F401 - no point's time includes the import
-
-    started, status, because = time.perf_counter(), "ok", ""
-    values: dict[str, Any] = {}
-    parts = None
-    try:
-        with within(seconds):
-            values, parts = _solved(work.base.at(settings(work.base, work.keys, work.point)), work.scope)
-    except MemoryError:
-        status, because = "failed", "out of memory: ask for a larger accuracy"
-    except TimeIsUpError:
-        status, because = "timeout", late(seconds)
-    except Exception as error:
-        kinds = {SceneError: "refused", RunawayError: "runaway", ArithmeticError: "failed"}
-        status = next((word for kind, word in kinds.items() if isinstance(error, kind)), "fault")
-        because = str(error)
-        if status == "fault":
-            status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
-    took = round(time.perf_counter() - started, 4)
-    return Row(work.number, status, " ".join(because.split()), took, values, parts)
-
-
-def late(seconds: float | None) -> str:
-    """Return the reason of a point that was stopped."""
-    return f"it took more than {seconds:g} s (--point-timeout)"
-
-
-def _solved(scene: Any, scope: Scope) -> tuple[dict[str, Any], dict[str, float] | None]:
-    """The columns of a scene, solved again more finely while a verdict is open, and the parts of its difference.
+def columns(scene: Any, scope: Scope) -> tuple[dict[str, Any], dict[str, float] | None]:
+    """Return the columns of a scene, solved again more finely while a verdict is open, and the parts of its difference.
 
     A scene with probes has each of them, at the end where it is over time.
     """
