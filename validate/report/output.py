@@ -1,4 +1,4 @@
-"""A run with its results folder: solved, reported, and written in one step.
+"""A run with its results folder: solved, reported, drawn, and written in one step.
 
 Nothing here imports numpy before the renderer's process has been started, which takes the longest to get ready.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +16,29 @@ from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.pipeline import solve
+from scenes.formats import sink_text
 from scenes.result import noted, step
+from scenes.units import TIME
 from validate.folder import MODEL, RUN, Folder, replaced
-from validate.report import pictures
-from validate.report.figures.render import Renderer
+from validate.report.figures.render import Field, Renderer
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
+
+    from scenes.model import AnyScene
+    from scenes.sink import Sink
+
+
+FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
+"""By kind of scene the figure of its 3D field, rendered off screen."""
+FIGURES = {
+    "figure5": "scene_figures.profile", "figure6": "scene_figures.rises", "figure7": "scene_figures.current",
+    "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
+    "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
+    "figure_traces": "scene_figures.traces", "why": "scene_figures.why",
+}  # fmt: skip
+"""By file name the function in `validate.report.figures` that draws it."""
 
 
 def run(
@@ -52,13 +69,13 @@ def run(
 
 def draws_field(scene: Any, options: Options) -> bool:
     """Whether the 3D field is rendered."""
-    return pictures.FIELDS[scene.kind] in kind_of(scene).drawn(scene, options)
+    return FIELDS[scene.kind] in kind_of(scene).drawn(scene, options)
 
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Progress) -> None:
     """Write the files, and note their names and failures in the outcome."""
     kind, written = kind_of(outcome.scene), list[str]()
-    field = pictures.field(outcome) if draws_field(outcome.scene, outcome.options) else None
+    field = field_of(outcome) if draws_field(outcome.scene, outcome.options) else None
     if field is not None:
         renderer.send(field)
     with progress.stage("files"):
@@ -72,23 +89,23 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
         if any(line.step == "field files" and line.state == "done" for line in outcome.plan):
             from validate.report.fields import write_fields
 
-            written += write_fields(folder, outcome.solved, *pictures.stored(outcome))
+            written += write_fields(folder, outcome.solved, *stored(outcome))
     if outcome.options.figures:
         from validate.report.figures.drawing import field_figure, save, style
 
         with progress.stage("figures"), style():
             drawn = []
             for name in kind.drawn(outcome.scene, outcome.options):
-                if figure := pictures.draw(name, outcome):
+                if figure := draw(name, outcome):
                     drawn += save(figure, folder, name)
             for each in chosen(outcome.options):
                 found = outcome.analyses.get(each.name)
                 if each.figure_name and found is not None:
-                    figure = pictures.draw(each.figure_name, outcome) or each.figure(found, outcome)
+                    figure = draw(each.figure_name, outcome) or each.figure(found, outcome)
                     drawn += [] if figure is None else save(figure, folder, each.figure_name)
             if field is not None:
                 # Last, because the picture comes from a process of its own.
-                image, name = renderer.image(), pictures.FIELDS[outcome.scene.kind]
+                image, name = renderer.image(), FIELDS[outcome.scene.kind]
                 if image is None:
                     note = step(name, field.instead, "" if field.instead else "no OpenGL to render with")
                     outcome.plan = noted(outcome.plan, [note])
@@ -110,3 +127,65 @@ def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> None:
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def draw(name: str, outcome: Outcome[Any]) -> Figure | None:
+    """Draw a figure by its file name; return None for an unknown name."""
+    if name not in FIGURES:
+        return None
+    module, _, function = FIGURES[name].partition(".")
+    figure: Figure | None = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
+    return figure
+
+
+def field_of(outcome: Outcome[Any]) -> Field:
+    """The temperature field to render."""
+    return _sink_field(outcome) if outcome.scene.kind == "sink" else _free_field(outcome)
+
+
+def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float]:
+    """The times (s) of the field files, and the temperature (K) that rises count from."""
+    import numpy as np
+
+    from validate.report.fields import stored_times
+
+    scene, options = outcome.scene, outcome.options
+    if scene.kind == "sink":
+        times = stored_times(scene.end_time, options.field_times)
+        return times[:0] if options.steady else times, scene.room_temperature
+    times = (
+        np.unique([0.0, *scene.output_times, scene.end_time]) if scene.output_times else stored_times(scene.end_time)
+    )
+    return times[:0] if scene.steady else times, scene.initial_temperature
+
+
+def _sink_field(outcome: Outcome[Sink]) -> Field:
+    """The steady field."""
+    sink, details = outcome.scene, outcome.solved.details
+    fields, room = details["fields"], sink.room_temperature
+    size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
+    return Field(
+        fields.points, fields.hexes, fields.steady - room, "steady rise",
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, ",
+        "thickness", f"rise above {room:g} K (K)", under=tuple(c for c in outcome.checks if c.id == "fig4"),
+        instead="the steady temperature of the top faces, from above: no OpenGL to render in 3D with",
+    )  # fmt: skip
+
+
+def _free_field(outcome: Outcome[AnyScene]) -> Field:
+    """The steady field above its coldest place, or a transient's at its hottest (of a cooled scene coldest) moment."""
+    import numpy as np
+
+    from compare import hottest
+
+    scene, fields, when = outcome.scene, outcome.solved.details["fields"], "steady"
+    if outcome.solved.traces is None:
+        kelvins = fields.steady
+    else:
+        time, above = hottest.farthest(fields, hottest.moments(outcome.solved.traces), scene.initial_temperature)
+        kelvins = fields.at(np.array([time]))[0]
+        when = f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
+    coldest = float(kelvins.min())
+    title = f"{scene.name}: temperature, {when} ("
+    label = f"{when}, above {coldest:.6g} K"
+    return Field(fields.points, fields.hexes, kelvins - coldest, label, title, "z", "temperature (K)", coldest)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
 
 INK = "#222222"
 LINES = {"peak_K": "#8b1a1a", "mean_K": "#f0a030", "end_K": "#3a86c8", "current_A": "#5e3c99"}
@@ -15,6 +18,7 @@ _PART = (0.08, 0.93)  # The part of the colour map that is used; its ends look l
 
 def table() -> np.ndarray:
     """(256, 3) uint8: matplotlib's inferno, of evenly rising lightness, without its ends of ink and paper."""
+    import numpy as np
     from matplotlib import colormaps
 
     return (colormaps[FIELD](np.linspace(*_PART, 256))[:, :3] * 255).round().astype(np.uint8)

@@ -1,23 +1,28 @@
-"""Figures over time: the probes of a free scene, and the rises and the current of a sink (Figures 6 and 7)."""
+"""Figures of a sink (5: profile, 6: rises, 7: current, and the budget of differences) and of a free scene (traces)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
+from compare.sink_checks import profile as sampled
 from compare.verdict import PAPERS, Check
+from reduced1d.equations import parabola
 from scenes import physics
 from scenes.formats import cut, quantity, scale, sink_text
 from scenes.model import UNITS, Schedule
 from scenes.result import Traces
 from scenes.sink import OF_A_SINK, Sink
-from validate.report.figures import LINES, PARTS
-from validate.report.figures.drawing import VISIBLE, band, new_figure, smooth
+from validate.report.figures import INK, LINES, PARTS
+from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure, smooth
+
+if TYPE_CHECKING:
+    from compare.blame import Budget
 
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
 MOST_NAME = 24
@@ -125,3 +130,82 @@ def _first(scene: Any, traces: Traces) -> float:
     if not halves or min(halves) > _EARLY * scene.end_time:
         return 0.0
     return max(10.0 ** np.floor(np.log10(min(starts))), 1e-6 * scene.end_time)
+
+
+def profile(outcome: Outcome[Sink]) -> Figure:
+    """Figure 5: the 3D profile with eq 9's parabola through its own end and peak, and the 1D model's; below, the
+    distance from the parabola within its numerical error."""
+    sink, fem3d, reduced1d = outcome.scene, outcome.solved, outcome.reduced1d
+    y, rise, fitted = sampled(outcome)
+    checks = [check for check in outcome.checks if check.id == "fig5"]
+    figure = new_figure(9.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
+    um = y * 1e6
+    above.plot(um, rise, color=INK, label="3D, along the axis")
+    above.plot(um, fitted, color=LINES["mean_K"], ls=(0, (5, 3)), label="eq 9's parabola through the 3D end and peak")
+    # The errors of the profile and of the parabola through two of its points.
+    error = 2 * max(fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
+    off = rise - fitted
+    band(below, um, off, error, LINES["mean_K"])
+    below.plot(um, off, color=LINES["mean_K"])
+    if reduced1d is not None and {"end_rise_K", "peak_rise_K"} <= reduced1d.steady.keys():
+        end, peak = reduced1d.steady["end_rise_K"].value, reduced1d.steady["peak_rise_K"].value
+        places, values, look, name = um[[0, len(um) // 2, -1]], np.array([end, peak, end]), "o", reduced1d.model
+        if reduced1d.model in PAPERS:
+            places, values, look = um, parabola(y, peak - end, end, sink.length), ":"
+            name = "1D, eqs 9, 17 and 18"
+        above.plot(places, values, look, color=LINES["end_K"], label=name)
+    below.axhline(0.0, color=INK, lw=0.8)
+    below.set(ylabel="3D less its\nparabola (K)", xlabel="place along the beam y (µm)")
+    below.set_title(with_mu(f"shaded: its numerical error, ±{quantity(error, 'K', 2)}"), fontsize=9, loc="right", pad=3)
+    above.set(ylabel="rise above room (K)", ylim=(0.0, None), xlim=(um[0], um[-1]))
+    above.legend(loc="lower center")
+    return figure
+
+
+def why(outcome: Outcome[Any]) -> Figure | None:
+    """A panel for each quantity: the part of each assumption in reduction less 3D, stacked away from zero in percent
+    of the final rise (or the current's change), against time and in the steady state, there with the numerical error.
+    The black line is the whole difference. None for scenes other than a sink."""
+    if outcome.scene.kind != "sink":
+        return None
+    from compare.analyses.why import named
+
+    budget: Budget = outcome.analyses["why"]
+    text = f"Why {named(budget.start)} differs from 3D, {sink_text(outcome.scene)}"
+    said = f"{budget.sentence[0].upper()}{budget.sentence[1:]}."
+    figure = new_figure(11.0, 4.9, text, [said], bottom=1.3, left=1.1)
+    ratios = [1.0] if budget.times is None else [4.0, 0.8]
+    space = {"width_ratios": ratios * len(budget.steady), "wspace": 0.4}
+    axes = figure.subplots(1, len(ratios) * len(budget.steady), squeeze=False, gridspec_kw=space)
+    axes = axes.reshape(len(budget.steady), -1)
+    for split, pair in zip(budget.steady, axes, strict=True):
+        pair[0].set_title(split.quantity, fontsize=10)
+        if not split.scale:
+            continue
+        parts = np.array([[part.value] * 2 for part in split.parts])
+        _stacked(pair[-1], np.array([-0.4, 0.4]), parts / split.scale, [part.blame for part in split.parts])
+        total, error = 100 * split.total / split.scale, 100 * split.error / abs(split.scale)
+        pair[-1].errorbar(0, total, error, fmt="D", color=INK, ms=4, capsize=3, label="in all, with its error")
+        pair[-1].set_xticks([0], ["steady"])
+        if budget.times is not None:
+            _stacked(pair[0], budget.times * 1e3, budget.over_time[split.quantity] / split.scale)
+            logarithmic(pair[0], "x")
+            pair[0].set(xlim=1e3 * budget.times[[0, -1]], xlabel="time (ms)")
+    axes[0, 0].set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {budget.steady[-1].whole})")
+    legend(figure, axes[0, len(ratios) - 1], columns=4, fontsize=9)
+    return figure
+
+
+def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray, names: Sequence[str] = ()) -> None:
+    """Parts (n, places) of 1 in percent as areas on either side of zero, and their sum."""
+    ends = np.zeros((2, len(x)))
+    for n, part in enumerate(100 * parts):
+        more = np.array([np.maximum(part, 0.0), np.minimum(part, 0.0)])
+        for start, size in zip(ends, more, strict=True):
+            ax.fill_between(x, start, start + size, color=PARTS[n % len(PARTS)], lw=0)
+        ends = ends + more
+    for n, name in enumerate(names):
+        ax.fill_between([], [], color=PARTS[n % len(PARTS)], label=name)
+    ax.plot(x, 100 * parts.sum(axis=0), color=INK, lw=1.4)
+    ax.axhline(0.0, color=INK, lw=0.8)
