@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
 from scenes.errors import NumericsError
-from scenes.formats import difference_text, percent, quantity
+from scenes.formats import difference_text, quantity
 
 if TYPE_CHECKING:
-    from compare.blame import Budget, Part, Split
+    from compare.blame import Budget, Split
 
 PER_BLOCK = 3
 """Columns of a budget that a terminal has room for."""
@@ -43,7 +43,10 @@ class Why(Analysis["Budget"]):
 
         def table(title: str, splits: Sequence[Split]) -> Table:
             heads = [s.quantity if s.time is None else f"{s.quantity} at {quantity(s.time, 's', 3)}" for s in splits]
-            rows = _rows(splits, lambda part, split: cell(part.value, part.error, split.scale))
+            rows = []
+            for n, part in enumerate(splits[0].parts):
+                parts = [(split.parts[n], split.scale) for split in splits]
+                rows.append([part.blame, *(cell(p.value, p.error, scale) for p, scale in parts)])
             return Table((title, *heads), [*rows, ["in all", *(cell(s.total, s.error, s.scale) for s in splits)]])
 
         scales = " or ".join(dict.fromkeys(split.whole for split in found.steady))
@@ -51,12 +54,7 @@ class Why(Analysis["Budget"]):
         blocks = [found.steady[n : n + most] for n in range(0, len(found.steady), most)]
         parts: list[Table | str] = [f"in % of the {scales}", *(table("steady state", block) for block in blocks)]
         if found.transient:
-            heads = [split.quantity for split in found.transient]
-            parts += [
-                table("when it is largest", found.transient),
-                "each at its largest from 10 us on (they do not add up)",
-                Table(("", *heads), _rows(found.transient, _at_its_time)),
-            ]
+            parts.append(table("when it is largest", found.transient))
         said = f"{found.sentence[0].upper()}{found.sentence[1:]}."
         return Section(f"Why {named(found.start)} differs from 3D", [*parts, said])
 
@@ -97,13 +95,3 @@ def _document(split: Split) -> dict[str, Any]:
     ]
     whole = {"unit": split.unit, "scale": split.scale, "difference": {"value": split.total, "error": split.error}}
     return whole | {"parts": parts} | ({} if split.time is None else {"time_s": split.time})
-
-
-def _rows(splits: Sequence[Split], cell: Callable[[Part, Split], str]) -> list[list[str]]:
-    names = [part.blame for part in splits[0].parts]
-    return [[name, *(cell(split.parts[n], split) for split in splits)] for n, name in enumerate(names)]
-
-
-def _at_its_time(part: Part, split: Split) -> str:
-    off = percent((part.largest or 0.0) / split.scale, 2, sign=True).removesuffix(" %") if split.scale else "-"
-    return f"{off} at {quantity(part.when or 0.0, 's', 3)}"

@@ -44,11 +44,6 @@ OF_A_TABLE = {
     "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
     "--json": "print the table as JSON",
 }  # fmt: skip
-_STAGES = {
-    "fem3d": "3D", "device": "runs", "device in 3D": "runs in 3D", "design": "designer's questions", "why": "why",
-    "left out": "left out", "sensitivities": "sensitivities", "fit": "fit",
-    "export": "export", "files": "files", "figures": "figures",
-}  # fmt: skip
 MARKS = {"as predicted": "unresolved", "skipped": ""}
 VERDICTS = ("agrees", "differs", "unresolved", "as predicted", "skipped")
 
@@ -162,12 +157,11 @@ def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> s
 
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     parts = [plan_text(changed, style(), "As it turned out")] * bool(changed)
-    files, timing = outcome.files, outcome.timing
+    files = outcome.files
     kinds: list[str] = [name for name in ("report.html", "summary.json", "traces.csv") if name in files]
     figures = sum(file.endswith(".svg") for file in files)
     kinds += [f"{figures} figure{'s' * (figures > 1)}"] * bool(figures) + ["fem3d.pvd"] * ("fem3d.pvd" in files)
-    stages = ", ".join(f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing)
-    said = f"{', '.join(kinds)}. Took {timing['total']:.1f} s{f' ({stages})' * bool(stages)}."
+    said = f"{', '.join(kinds)}. Took {outcome.timing['total']:.1f} s."
     said += f" Replaces {outcome.replaced}." if outcome.replaced else ""
     folder, here = outcome.folder, Path.cwd()
     # A path is not broken over lines, so that it can be copied.
