@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from compare.course import NO_CHANGE, Course, at
-from compare.verdict import Check, ratio
+from compare.verdict import Check, against_3d
 from scenes import physics
 from scenes.checks import FIRST_TIME
 from scenes.errors import quoted
-from scenes.formats import cut, quantity
+from scenes.formats import cut
 from scenes.model import OVER_TIME, UNITS, AnyScene
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import OF_A_SINK
@@ -133,12 +133,8 @@ class Probes:
         base, unit = self.quantities.base(name), self.quantities.units[name]
         in_3d, in_1d = (replace(result.steady[name], value=result.steady[name].value - base)
                         for result in (self.fem3d, self.model))  # fmt: skip
-        off = ratio(in_1d, in_3d)
-        u_num = off.error if abs(in_3d.value) > in_3d.error else float("inf")
-        p, m = in_1d.value, in_3d.value
-        above = " (above the initial temperature)" * (unit == "K")
-        reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D{above}{self._meant(name, p, m)}"
-        return Check(cut(name, 30), p, m, unit, off.value, u_num, reason, relative_to=f"the 3D {self._whole(name)}")
+        note = "above the initial temperature" * (unit == "K") + self._meant(name, in_1d.value, in_3d.value)
+        return against_3d(cut(name, 30), unit, in_1d, in_3d, note, f"the 3D {self._whole(name)}")
 
     def _whole(self, name: str) -> str:
         return "rise" if self.quantities.units[name] == "K" else "value"

@@ -18,7 +18,7 @@ import numpy as np
 
 from compare.course import Course, overshoot
 from compare.outcome import Outcome
-from compare.verdict import Check, Definitions, ratio, relative, share, spread, unit_of
+from compare.verdict import Check, Definitions, against_3d, relative, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.equations import anchor_series_resistance
 from scenes import laws
@@ -68,26 +68,18 @@ def equation(
                 return relative(formula(outcome.scene.plain, **values), measured)
 
             predicted = formula(outcome.scene.plain, **{name: estimate.value for name, estimate in inputs.items()})
-            found = Estimate(relative(predicted, measured.value), spread(off, {**inputs, "measured": measured}))
-            reason = note if isinstance(note, str) else partial(note, outcome)
-            return _of_3d(title, key, predicted, measured.value, found, reason)
+            u_num, unit = spread(off, {**inputs, "measured": measured}), unit_of(key)
+
+            def reason() -> str:
+                values = f"{quantity(predicted, unit)} against {quantity(measured.value, unit)} in 3D"
+                return f"{values}: {note if isinstance(note, str) else note(outcome)}"
+
+            difference = relative(predicted, measured.value)
+            return Check(title, predicted, measured.value, unit, difference, u_num, reason, relative_to="the 3D value")
 
         return formula
 
     return register
-
-
-def _of_3d(
-    title: str, key: str, predicted: float, measured: float, off: Estimate, note: str | Callable[[], str]
-) -> Check:
-    """Compare a steady value with 3D's, given their relative difference."""
-    unit = unit_of(key)
-
-    def reason() -> str:
-        values = f"{quantity(predicted, unit)} against {quantity(measured, unit)} in 3D"
-        return f"{values}: {note if isinstance(note, str) else note()}".removesuffix(": ")
-
-    return Check(title, predicted, measured, unit, off.value, off.error, reason, relative_to="the 3D value")
 
 
 def not_parabolic(outcome: Outcome[Sink]) -> str:
@@ -161,7 +153,7 @@ def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Check | None:
         return None
     one, three, details = outcome.reduced.steady[key], outcome.solved.steady[key], outcome.reduced.details
     note = "; ".join(details.get("warnings", ())) or "--why splits it by assumption" * ("silent" not in details)
-    return _of_3d(title, key, one.value, three.value, ratio(one, three), note)
+    return against_3d(title, unit_of(key), one, three, note)
 
 
 def from_first(time: np.ndarray) -> np.ndarray:
@@ -277,8 +269,7 @@ def _apart(note: str, sink: Sink, late: bool, *both: tuple[Result, str]) -> Chec
     """Compare the 3D rise of one span with another's, steady or over time."""
     title, (a, b) = "spans apart, or from one", (result.steady[f"{name}_rise_K"] for result, name in both)
     if not late:
-        off, reason = ratio(a, b), f"{quantity(a.value, 'K')} and {quantity(b.value, 'K')}: {note}"
-        return Check(title, a.value, b.value, "K", off.value, off.error, reason, relative_to="the second one")
+        return against_3d(title, "K", a, b, note, "the second one")
     traces, time = [(result.over_time, f"{name}_K") for result, name in both], from_first(both[1][0].over_time.time)
     x, y = (np.interp(time, each.time, each.values[name]) - sink.room_temperature for each, name in traces)
     error = sum(each.errors[name] for each, name in traces) + sink.accuracy * (abs(a.value) + abs(b.value))

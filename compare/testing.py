@@ -9,6 +9,7 @@ A failure shows both values, their difference with its error bound, and the tole
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import compare
 from compare import quantities
 from compare.report.checks import amount
-from compare.verdict import COVERS, Check, judge, ratio
+from compare.verdict import COVERS, Check, against_3d, judge
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
@@ -129,10 +130,9 @@ def _steady(run: compare.Run, name: str) -> Check:
     """A steady quantity as a check."""
     entry = QUANTITIES[name]
     assert run.reduced1d is not None
-    predicted, measured = run.reduced1d.steady[entry.steady], run.fem3d.steady[entry.steady]
-    off, values = ratio(predicted, measured), (predicted.value, measured.value, entry.unit)
+    one, three = (result.steady[entry.steady] for result in (run.reduced1d, run.fem3d))
     u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
-    return Check(f"steady {entry.called}", *values, off.value, off.error, id=name, u_input=u_input)
+    return replace(against_3d(f"steady {entry.called}", entry.unit, one, three), id=name, u_input=u_input)
 
 
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:

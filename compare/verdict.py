@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from scenes.formats import difference_text, percent
+from scenes.formats import difference_text, percent, quantity
 from scenes.result import Estimate
 
 if TYPE_CHECKING:
@@ -171,6 +171,17 @@ def compared(
     scale = measured if scale is None else scale
     off, u_num = part(predicted - measured, scale), part(error, abs(scale))
     return Check(title, predicted, measured, unit, off, u_num, reason, **more)
+
+
+def against_3d(
+    title: str, unit: str, one: Estimate, three: Estimate, note: str = "", whole: str = "the 3D value"
+) -> Check:  # fmt: skip
+    """Compare a value with 3D's; the error is infinite where 3D's value may be zero."""
+    off = ratio(one, three)
+    u_num = off.error if abs(three.value) > three.error else math.inf
+    values = f"{quantity(one.value, unit)} against {quantity(three.value, unit)} in 3D"
+    reason = f"{values}: {note}".removesuffix(": ")
+    return Check(title, one.value, three.value, unit, off.value, u_num, reason, relative_to=whole)
 
 
 def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> float:
