@@ -85,25 +85,6 @@ def legend(figure: Figure, *axes: Any, columns: int = 0, **look: Any) -> None:
     figure.legend(handles, labels, loc="lower center", ncols=columns or len(labels), **look)
 
 
-def smooth(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """A curve through the points (x, y), x ascending, at the places ``at``: with continuous slope, and rising and
-    falling only where the points do; constant beyond the ends."""
-    h, steps = np.diff(x), np.diff(y)
-    rises = steps / h
-    # Harmonic means of the rises to both sides, zero where these change sign (Fritsch and Butland, SIAM J. Sci. Stat.
-    # Comput. 5, 1984); scipy's own is an import that takes as long as a figure.
-    before, after, near, far = rises[:-1], rises[1:], 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]
-    same = before * after > 0
-    mean = np.zeros(len(same))
-    mean[same] = ((near + far) / (near / np.where(same, before, 1.0) + far / np.where(same, after, 1.0)))[same]
-    slopes = np.concatenate([rises[:1], mean, rises[-1:]])
-    at = np.clip(at, x[0], x[-1])
-    n = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(h) - 1)
-    t = (at - x[n]) / h[n]
-    bends = h[n] * t * (1 - t) * (slopes[n] * (1 - t) - slopes[n + 1] * t)
-    return y[n] + steps[n] * t**2 * (3 - 2 * t) + bends
-
-
 def field_figure(field: Field, image: np.ndarray | None) -> Figure:
     """The rendered field with its colour bar; where nothing could be rendered, a map of the top faces."""
     top = field.above + float(field.rise.max())

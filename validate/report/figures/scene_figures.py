@@ -19,7 +19,7 @@ from scenes.model import UNITS, Schedule
 from scenes.result import Traces
 from scenes.sink import OF_A_SINK, Sink
 from validate.report.figures import INK, LINES, PARTS
-from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure, smooth
+from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure
 
 if TYPE_CHECKING:
     from compare.blame import Budget
@@ -86,8 +86,10 @@ def traces(
                     continue
                 times, values = course.time, course.values[name]
                 if first:  # Rows are few where a straight line over time does, which a logarithmic axis bends.
+                    from scipy.interpolate import PchipInterpolator
+
                     times = np.geomspace(first, scene.end_time, 400)
-                    values = smooth(course.time, values, times)
+                    values = PchipInterpolator(course.time, values)(np.minimum(times, course.time[-1]))
                 values = per * (values - zero)
                 who = "1D" if result.model in PAPERS else result.model
                 look: dict[str, Any] = {"ls": ":", "lw": 2.4, "label": cut(f"{word}, {who}", MOST_NAME)}
