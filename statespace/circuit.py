@@ -7,7 +7,7 @@ Each film is behind a voltage of its own, both in series with one lead to ground
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -40,20 +40,6 @@ def measured(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
     forward = np.real(voltage * current) > 0
     ratio = current[..., ::-1] / np.where(forward, current, 1.0)
     return np.asarray(resistance + ground * np.where(forward, 1 + ratio, 1.0))
-
-
-def slopes(
-    quantity: Callable[[np.ndarray, np.ndarray, float], np.ndarray], voltage: np.ndarray, resistance: np.ndarray,
-    ground: float,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """The derivatives (2, 2) of `powers` or `measured` by the voltages, and by the resistances.
-
-    A step of 1e-100 i in a real function leaves the derivative in its imaginary part, exact to rounding.
-    """
-    steps = 1e-100j * np.eye(2)
-    by_voltage = [quantity(voltage + step, resistance, ground).imag for step in steps]
-    by_resistance = [quantity(voltage, resistance + step, ground).imag for step in steps]
-    return np.column_stack(by_voltage) * 1e100, np.column_stack(by_resistance) * 1e100
 
 
 def held(

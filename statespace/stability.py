@@ -285,31 +285,29 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     """The loop of a model of a device, linearised about its steady state at an outer temperature (K; by default the
     final one).
 
-    Between samples P = V^2/R(T) changes by 2 V/R dV - P R'/R dT, and the heat of local departures with it, exactly
-    propagated. An element that has no power there does not respond to its voltage to first order, and its loop is left
-    out.
+    Between samples the heats follow voltages and temperatures, exactly propagated. An element that has no power there
+    does not respond to its voltage to first order, and its loop is left out.
     """
-    state, film, m = state_of(modal, device, external), modal.film, modal.responses
-    a, ratio = modal.coefficient[film], (1 + modal.coefficient * state.rise[:2])[film]
-    now = state.voltage, modal.resistance * ratio[:2], device.control.ground_resistance
-    power_by_voltage, power_by_resistance = circuit.slopes(circuit.powers, *now)
-    seen_by_voltage, seen_by_resistance = circuit.slopes(circuit.measured, *now)
+    state, m, ground = state_of(modal, device, external), modal.responses, device.control.ground_resistance
     warm = modal.resistance * modal.coefficient
-    # heat = per_power * P; its derivatives by the rise of each response, along a row, and by the voltages.
-    per_power = modal.heat(np.ones(2), state.rise)
-    slope, departs = np.zeros((m, m)), np.arange(2, m)
-    slope[:, :2] = per_power[:, None] * power_by_resistance[film] * warm
-    slope[departs, film[2:]] -= per_power[2:] * state.power[film[2:]] * a[2:] / ratio[2:]
-    slope[departs, departs] += state.power[film[2:]] * a[2:] / ratio[2:]
-    per_volt = per_power[:, None] * power_by_voltage[film]
+
+    def answer(rises_and_volts: np.ndarray) -> np.ndarray:
+        """The heats (m,) and the measured rises (2,) at some rises (m,) and voltages (2,)."""
+        rise, voltage = rises_and_volts[:m], rises_and_volts[m:]
+        resistance = modal.resistance + warm * rise[:2]
+        heat = modal.heat(circuit.powers(voltage, resistance, ground), rise)
+        return np.concatenate([heat, circuit.measured(voltage, resistance, ground) / warm])
+
+    # A step of 1e-100 i in a real function leaves the derivative in its imaginary part, exact to rounding.
+    about = np.concatenate([state.rise, state.voltage])
+    slopes = np.column_stack([answer(about + step).imag for step in 1e-100j * np.eye(m + 2)]) * 1e100
     # The exponential of [[A, B], [0, 0]] h holds exp(A h) and the integral of exp(A t) B over the sample time h.
     n, h = modal.count, device.control.sample_time
     block = np.zeros((n + 2, n + 2))
-    block[:n, :n] = (modal.shape.T @ slope @ modal.shape - np.diag(modal.rates)) * h
-    block[:n, n:] = modal.shape.T @ per_volt * h
+    block[:n, :n] = (modal.shape.T @ slopes[:m, :m] @ modal.shape - np.diag(modal.rates)) * h
+    block[:n, n:] = modal.shape.T @ slopes[:m, m:] * h
     exponential = scipy.linalg.expm(block)
     return Plant(
-        exponential[:n, :n], exponential[:n, n:],
-        (seen_by_resistance * warm / warm[:, None]) @ modal.shape[:2],
-        seen_by_voltage / warm[:, None], state.voltage > 0, device.set_rise, h,
+        exponential[:n, :n], exponential[:n, n:], slopes[m:, :m] @ modal.shape, slopes[m:, m:], state.voltage > 0,
+        device.set_rise, h,
     )  # fmt: skip

@@ -98,20 +98,6 @@ def test_what_is_measured_without_a_current_is_by_a_test_current():
     np.testing.assert_allclose(circuit.measured(0 * voltage, resistance, 0.01), [300.01, 1.21], rtol=1e-15)
 
 
-@pytest.mark.parametrize("voltage", [[1.4, 0.08], [1.4, 1e-3], [1.4, 0.0]])
-def test_slopes_are_those_of_differences(voltage):
-    given, resistance, ground = np.array(voltage), np.array([302.0, 1.19]), 0.01
-    for e, small in ((0, 1e-2), (1, 1e-4)):
-        r, v = small * np.eye(2)[e], 1e-6 * np.eye(2)[e]
-        for function in (circuit.powers, circuit.measured):
-            by_voltage, by_resistance = circuit.slopes(function, given, resistance, ground)
-            by_r = (function(given, resistance + r, ground) - function(given, resistance - r, ground)) / (2 * small)
-            np.testing.assert_allclose(by_resistance[:, e], by_r, rtol=1e-5, atol=1e-10)
-            if given[1]:
-                by_v = (function(given + v, resistance, ground) - function(given - v, resistance, ground)) / 2e-6
-                np.testing.assert_allclose(by_voltage[:, e], by_v, rtol=1e-4, atol=1e-7)
-
-
 def test_the_range_ends_where_the_sensor_cannot_be_held():
     device = grounded(Device(), 1e-2)
     lowest, highest = held_range(modes(lump(device), DEGREE), device)
