@@ -68,7 +68,7 @@ class Features:
 
 def features(scene: Scene, earliest: float | None = None) -> Features:
     """Return the features of a scene, over time with those of the ``earliest`` time of interest (s)."""
-    planes = tuple(frozenset(grids.scene_planes(scene, d)[1:-1]) for d in range(3))
+    planes = tuple(frozenset(b[1:-1].tolist()) for b in grids.coarsest(scene).breaks)
     layers = [{} if earliest is None else _diffusion_lengths(scene, d, earliest) for d in range(3)]
     return Features(planes, tuple(singular.edges(scene)), tuple(layers))
 
@@ -109,7 +109,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     accuracy. At a plane whose temperature jumps they are no longer than `REACH` diffusion lengths. A layer at most half
     as thick as the features at it are wide is thin: one interval of low degree crosses it.
     """
-    planes = [np.array(grids.scene_planes(scene, d)) for d in range(3)]
+    planes = grids.coarsest(scene).breaks
     thin, reaches = _reaches(scene, planes)
     # About one degree for each further half digit (docs/benchmark.md).
     degree = 4 if accuracy > 3e-4 else 5 if accuracy > 3e-5 else 6 if accuracy > 1.5e-5 else 7
@@ -136,7 +136,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     return Grid(tuple(breaks), tuple(degrees), scene.boxes)
 
 
-def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def _reaches(scene: Scene, planes: tuple[np.ndarray, ...]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return per axis which layers are thin, and (planes,) the reach of each plane (m).
 
     The reach is the least distance of two ends, along any axis, of the boxes and conditions that end there, except thin

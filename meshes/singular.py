@@ -20,7 +20,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from meshes import grid as grids
 from meshes.grid import Grid
@@ -29,6 +28,7 @@ from scenes.model import Scene, Value, bends
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
+CONSTANT = 1e-10  # squares of exponents that are zero but for rounding
 ANGULAR = 8  # degree of the angular problem's elements, whose exponents are then exact to about 1e-8
 RESOLVED = 1e-3  # of the smallest extent: beneath, the rim of a contact is not looked at
 PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, from which on it contradicts
@@ -48,6 +48,7 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     thermal = np.array([laws.along(m.thermal_conductivity) for m in cold]).T
     electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     exponents: list[dict[float, float]] = [{}, {}, {}]
+    live = graph.live.reshape(graph.owner.shape)
     k = np.where(grid.solid, thermal[:, grid.owner], 0.0)
     fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
     largest = max((c.thermal_resistance for c in scene.contacts), default=1.0)
@@ -55,7 +56,6 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     _collect(
         grid, k, beside, _held(scene, "temperature"), graph.jumps("thermal_resistance"), _passing(scene), exponents
     )
-    live = grids.live(scene)
     if live.any():
         sigma, nowhere = np.where(live, electric[:, grid.owner], 0.0), graph.marked([])
         cuts = graph.jumps("electrical_resistance")
@@ -160,43 +160,21 @@ def exponent(
     given = np.zeros(n + count, dtype=bool)
     given[[at for i in range(count) if rays[i] for at in (ANGULAR * i, n + i)]] = True
     solid = np.flatnonzero((np.diag(b) > 0) & ~given)
-    if not len(solid):
-        return 1.0
     root = np.linalg.cholesky(b[np.ix_(solid, solid)])
     half = np.linalg.solve(root, a[np.ix_(solid, solid)])
     squares = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
-    constants = _constants(wedges, rays, cuts)
-    return float(np.sqrt(max(squares[constants], 0.0))) if len(squares) > constants else 1.0
+    # Each separate solid piece without a given value has a constant.
+    return float(np.sqrt(min(squares[squares > CONSTANT], default=1.0)))
 
 
 @lru_cache(maxsize=1)
 def _angular() -> tuple[np.ndarray, np.ndarray]:
-    """(functions, functions) twice: the stiffness and the mass matrix of a wedge of one radian."""
-    x, w = legendre.leggauss(ANGULAR + 1)
-    f, d = _functions(x)
-    return 2 * (d * w) @ d.T, 0.5 * (f * w) @ f.T
+    """(functions, functions) twice: the stiffness and the mass matrix of a wedge of one radian; the function of the ray
+    at which it begins is first, that of the other ray last."""
+    from skfem import Basis, ElementLinePp, MeshLine
+    from skfem.models.poisson import laplace, mass
 
-
-def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(ANGULAR + 1, points) twice: the functions on (-1, 1) and their slopes, the linear functions first and last."""
-    v = legendre.legvander(x, ANGULAR).T
-    one = np.ones_like(x)
-    inner = [(v[k] - v[k - 2]) / (2 * k - 1) for k in range(2, ANGULAR + 1)]
-    slopes = [v[k - 1] for k in range(2, ANGULAR + 1)]
-    return np.array([(1 - x) / 2, *inner, (1 + x) / 2]), np.array([-one / 2, *slopes, one / 2])
-
-
-def _constants(wedges: Numbers, rays: Rays, cuts: Rays) -> int:
-    """How many separate solid pieces have no given value: each has a constant of exponent zero."""
-    joined = [q > 0 and wedges[i - 1] > 0 and not rays[i] and not cuts[i] for i, q in enumerate(wedges)]
-    if all(joined):
-        return 1
-    count = 0
-    for start in range(len(wedges)):
-        if wedges[start] <= 0 or joined[start]:
-            continue
-        end = start
-        while joined[(end + 1) % len(wedges)]:
-            end = (end + 1) % len(wedges)
-        count += not rays[start] and not rays[(end + 1) % len(wedges)]
-    return count
+    basis = Basis(MeshLine(np.array([0.0, 1.0])), ElementLinePp(ANGULAR))
+    order = [0, *range(2, ANGULAR + 1), 1]
+    stiffness, weights = (form.assemble(basis).toarray()[np.ix_(order, order)] for form in (laplace, mass))
+    return stiffness, weights

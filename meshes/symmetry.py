@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from meshes.grid import distinct, graph, scene_planes
-from scenes.free.grid import grid_on
+from meshes.grid import graph
+from scenes.free.grid import distinct, grid_on
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 from scenes.result import Step
 
@@ -194,7 +194,7 @@ class _Mirror:
     def _keeps_cells(self, scene: Scene) -> bool:
         """Whether the mirror maps every cell between the scene's planes onto one of the same material and source, and
         every face with a contact onto one that is the same; none lies in its plane, where half of one would be left."""
-        planes = [np.array(scene_planes(scene, d)) for d in range(3)]
+        planes = list(graph(scene).planes)
         along = planes[self.axis]
         planes[self.axis] = np.array(distinct([*along, *(2 * self.middle - along)], self.small))
         grid = grid_on(scene, tuple(planes))

@@ -346,28 +346,29 @@ class Groups(Domain):
 
 def boxes(scene: Scene, grid: Grid) -> Boxes:
     """Return the domain of a scene of boxes (or of its symmetric part) on a grid."""
-    space, coarse = BrickSpace(grid), grids.coarsest(scene)
+    space = BrickSpace(grid)
     middles = [(b[1:] + b[:-1])[i] / 2 for b, i in zip(grid.breaks, space.ijk, strict=True)]
-    return _boxes(scene, space, middles, coarse)
+    return _boxes(scene, space, middles)
 
 
 def box_cells(scene: Scene, mesh: Any, degree: int = 3) -> Boxes:
     """Return the domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
-    return _boxes(scene, MappedSpace(mesh, degree), list(mesh.p[:, mesh.t].mean(axis=1)), grids.coarsest(scene))
+    return _boxes(scene, MappedSpace(mesh, degree), list(mesh.p[:, mesh.t].mean(axis=1)))
 
 
-def _boxes(scene: Scene, space: Space, middles: list[np.ndarray], coarse: Grid) -> Boxes:
+def _boxes(scene: Scene, space: Space, middles: list[np.ndarray]) -> Boxes:
     """The domain on cells with their ``middles`` (3, cells)."""
-    at = tuple(
-        np.clip(np.searchsorted(b, x, side="right") - 1, 0, len(b) - 2)
-        for b, x in zip(coarse.breaks, middles, strict=True)
+    graph = grids.graph(scene)
+    places = tuple(
+        np.clip(np.searchsorted(p, x, side="right") - 1, 0, len(p) - 2)
+        for p, x in zip(graph.planes, middles, strict=True)
     )
-    owner = coarse.owner[at]
+    at = np.ravel_multi_index(places, graph.owner.shape)
+    owner = graph.owner.ravel()[at]
     sources = tuple((b.heat_source, np.flatnonzero(owner == n)) for n, b in enumerate(scene.boxes) if b.heat_source)
     return with_contacts(Boxes(
         scene, space, owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes), sources,
-        grids.live(scene)[at], tuple((cells[at], value) for cells, value in grids.still(scene)),
-        grids.anchored(scene),
+        graph.live[at], tuple((cells[at], value) for cells, value in graph.still), graph.anchored,
     ))  # fmt: skip
 
 

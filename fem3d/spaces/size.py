@@ -72,7 +72,7 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     join = unknowns * _layer(solid, tables) / cells
     factors = factor_entries(unknowns, join)
     # Potentials have a problem of their own where current passes.
-    live = _product(grids.live(scene), tables)[1:, 1:, 1:].sum() / cells
+    live = _product(grids.graph(scene).live.reshape(solid.shape), tables)[1:, 1:, 1:].sum() / cells
     memory = START_UP + PER_ENTRY * of_matrices + (1 + live) * PER_FACTOR * factors
     return Size(int(cells), int(unknowns), join, of_matrices, factors, float(memory))
 

@@ -54,23 +54,6 @@ def is_gmsh_41(data: bytes) -> bool:
     return data.startswith(b"$MeshFormat") and data.split(maxsplit=2)[1:2] == [b"4.1"]
 
 
-def read_gmsh(data: bytes) -> MeshData:
-    """Read a mesh in Gmsh's format 4.1. Raises MeshFileError."""
-    if b"$PartitionedEntities" in data:
-        raise MeshFileError("it is partitioned: save it whole, without partitions")
-    header = _section(data, b"MeshFormat").split(maxsplit=3)
-    form = header[1] == b"1", ">" if header[3:] and header[3].startswith(b"\0\0\0\1") else "<", int(header[2])
-    physical = _read_physical(_Numbers(_section(data, b"Entities"), *form)) if b"$Entities" in data else {}
-    ids, points = _read_nodes(_Numbers(_section(data, b"Nodes"), *form))
-    text = _section(data, b"PhysicalNames").decode("utf-8", "replace") if b"$PhysicalNames" in data else ""
-    names = {(int(dim), int(tag)): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', text)}
-    cells = [
-        _Entity(kind, node_rows(ids, nodes)[:, _ORDER.get(kind, slice(None))], tag, physical.get((dim, tag), []))
-        for dim, tag, kind, nodes in _read_cells(_Numbers(_section(data, b"Elements"), *form))
-    ]
-    return _with_groups(points, cells, names)
-
-
 class _Entity(NamedTuple):
     """Cells of one kind, the tag of their elementary entity (0 for none), the numbers of their physical groups, and
     sets that they are in."""
@@ -80,6 +63,33 @@ class _Entity(NamedTuple):
     tag: int
     physical: list[int]
     sets: tuple[str, ...] = ()
+
+
+def read_gmsh(data: bytes) -> MeshData:
+    """Read a mesh in Gmsh's format 4.1. Raises MeshFileError."""
+    if b"$PartitionedEntities" in data:
+        raise MeshFileError("it is partitioned: save it whole, without partitions")
+    header = _section(data, b"MeshFormat").split(maxsplit=3)
+    endian = ">" if header[3:] and header[3].startswith(b"\0\0\0\1") else "<"
+
+    def numbers(section: bytes) -> _Numbers:
+        return _Numbers(_section(data, section), header[1] == b"1", endian, int(header[2]))
+
+    text = _section(data, b"PhysicalNames").decode("utf-8", "replace") if b"$PhysicalNames" in data else ""
+    names = {(int(dim), int(tag)): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', text)}
+    physical = _read_physical(numbers(b"Entities")) if b"$Entities" in data else {}
+    ids, points = _read_nodes(numbers(b"Nodes"))
+    section, entities = numbers(b"Elements"), list[_Entity]()
+    for _ in range(section.take("size", 4)[0]):
+        dim, tag, number = (int(n) for n in section.take("int", 3))
+        count = section.take_one("size")
+        if number not in _TYPES:
+            raise MeshFileError(f"it has cells of Gmsh's type {number}: mesh with cells of first or second order")
+        kind, width = _TYPES[number]
+        rows = section.take("size", count * (1 + width)).reshape(count, 1 + width)
+        nodes = node_rows(ids, rows[:, 1:])[:, _ORDER.get(kind, slice(None))]
+        entities.append(_Entity(kind, nodes, tag, physical.get((dim, tag), [])))
+    return _with_groups(points, entities, names)
 
 
 def _with_groups(points: np.ndarray, entities: list[_Entity], names: dict[tuple[int, int], str]) -> MeshData:
@@ -151,19 +161,6 @@ def _read_nodes(numbers: _Numbers) -> tuple[np.ndarray, np.ndarray]:
         width = 3 + dim * parametric
         points.append(numbers.take("real", count * width).reshape(count, width)[:, :3])
     return np.concatenate(ids), np.concatenate(points)
-
-
-def _read_cells(numbers: _Numbers) -> list[tuple[int, int, str, np.ndarray]]:
-    blocks = []
-    for _ in range(numbers.take("size", 4)[0]):
-        dim, tag, number = (int(n) for n in numbers.take("int", 3))
-        count = numbers.take_one("size")
-        if number not in _TYPES:
-            raise MeshFileError(f"it has cells of Gmsh's type {number}: mesh with cells of first or second order")
-        kind, nodes = _TYPES[number]
-        rows = numbers.take("size", count * (1 + nodes)).reshape(count, 1 + nodes)
-        blocks.append((dim, tag, kind, rows[:, 1:]))
-    return blocks
 
 
 def read(path: Path, unit: float) -> GroupedMesh:

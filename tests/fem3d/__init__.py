@@ -20,7 +20,7 @@ from fem3d.solution import steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.domain import boxes
 from meshes import symmetry
-from meshes.grid import Grid, scene_planes
+from meshes.grid import Grid, graph
 from meshes.symmetry import Flow, Symmetry
 from scenes.free import from_dict
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -39,7 +39,7 @@ def plain_grid(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[i
     differ in length, one degree everywhere."""
     found = []
     for d in range(3):
-        planes = np.union1d(scene_planes(scene, d), [c for axis, c in also if axis == d])
+        planes = np.union1d(graph(scene).planes[d], [c for axis, c in also if axis == d])
         pieces = [
             a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, 2 * cuts + 1))[:-1]) / 2 if b - a > 1e-4 else [a]
             for a, b in pairwise(planes)
@@ -94,7 +94,7 @@ def end(side: int, kind: Any, value: float, ambient: float = 293.0) -> Boundary:
 
 def bar_grid(scene: Scene, intervals: int, degree: int) -> Grid:
     """A grid of a bar with equal intervals along it (between the planes of the scene) and one across."""
-    planes = np.array(scene_planes(scene, 1))
+    planes = graph(scene).planes[1]
     y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in pairwise(planes)])
     return grid_of(scene, ([0.0, BAR[0]], np.append(y, planes[-1]), [0.0, BAR[2]]), degree)
 

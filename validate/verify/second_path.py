@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex
 
 from benchmarks.rows import Row
-from meshes.grid import Grid, scene_planes
+from meshes.grid import Grid, graph
 from scenes import laws
 from scenes.laws import Property
 from scenes.loading import load
@@ -255,7 +255,7 @@ def halved_readings(scene: Scene, halvings: int) -> dict[str, float]:
     for axis, parts in enumerate((GRADED, EVEN, GRADED)):
         for _ in range(halvings):
             parts = np.sort(np.concatenate([parts, (parts[1:] + parts[:-1]) / 2]))
-        planes = pairwise(scene_planes(scene, axis))
+        planes = pairwise(graph(scene).planes[axis].tolist())
         breaks.append(np.unique(np.concatenate([a + (b - a) * parts for a, b in planes])))
     grid = Grid(tuple(breaks), tuple(np.full(len(b) - 1, 2) for b in breaks), scene.boxes)
     basis, owner, order = base(scene, grid)
