@@ -33,8 +33,6 @@ Change = Callable[[float], Any]
 
 SETTINGS = ("run.", "control.", "external.step_time")
 """Keys that say how a scene is run, which nobody measures."""
-MEANT = {"oxide_offset": "anchor_distance"}
-"""Attributes that may be a word, and the property with the number that the word stands for."""
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 
@@ -147,7 +145,7 @@ def _made_of_parameters(scene: Any) -> list[str]:
                 yield from paths(f"{path}.{label_of(path, i + 1, value)[0]}" if tables else point, value)
 
     made = [p for key, value in parameters.flat.items() if key != SECTION for p in paths(key, value)]
-    return made + [name for name, plane in _planes_of(scene) if any(f"box.{face}" in made for face in plane)]
+    return made + [f"box.{faces[0]}" for faces, _ in _planes(scene) if any(f"box.{face}" in made for face in faces)]
 
 
 def _covers(made: str, path: str) -> bool:
@@ -215,32 +213,23 @@ def _of_parametric(scene: Any) -> dict[str, Number]:
     """The numbers of a sink or a device."""
     schema, numbers = type_of(scene).schema, dict[str, Number]()
     written = schema.write(scene)
+
+    def changed(path: str, times: Change, part: float) -> Any:
+        return schema.apply({path: times(1 + part)}, scene)
+
     for path, key in schema.paths.items():
-        value = _value(scene, key.attribute)
-        if value is None or not key.physical or path not in written:
-            continue
-        if path.startswith((*SETTINGS, *getattr(scene, "sink", scene).absent)):
+        value, sink = attrgetter(key.attribute)(scene), getattr(scene, "sink", scene)
+        if value is None and path == "anchor.oxide_offset":
+            value = sink.anchor_distance
+        if value is None or not key.physical or path not in written or path.startswith((*SETTINGS, *sink.absent)):
             continue
         if path.endswith((".temperature_coefficient", ".reference_temperature")):
             resistivity = attrgetter(key.attribute.rpartition(".")[0])(scene).resistivity
             if resistivity is None or laws.varies(resistivity):
                 continue
         for end, number, quantity, times in parts(key.kind, value):
-
-            def more(part: float, path: str = path, times: Callable[[float], Any] = times) -> Any:
-                return schema.apply({path: times(1 + part)}, scene)
-
-            numbers[path + end] = Number(float(number), quantity, more)
+            numbers[path + end] = Number(float(number), quantity, partial(changed, path, times))
     return numbers
-
-
-def _value(scene: object, attribute: str) -> Any:
-    """The value of a key; of a word the number that it stands for."""
-    value = attrgetter(attribute)(scene)
-    owner, _, name = attribute.rpartition(".")
-    if value is None and name in MEANT:
-        return attrgetter(f"{owner}.{MEANT[name]}".lstrip("."))(scene)
-    return value
 
 
 def of_free(scene: AnyScene) -> dict[str, Number]:
@@ -253,11 +242,12 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
     values = schema.read(schema.flatten(given))
     build = document.of_boxes if scene.parts == "boxes" else document.on_mesh
 
-    def changed(table: str, number: int, key: str, value: Any) -> AnyScene:
-        """The scene, unchecked, with another value for a key of an item."""
+    def changed(table: str, number: int, key: str, times: Change, part: float) -> Any:
+        """The scene, unchecked, with a number of a key of an item times ``1 + part``."""
         items = list(values[table])
-        items[number] = replace(items[number], values={**items[number].values, key: value})
-        return build({**values, table: tuple(items)}, scene.name, folder)
+        items[number] = replace(items[number], values={**items[number].values, key: times(1 + part)})
+        after = build({**values, table: tuple(items)}, scene.name, folder)
+        return replace(transferred(scene, start, after), parameters=scene.parameters)
 
     start, numbers = build(values, scene.name, folder), dict[str, Number]()
     for table in ("material", "boundary", "contact", scene.heated[0]):
@@ -269,16 +259,9 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
                 if key == "contact_resistance" and {"voltage", "current"} & set(item.values):
                     kind = ContactResistance((CURRENT_CONTACT,))
                 for end, number, quantity, times in parts(kind, value):
-
-                    def more(
-                        part: float, at: tuple[str, int, str] = (table, n, key), times: Callable[[float], Any] = times
-                    ) -> Any:
-                        moved = transferred(scene, start, changed(*at, times(1 + part)))
-                        return replace(moved, parameters=scene.parameters)
-
-                    numbers[f"{table}.{item.name}.{key}{end}"] = Number(float(number), quantity, more)
-    if isinstance(scene, Scene):
-        numbers |= dict(_planes(scene))
+                    name = f"{table}.{item.name}.{key}{end}"
+                    numbers[name] = Number(float(number), quantity, partial(changed, table, n, key, times))
+    numbers |= {f"box.{faces[0]}": number for faces, number in _planes(scene)}
     if not scene.steady or not physics.heat(scene):
         initial = scene.initial_temperature
         numbers["scene.initial_temperature"] = Number(
@@ -295,8 +278,8 @@ def _matters(scene: AnyScene, material: Item, key: str) -> bool:
     return key in physics.needed(scene)
 
 
-def _planes_of(scene: Any) -> Iterator[tuple[str, list[str]]]:
-    """The name of each plane of a scene of boxes, and the faces in it as "beam.upper.x"; the name's is the first."""
+def _planes(scene: Any) -> Iterator[tuple[list[str], Number]]:
+    """The planes of a scene of boxes: the faces in each as "beam.upper.x", of which the first names it."""
     boxes = getattr(scene, "boxes", ())
     for axis, letter in enumerate("xyz"):
         ends = sorted(
@@ -306,22 +289,10 @@ def _planes_of(scene: Any) -> Iterator[tuple[str, list[str]]]:
         coordinates = [c for *_, c in ends]
         small = ROUNDING * (max(coordinates, default=0.0) - min(coordinates, default=0.0))
         while ends:
-            at = ends[0][3]
+            size, _, _, at = ends[0]
             faces = [f"{boxes[n].name}.{end}.{letter}" for _, n, end, c in ends if abs(c - at) <= small]
-            yield f"box.{faces[0]}", faces
+            yield faces, Number(size, _SIZE, partial(_with_plane, scene, axis, at, size, small))
             ends = [each for each in ends if abs(each[3] - at) > small]
-
-
-def _planes(scene: Scene) -> Iterator[tuple[str, Number]]:
-    """The planes across each axis."""
-    boxes = {box.name: box for box in scene.boxes}
-    for name, faces in _planes_of(scene):
-        box_name, end, letter = faces[0].rsplit(".", 2)
-        box, axis = boxes[box_name], "xyz".index(letter)
-        extent = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
-        at, size = getattr(box, end)[axis], box.upper[axis] - box.lower[axis]
-        small = ROUNDING * (max(extent) - min(extent))
-        yield name, Number(size, _SIZE, partial(_with_plane, scene, axis, at, size, small))
 
 
 def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float, part: float) -> Scene:
