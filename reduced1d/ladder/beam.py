@@ -36,10 +36,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from reduced1d.equations import (
-    resistance,
-    room_resistivity,
-)
+from reduced1d.equations import resistance, room_resistivity
 from reduced1d.ladder.few_states import FewStates, steady_state
 from reduced1d.ladder.plate import COPIES, Plate, along, current_through_pads, factorize, film, gap_film, stored
 from reduced1d.numerics import Elements

@@ -10,15 +10,7 @@ from typing import Any
 import numpy as np
 
 from reduced1d import ladder
-from reduced1d.ladder.beam import (
-    Anchor,
-    anchor_of,
-    fin,
-    hot,
-    projected,
-    steady_rise,
-    thin_plate_remainder,
-)
+from reduced1d.ladder.beam import Anchor, anchor_of, fin, hot, projected, steady_rise, thin_plate_remainder
 from reduced1d.ladder.few_states import FewStates, lumps, result
 from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble, factorize
 from scenes.result import Result

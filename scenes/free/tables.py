@@ -92,13 +92,7 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "reference_temperature": k.KELVIN,
         "valid_to": VALID_TO,
     },
-    "box": {
-        "name": k.LABEL,
-        "material": k.LABEL,
-        "lower": POINT,
-        "upper": POINT,
-        "heat_source": HEAT_SOURCE,
-    },
+    "box": {"name": k.LABEL, "material": k.LABEL, "lower": POINT, "upper": POINT, "heat_source": HEAT_SOURCE},
     "boundary": {"name": k.LABEL, "lower": POINT, "upper": POINT, **CONDITIONS, **_BESIDE},
     "probe": {
         "name": k.LABEL,
