@@ -46,7 +46,7 @@ class Column:
     values : (rows,), NaN in empty cells
     spice : whether the column is of a circuit, where volts may stand for kelvins
     role : its meaning by `--column`: "time", "ignore", a quantity or a key of the scene; "" without
-    kind : "rise" where `--column` adds that word
+    kind : "rise" or "curve" where `--column` adds that word
     """
 
     name: str

@@ -50,19 +50,19 @@ def assign(target: Target, table: Table, given: Sequence[str]) -> list[Column]:
 
 
 def _read_role(target: Target, text: str) -> tuple[str, str, str]:
-    """Role, unit, and "rise" or "", of "time (ms)", "peak rise (K)", "drive.voltage" or "ignore"."""
+    """Role, unit, and "rise" or "curve", of "time (ms)", "peak rise (K)", "drive.voltage curve" or "ignore"."""
     words = {word.lower(): key for word, key in target.quantities.names.items()}
     name, unit = (text, "") if text.lower() in words else split_unit(text)
     plain = name if name.lower() in words else re.sub(r"\s*\brise\b\s*", "", name, flags=re.IGNORECASE).strip()
     if plain.lower() in ("time", IGNORED, *words):
         return words.get(plain.lower(), plain.lower()), unit, "rise" * (plain != name)
-    path = target.find_key(plain)
+    path = target.find_key(plain.removesuffix(" curve"))
     if not path:
         choices = ("time", *target.quantities.names, IGNORED)
         example = "drive.voltage" if "drive.voltage" in target.keys else next(iter(target.keys), "")
         key = f", or a key of the scene such as {example}" if example else ""
         raise SceneError(f"it is no quantity: give {', '.join(choices)}{key}{did_you_mean(plain, choices)}")
-    return path, unit, ""
+    return path, unit, "curve" * plain.endswith(" curve")
 
 
 def _find_column(table: Table, wanted: str) -> str:
@@ -194,6 +194,7 @@ class Run:
     how : how the time was read where that is not plain
     left_out : the reasons of the other columns
     words : the run in words
+    curve : the key of the scene and its values (rows,), at which the rows are steady states, or ``None``
     """
 
     clock: str
@@ -202,6 +203,7 @@ class Run:
     how: str = ""
     left_out: dict[str, str] = field(default_factory=dict)
     words: str = ""
+    curve: tuple[str, np.ndarray] | None = None
 
     def keep(self, rows: np.ndarray, note: str = "") -> None:
         """Keep some rows, and note why."""
@@ -217,8 +219,21 @@ def pick(columns: Sequence[Column], target: Target) -> Run:
         raise SceneError(f"{quoted(run.clock)}, the time, is empty")
     run.keep(filled, "" if filled.all() else f"{(~filled).sum()} rows without one are left out")
     parameters = _take_parameters(run, target)
-    fits, run.words = _choose(parameters, target, len(run.time))
-    _keep_one_run(run, fits, target)
+    curve = next((p for p in parameters if p.kind == "curve"), None)
+    fits, run.words = _choose([p for p in parameters if p is not curve], target, len(run.time))
+    if curve is None:
+        _keep_one_run(run, fits, target)
+    elif not target.quantities.steady:
+        raise SceneError(f"a curve over {curve.plain} is one of steady states: give --steady")
+    else:
+        # A scene without a drive is refused: a row of zeros has no 3D solution.
+        dropped = f"rows at {curve.plain} = 0 are left out" if (curve.values == 0).any() else ""
+        rows = fits & (curve.values != 0)
+        curve = curve.at(rows)
+        run.keep(rows)
+        run.curve = curve.role, curve.values
+        said = f"the curve over {curve.plain} ({curve.role}) at {_listed(curve, target)}"
+        run.words = "; ".join(filter(None, (run.words, dropped, said)))
     return run
 
 
@@ -244,7 +259,7 @@ def _take_parameters(run: Run, target: Target) -> list[Column]:
             dimension = None
         if dimension is None:
             others.append(column)
-        elif len(np.unique(column.values)) <= most:
+        elif column.kind == "curve" or len(np.unique(column.values)) <= most:
             parameters.append(replace(column, role=key, values=column.si))
         elif column.role:
             raise SceneError(f"{quoted(column.name)} varies over time, as no {key} of a run does")
@@ -262,7 +277,8 @@ def _choose(parameters: Sequence[Column], target: Target, count: int) -> tuple[n
         return np.ones(count, dtype=bool), ""
     wanted = [(p, target.values.get(p.role, np.nan)) for p in parameters]
     fits: np.ndarray = np.all([np.isclose(p.values, value, rtol=_CLOSE, atol=1e-15) for p, value in wanted], axis=0)
-    first = parameters[0]
+    first, steady = parameters[0], target.quantities.steady
+    curve = f'the whole curve: --column "{first.role} curve={first.plain}"'
     if not fits.any():
         runs = (
             f"{p.plain} ({p.role}) is {_listed(p, target)}, in the scene {target.show(p.role, v)}" for p, v in wanted
@@ -270,7 +286,7 @@ def _choose(parameters: Sequence[Column], target: Target, count: int) -> tuple[n
         value = target.show(first.role, float(first.values[0])).replace(" ", "")
         raise SceneError(
             f"it has no run of this scene: {'; '.join(runs)}: export that run, or set the scene: "
-            f"--set {first.role}={value} "
+            f"--set {first.role}={value}{f', or compare {curve}' if steady else ''} "
             f'(--column "ignore={first.plain}" where it is no such parameter)'
         )
     runs = (
@@ -278,7 +294,7 @@ def _choose(parameters: Sequence[Column], target: Target, count: int) -> tuple[n
         + f" of {_listed(p, target)}" * (len(np.unique(p.values)) > 1)
         for p, v in wanted
     )
-    return fits, f"the run at {', '.join(runs)}"
+    return fits, f"the run at {', '.join(runs)}{f' ({curve})' if steady and fits.sum() < count else ''}"
 
 
 def _is_one_run(time: np.ndarray) -> bool:

@@ -48,6 +48,8 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     target, named, content = make_target(scene), f"--against {quoted(path)}", text.read_bytes(path)
     with refusing(named):
         data = _read(path.name, content, target, columns)
+    if data.curve is not None and uncertainty:
+        raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
     data = replace(data, u=read_uncertainty(target.quantities, data, uncertainty))
     with refusing(named):
         return data if data.at_rest else replace(data, warnings=_compare_run(data, target))
@@ -97,6 +99,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         name, table.kind, time, values, {"time_s": run.clock} | headers if run.clock else headers,
         {key: note for key, note in how.items() if note}, notes, run.left_out, run.words,
         others={column.name: column.differences[rows] for column in known}, words=catalogue.words,
+        curve=run.curve and (run.curve[0], run.curve[1][rows]),
     )  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 """Files as other programs and instruments write them, of a bar whose middle warms by a given course."""
 
+import shlex
 import struct
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from compare.data import read
 from scenes import load
 from scenes.errors import SceneError
+from validate.cli import main
 
 SCENE = """
 scene = {name = "bar", initial_temperature = "293.15 K"}
@@ -242,3 +244,20 @@ def test_cause_and_cure_of_what_cannot_be_read(text, said, scene):
     with pytest.raises(SceneError, match=said) as caught:
         read(path, load(scene, ["run.steady=true"] if "parsec" in text else []))
     assert "\n" not in str(caught.value)
+
+
+def test_curve_over_a_parameter_is_solved_row_by_row(scene, ran):
+    """Both ends of the bar are held at T0 and its conductivity is constant: the integral of rho from T0 to the peak
+    is V^2/(8 k)."""
+    volts = np.array([0.0, 0.05, 0.1, 0.2])
+    k, rho, tcr = 100.0, 1e-6, 1e-3
+    rise = (np.sqrt(1 + 2 * tcr * volts**2 / (8 * k * rho)) - 1) / tcr
+    path = scene.with_name("curve.csv")
+    command = f"solve {scene} --steady --against {path} --column 'Vapp curve=Vapp (V)'"
+    for off in (0.0, 5.0):
+        text = "Vapp (V),mid (K)\n" + rows("{:.9g},{:.9g}", volts, 293.15 + rise + off * (volts == 0.05))
+        path.write_text(text, encoding="utf-8")
+        summary, _ = ran(command)
+        (check,) = [check for check in summary["checks"] if check["id"] == "against_mid"]
+        assert check["difference"] == pytest.approx(off / rise.max(), abs=1e-3)
+    assert main([*shlex.split(command), "--data-uncertainty", "1K"]) == 2
