@@ -1,20 +1,18 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
-A level is one mesh with its solutions in the nested spaces and the errors of its goals. It ends with a verdict: accept
-the answer, refine the mesh by its error indicators, refine it a little everywhere ("raise"), or check on a finer mesh
-whether heating really runs away.
+A level is one mesh with its solutions in the nested spaces and the errors of its goals. Its answer is accepted, or the
+mesh is refined by its error indicators; where a space has no solution it is refined a little everywhere, and where
+heating runs away, to confirm that it does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
 
 import numpy as np
 
 from fem3d.adaptivity import marched, nested, reach
-from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
@@ -34,28 +32,6 @@ SURELY = 3.0
 BELOW = (0.99, 0.95)
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
-
-
-class Verdict(NamedTuple):
-    """Decision after a level.
-
-    "accept" takes the ``answer``. "refine" uses the indicators of the ``goals`` and the ``relative`` errors. "raise"
-    refines everywhere: a lower space has no steady state although the fine space has one, or states go ``beyond`` a
-    resistivity law. "runaway" needs a second mesh."""
-
-    action: Literal["accept", "refine", "raise", "runaway"]
-    answer: Answer | None = None
-    level: Level | None = None
-    goals: Sequence[Spread] = ()
-    relative: Mapping[str, float] = {}
-    runaway: RunawayError | None = None
-    beyond: BeyondLawError | None = None
-
-    @property
-    def indicators(self) -> Indicators:
-        """The indicators to refine by."""
-        worst = max(self.relative.values(), default=np.inf)
-        return Indicators(self.goals, worst, self.level.record if self.level else None)
 
 
 def adapt(
@@ -96,31 +72,38 @@ def adapt(
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     mesh = mesh.begin()
     for number in range(1, MOST_LEVELS + 1):
-        verdict = search.judge(mesh, number)
-        if verdict.action == "accept":
-            assert verdict.answer is not None
-            if study.field is None or verdict.level is None or with_transient:
-                return verdict.answer
-            return replace(verdict.answer, field=estimate(verdict.level))
         finer: Mesh | None
-        if verdict.action == "refine":
-            assert verdict.answer is not None
-            falling.check(verdict.answer.heat.size, verdict.relative)
-            finer = mesh.refine(verdict.indicators, search.enough)
-        elif verdict.runaway is not None:
-            finer = search.refine_for_runaway(mesh, verdict.runaway)
-        else:
+        try:
+            answer, level = search.solve(mesh, number)
+        except RunawayError as runaway:
+            finer = search.refine_for_runaway(mesh, runaway)
+            if finer is None:
+                raise
+        except (BeyondLawError, LowerSpaceError) as failure:
             finer = mesh.refine_all()
-        if finer is None:
-            if failure := verdict.runaway or verdict.beyond:
-                raise failure
-            if verdict.answer is None:
-                break
-            return verdict.answer
+            if finer is None:
+                raise failure if isinstance(failure, BeyondLawError) else not_reached(study.accuracy) from None
+        else:
+            response = answer.response
+            relative = response.relative if response else level.relative if level else {}
+            if response.accepted if response else max(relative.values(), default=0.0) <= search.enough:
+                field = study.field is not None and level is not None and not with_transient
+                return replace(answer, field=estimate(level)) if field and level else answer
+            falling.check(answer.heat.size, relative)
+            finer = mesh.refine(indicators(level, response), search.enough)
+            if finer is None:
+                return answer
+            # The next level's matrices take the place of these.
+            del answer, level, response
         mesh = finer
-        # The next level's matrices take the place of these.
-        del verdict
     raise not_reached(study.accuracy)
+
+
+def indicators(level: Level | None, response: Response | None = None) -> Indicators:
+    """Return the indicators to refine by, of a steady level, of a response, or of both."""
+    goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
+    relative = response.relative if response else level.relative if level else {}
+    return Indicators(goals, max(relative.values()), level.record if level else None)
 
 
 @dataclass
@@ -143,33 +126,22 @@ class Search:
         """The largest relative error of an accepted level; the rows of traces take their share of the accuracy."""
         return self.study.accuracy * (1 - ROW_SHARE) if self.with_transient else self.study.accuracy
 
-    def judge(self, mesh: Mesh, number: int) -> Verdict:
-        """Judge a mesh by its steady level, and by its response if the steady level is accurate enough."""
-        problems = mesh.problems()
-        fine = level = response = None
-        try:
-            if self.with_steady:
-                fine = nested.solution(self.study, problems)
-                level = mesh.examine(self.study, problems, fine)
-            self.progress(f"level {number}: {problems.heat.size} unknowns")
-            if self.with_steady and level is None:
-                return Verdict("raise")
-            if self.with_transient and (level is None or level.worst <= self.enough):
-                response = self._respond(mesh, problems, level)
-        except RunawayError as runaway:
-            return Verdict("runaway", runaway=runaway)
-        except BeyondLawError as beyond:
-            return Verdict("raise", beyond=beyond)
-        except LowerSpaceError:
-            return Verdict("raise")
-        errors = level.errors if level else {}
-        told = level.fine if level else fine
-        answer = Answer(mesh, problems.heat, problems.conductor, told, errors, response, number)
-        relative = response.relative if response else level.relative if level else {}
-        if response.accepted if response else max(relative.values(), default=0.0) <= self.enough:
-            return Verdict("accept", answer, level)
-        goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
-        return Verdict("refine", answer, level, goals=goals, relative=relative)
+    def solve(self, mesh: Mesh, number: int) -> tuple[Answer, Level | None]:
+        """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough.
+
+        Raises LowerSpaceError where a lower space has no solution although the fine one has.
+        """
+        problems, fine, level, response = mesh.problems(), None, None, None
+        if self.with_steady:
+            fine = nested.solution(self.study, problems)
+            level = mesh.examine(self.study, problems, fine)
+        self.progress(f"level {number}: {problems.heat.size} unknowns")
+        if self.with_steady and level is None:
+            raise LowerSpaceError("a lower space has no steady state, and the fine one has")
+        if self.with_transient and (level is None or level.worst <= self.enough):
+            response = self._respond(mesh, problems, level)
+        errors, better = (level.errors, level.fine) if level else ({}, fine)
+        return Answer(mesh, problems.heat, problems.conductor, better, errors, response, number), level
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """Solve the transient in Krylov fields about the steady state; without it, shifted by the slowest time constant
@@ -209,8 +181,7 @@ class Search:
             near, allowed = fraction == BELOW[0], self.study.accuracy / (1 - fraction)
             if confirmed and level.worst <= allowed and (near or change <= self.study.accuracy * runaway.limit):
                 return None
-            indicators = Indicators([*level.goals.values()], level.worst, level.record)
-            return mesh.refine(indicators, min(allowed, level.worst) / 2)
+            return mesh.refine(indicators(level), min(allowed, level.worst) / 2)
         return mesh.refine_all()
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:
@@ -223,8 +194,7 @@ class Search:
         except NumericsError:
             level = None  # inputs vary, or heat does not leave
         if level is not None and level.worst > self.enough:
-            indicators = Indicators([*level.goals.values()], level.worst, level.record)
-            return mesh.refine(indicators, self.enough)
+            return mesh.refine(indicators(level), self.enough)
         before, self.ran_away = self.ran_away, True
         return None if before else mesh.refine_all()
 

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.csgraph import connected_components
-from skfem import ElementHex2, MeshTet1
+from skfem import ElementHex2
 from skfem.assembly.dofs import Dofs
 from skfem.element import ElementH1
 from skfem.quadrature import get_quadrature
@@ -31,7 +31,7 @@ from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
 from fem3d.spaces.integrals import Faces, Space, entities, halves
 
 LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
-AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
+AT_ONCE = 2_000  # cells whose matrices are made together, which bounds the memory
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
@@ -83,7 +83,6 @@ class MappedSpace(Space):
         self.numbering = Dofs(mesh, self.element)
         self.dofs, self.size = self.numbering.element_dofs, int(self.numbering.N)
         self.entity, self.places = entities(mesh, self.numbering, mesh.doflocs[:, : mesh.nvertices])
-        self._straight = isinstance(mesh, MeshTet1) and mesh.doflocs.shape[1] == mesh.nvertices
 
     @cached_property
     def depth(self) -> np.ndarray:
@@ -126,24 +125,13 @@ class MappedSpace(Space):
         quadrature, n = self.rule(cells, 0), len(self.dofs)
         blocks = np.empty((len(cells), n, n), complex)
         weights, slopes = quadrature.weights, quadrature.slopes
-        step = len(cells) if self._straight else AT_ONCE
-        for some in (slice(i, i + step) for i in range(0, len(cells), max(step, 1))):
-            inverse, sizes = self.jacobian(
-                cells[some], quadrature.points[:, :1] if self._straight else quadrature.points
-            )
-            if self._straight:
-                # Each is the reference one's, whose parts are weighted by the map's derivative.
-                metric = np.einsum("iac,jac,ac->cij", inverse[..., 0], inverse[..., 0], k[:, some] * sizes[:, 0])
-                parts = np.einsum("p,ipu,jpv->ijuv", weights, slopes, slopes).reshape(9, n * n)
-                blocks.real[some] = (metric.reshape(-1, 9) @ parts).reshape(-1, n, n)
-                one = quadrature.values.T @ (weights[:, None] * quadrature.values)
-                blocks.imag[some] = (c[some] * sizes[:, 0])[:, None, None] * one
-            else:
-                at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
-                by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
-                blocks.real[some] = np.matmul(np.swapaxes(at, 1, 2), by * at)
-                mass = np.matmul(quadrature.values.T, (weights * sizes)[..., None] * quadrature.values)
-                blocks.imag[some] = c[some, None, None] * mass
+        for some in (slice(i, i + AT_ONCE) for i in range(0, len(cells), AT_ONCE)):
+            inverse, sizes = self.jacobian(cells[some], quadrature.points)
+            at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
+            by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
+            blocks.real[some] = np.matmul(np.swapaxes(at, 1, 2), by * at)
+            mass = np.matmul(quadrature.values.T, (weights * sizes)[..., None] * quadrature.values)
+            blocks.imag[some] = c[some, None, None] * mass
         # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
         blocks = (blocks + np.swapaxes(blocks, 1, 2)) / 2
         dofs = self.dofs[:, cells].T.astype(np.int32)

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 
 from benchmarks.rows import Row
-from fem3d.adaptivity.adapt import Search
+from fem3d.adaptivity.adapt import Search, indicators
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
@@ -189,10 +189,8 @@ def levels(most: int) -> list[tuple[int, float]]:
     study = replace(study, extrapolated=False)
     search, levels = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
     while mesh is not None and (not levels or levels[-1][0] < most):
-        verdict = search.judge(mesh, len(levels))
-        assert verdict.answer is not None
-        assert verdict.answer.steady is not None
-        current = float(verdict.answer.steady.quantities["current"])
-        levels.append((verdict.answer.heat.size, abs(current / exact - 1)))
-        mesh = mesh.refine(verdict.indicators, search.enough)
+        answer, level = search.solve(mesh, len(levels))
+        current = float(answer.fine.quantities["current"])
+        levels.append((answer.heat.size, abs(current / exact - 1)))
+        mesh = mesh.refine(indicators(level), search.enough)
     return levels
