@@ -24,6 +24,7 @@ from meshes.grid import Grid, graph
 from meshes.symmetry import Flow, Symmetry
 from scenes.free import from_dict
 from scenes.model import Boundary, Box, Material, Probe, Scene
+from scenes.result import Result
 from scenes.sink import SILICON, Sink
 
 BAR = (20e-6, 1000e-6, 2e-6)
@@ -103,6 +104,23 @@ def drawn(name: str) -> Drawn:
     """A random scene that was hard for an earlier release, of ``drawn.json``, by its kind and seed."""
     documents = json.loads(Path(__file__).with_name("drawn.json").read_text(encoding="utf-8"))
     return Drawn(0, from_dict(documents[name]))
+
+
+def gap(one: Result, two: Result, times: Sequence[float] = (), over: dict[str, float] | None = None) -> float:
+    """The largest distance of two results over the sum of both errors, in the steady state or of traces at some times
+    (s); of some numbers alone where ``over`` divides the second result's."""
+
+    def numbers(result: Result) -> dict[str, tuple[Any, float]]:
+        if not len(times):
+            return {name: (estimate.value, estimate.error) for name, estimate in result.steady.items()}
+        traces = result.over_time
+        return {name: (np.interp(times, traces.time, v), traces.errors[name]) for name, v in traces.values.items()}
+
+    mine, theirs = numbers(one), numbers(two)
+    return max(
+        float(np.abs(mine[name][0] - theirs[name][0] / f).max() / (mine[name][1] + theirs[name][1] / f + 1e-300))
+        for name, f in (over or dict.fromkeys(mine, 1.0)).items()
+    )
 
 
 def off(found: Any, expected: Any) -> float:
