@@ -108,7 +108,7 @@ def thin_plate_remainder(plate: Plate) -> float:
     sideways = BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis.with_elements(np.flatnonzero(above)))
     in_oxide = sink.oxide_thickness * stored(sink) * sink.oxide.thermal_conductivity * float(theta @ (sideways @ theta))
     # Both ends carry a watt, so that the quarters hold two anchors.
-    return COPIES / 2 * (at_edge + in_oxide) / float(plate.model.outputs["end"] @ theta)
+    return COPIES / 2 * float(at_edge + in_oxide) / float(plate.model.outputs["end"] @ theta)
 
 
 def _per_watt(plate: Plate) -> np.ndarray:

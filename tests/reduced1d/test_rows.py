@@ -156,8 +156,12 @@ def test_two_sources_heat_each_other_alike():
 
 
 def test_the_paper_s_equations_know_nothing_of_it_and_the_ladder_charges_it_apart():
-    paper = [ladder.solve(sink, "paper", steady_only=True).steady["peak_rise_K"].value for sink in (Sink(), ON)]
+    paper, plate = (
+        [ladder.solve(sink, name, steady_only=True).steady["peak_rise_K"].value for sink in (Sink(), ON)]
+        for name in ("paper", "plate")
+    )
     assert paper[0] == paper[1]
+    assert plate[0] < plate[1]
     assert [rung.blame for rung in rungs(Levels(ON))][-2:] == ["substrate", "rest (thin plate)"]
     assert "substrate" not in [rung.blame for rung in rungs(Levels(Sink()))]
     assert "substrate" not in [rung.blame for rung in rungs(Levels(ON), "fin")]
