@@ -211,12 +211,6 @@ NASTRAN_REFUSED = {
 }
 
 
-@pytest.mark.parametrize("form", NASTRAN_REFUSED)
-def test_nastran_is_refused_by_name(form, tmp_path, capsys):
-    content, sentence = NASTRAN_REFUSED[form]
-    assert sentence in refusal(write(tmp_path, "bar.bdf", content, **PROPERTIES), capsys)
-
-
 def rows(items: Any) -> str:
     return "".join(", ".join(map(str, item)) + "\n" for item in items)
 
@@ -284,12 +278,6 @@ ABAQUS_REFUSED = {
     "short element": (nodes() + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", "do not fit TYPE=C3D8"),
     "no cells": (nodes(), "it has no *NODE, or no *ELEMENT of a solid"),
 }
-
-
-@pytest.mark.parametrize("form", ABAQUS_REFUSED)
-def test_abaqus_is_refused_by_name(form, tmp_path, capsys):
-    content, sentence = ABAQUS_REFUSED[form]
-    assert sentence in refusal(write(tmp_path, "bar.inp", content), capsys)
 
 
 NAMES = '$PhysicalNames\n3\n2 2 "left"\n2 3 "right"\n3 1 "metal"\n$EndPhysicalNames\n'
@@ -377,12 +365,14 @@ GMSH_REFUSED = {
     "parametric": (gmsh_22(True, CELLS).replace("Nodes", "ParametricNodes"), "save it in Gmsh's format 4.1"),
     "unknown cells": (gmsh_41(True, CELLS).replace(b"3 1 4\n", b"3 1 140\n"), "it has cells of Gmsh's type 140"),
 }
+REFUSED: dict[str, Any] = {"bdf": NASTRAN_REFUSED, "inp": ABAQUS_REFUSED, "msh": GMSH_REFUSED}
 
 
-@pytest.mark.parametrize("form", GMSH_REFUSED)
-def test_gmsh_is_refused_by_name(form, tmp_path, capsys):
-    content, sentence = GMSH_REFUSED[form]
-    assert sentence in refusal(write(tmp_path, "bar.msh", content), capsys)
+@pytest.mark.parametrize(("kind", "form"), [(kind, form) for kind, forms in REFUSED.items() for form in forms])
+def test_a_file_is_refused_by_name(kind, form, tmp_path, capsys):
+    content, sentence = REFUSED[kind][form]
+    names = PROPERTIES if kind == "bdf" else {}
+    assert sentence in refusal(write(tmp_path, f"bar.{kind}", content, **names), capsys)
 
 
 @pytest.mark.parametrize("potential", [False, True])
