@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, suppress
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain, islice
 from typing import Any
 
@@ -29,8 +29,8 @@ class LostError(ArithmeticError):
 
 
 class Cluster:
-    """A context that solves points by ``workers`` processes here or by those of a ``scheduler``, with some ``seconds``
-    for each point. Nothing is started before there is a point."""
+    """A context that solves points by ``workers`` processes here or by workers of a ``scheduler``, with some
+    ``seconds`` for each point. Nothing is started before there is a point."""
 
     def __init__(
         self, workers: int, scheduler: str | None, seconds: float | None, say: Callable[[str], None] = lambda _: None
@@ -38,7 +38,6 @@ class Cluster:
         self.workers, self.scheduler, self.seconds, self.say = workers, scheduler, seconds, say
         self._died: type[Exception] = EndedError
         self._started = ExitStack()
-        self._share: Callable[[Iterable[tuple[Any, ...]]], Outcomes] | None = None
 
     def __enter__(self) -> Cluster:
         return self
@@ -59,9 +58,6 @@ class Cluster:
         if first is None:
             return
         try:
-            if self._share is None:
-                self.say("starting the workers")
-                self._share = self._start() if self.scheduler is None else self._connect()
             for (work,), outcome in self._share(chain([first], tasks)):
                 try:
                     row = outcome.result()
@@ -79,7 +75,12 @@ class Cluster:
                 f"the workers are gone{why}: what is solved is stored, and the same command goes on"
             ) from None
 
-    def _start(self) -> Callable[[Iterable[tuple[Any, ...]]], Outcomes]:
+    @cached_property
+    def _share(self) -> Callable[[Iterable[tuple[Any, ...]]], Outcomes]:
+        """A function that yields tasks with their outcomes, by the processes or the cluster, which start now."""
+        self.say("starting the workers")
+        if self.scheduler is not None:
+            return self._connect()
         workers = self._started.enter_context(pool(self.workers))
         return lambda tasks: share(workers, solve, tasks, self.seconds, ATTEMPTS)
 

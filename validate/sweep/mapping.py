@@ -38,7 +38,7 @@ class Map:
     tolerance : tolerance of the check
     value : difference, NaN without an answer
     corner_error : error bound of the solved values at the corners of the triangle
-    disagreement : that of the interpolation; infinite where a corner has no answer
+    disagreement : error of the interpolation; infinite where a corner has no answer
     unanswered : whether no corner has an answer
     refused : whether the design can't be built
     """
@@ -92,7 +92,7 @@ class Map:
 
     @cached_property
     def too_hot(self) -> np.ndarray:
-        """(n, m): the material that gets past its valid_to, that of the nearest such cell; "" where none does."""
+        """(n, m): the material that gets past its valid_to, from the nearest such cell; "" where none does."""
         names = {n: row.values["too_hot"] for n, row in self.solved.items() if row.values.get("too_hot")}
         return np.where(self.excess > 0, self._nearest(names), "")
 

@@ -74,7 +74,7 @@ class MonteCarlo(Analysis["Sampled"]):
         return sampled
 
     def section(self, found: Sampled, outcome: Outcome[Any], style: Style) -> Section:
-        """The spread of the samples beside that of linear propagation."""
+        """The spread of the samples beside the spread by linear propagation."""
         rows = []
         for name, (word, unit) in kind_of(outcome.scene).quantities(outcome.scene).items():
             pairs = ((s.deviation, s.linear) if s else () for s in (found.fem3d.get(name), found.reduced1d.get(name)))
@@ -87,7 +87,7 @@ class MonteCarlo(Analysis["Sampled"]):
 
 
 def register() -> None:
-    """Add the analysis to those of a run, once."""
+    """Add the analysis to the analyses of a run, once."""
     if not any(isinstance(analysis, MonteCarlo) for analysis in ANALYSES):
         ANALYSES.append(MonteCarlo())
 

@@ -43,7 +43,7 @@ class Scope:
     steady : whether the steady state alone is solved
     check : the check whose difference is split by assumption
     blame : whether it is split
-    all_checks : whether every open verdict is solved again more accurately, or that of ``check`` alone
+    all_checks : whether every open verdict is solved again more accurately, or the verdict of ``check`` alone
     model : path of the user's own model, whose name is then the only one of the ``reductions``
     """
 
@@ -90,7 +90,7 @@ class Job:
     solves: int | None = None
 
     def document(self) -> dict[str, Any]:
-        """Return the request as JSON types, to compare with that of a folder's earlier run."""
+        """Return the request as JSON types, to compare with a folder's earlier run."""
         from validate.report.summary import version
 
         base, design = self.base, self.design

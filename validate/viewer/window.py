@@ -118,8 +118,10 @@ def draw(request: dict[str, Any]) -> list[str]:
 
 
 def begin(request: dict[str, Any], source: Source) -> tuple[View, list[str]]:
-    """Return the first view, of the last state or the one nearest to a given time, and notes; raise SceneError if it is
-    missing."""
+    """Return the first view, of the last state or the state nearest to a given time, and notes.
+
+    Raises SceneError for data or a time that the source lacks.
+    """
     from validate.report.figures.render import exaggeration
 
     grid, notes = source.grid(0), list[str]()
