@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from compare.analyses.base import Analysis
 from compare.analyses.sensitivities import by_differences
@@ -22,8 +22,6 @@ from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Step, step
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.against import Data
     from compare.slopes import Slopes
     from scenes.result import Result
@@ -144,59 +142,21 @@ class Statement:
         return entry | {"said": self.said(), "start_s": entry.pop("start"), "end_s": entry.pop("end")}
 
 
-@dataclass(frozen=True)
-class Course:
-    """A model's quantity at the data's ``times`` (s): simulation, data, and the three uncertainties, all (times,)."""
+class Points(NamedTuple):
+    """The number of data of a quantity, and how many of them are within 2 u_val of a model."""
 
     model: str
     quantity: str
     called: str
-    unit: str
-    times: np.ndarray
-    simulated: np.ndarray
-    measured: np.ndarray
-    u_num: np.ndarray
-    u_input: np.ndarray
-    u_data: np.ndarray
-
-    @property
-    def error(self) -> np.ndarray:
-        """E."""
-        return self.simulated - self.measured
-
-    @property
-    def u_val(self) -> np.ndarray:
-        """The validation uncertainty."""
-        return (self.u_num**2 + self.u_input**2 + self.u_data**2) ** 0.5
-
-    @property
-    def inside(self) -> int:
-        """The number of data within 2 u_val."""
-        return int((abs(self.error) <= COVERS * self.u_val).sum())
-
-    def statements(self) -> list[Statement]:
-        """Return the statements of the worst window and of the last one."""
-        from compare import course as courses
-
-        means = courses.windows(self.times, self.error, self.u_data, courses.cut(self.simulated))
-        others = [float(((self.u_num**2 + self.u_input**2) ** 0.5)[window.rows].mean()) for window in means]
-        i, k = courses.worst(means, others)
-        windows = {i: ("worst", k)} | {len(means) - 1: ("end", COVERS)}
-        made = []
-        for n, (where, factor) in windows.items():
-            w, times = means[n], self.times[means[n].rows]
-            u_num, u_input = (float(u[w.rows].mean()) for u in (self.u_num, self.u_input))
-            who, u = (self.model, self.quantity, self.called, self.unit, where), (u_num, u_input, w.u_data, factor)
-            made.append(Statement(*who, float(times[0]), float(times[-1]), len(times), w.distance, *u))
-        return made
+    points: int
+    within_2_u_val: int
 
 
-@dataclass(frozen=True)
-class Validated:
-    """The courses of the models, and statements about each."""
+class Validated(NamedTuple):
+    """The statements about each model and quantity, and the numbers of points."""
 
-    courses: list[Course]
     statements: list[Statement]
+    points: list[Points]
 
 
 class Validation(Analysis[Validated]):
@@ -225,7 +185,7 @@ class Validation(Analysis[Validated]):
             ]
             middle = [signed(s.E, s.unit, 2)] * style.page
             rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
-        points = ", ".join(f"{c.called} {c.model} {c.inside} of {len(c.times)}" for c in found.courses)
+        points = ", ".join(f"{p.called} {p.model} {p.within_2_u_val} of {p.points}" for p in found.points)
         inputs, data = outcome.options.uncertain is None, not outcome.options.against.u
         exact = " and ".join(["the inputs"] * inputs + ["the data"] * data)
         text = [
@@ -236,10 +196,7 @@ class Validation(Analysis[Validated]):
         return Section("Validation", [V20 * style.page, Table(heads, rows), *text], headed=False)
 
     def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
-        points = [
-            {"model": c.model, "quantity": c.quantity, "points": len(c.times), "within_2_u_val": c.inside}
-            for c in found.courses
-        ]
+        points = [{name: n for name, n in each._asdict().items() if name != "called"} for each in found.points]
         return {"statements": [statement.document() for statement in found.statements], "points": points}
 
 
@@ -249,20 +206,29 @@ def validate(
     """Validate models against data; without ``uncertain`` the inputs are exact. Errors count as u_num in full."""
     import numpy as np
 
+    from compare import course as courses
     from compare import quantities
     from compare.against import simulated
 
-    catalogue = quantities.of(scene, next(iter(models.values()))[0])
+    catalogue, found = quantities.of(scene, next(iter(models.values()))[0]), Validated([], [])
     late = catalogue.sure(data.time)
-    times, courses = data.time[late], []
+    times = data.time[late]
     for word, key in catalogue.names.items():
         for called, (result, slopes) in models.items():
             answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
             if key not in data.values or key not in answers:
                 continue
-            (values, error), zero = simulated(result, key, times), np.zeros(len(times))
+            (values, u_num), zero = simulated(result, key, times), np.zeros(len(times))
             u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
             u_data = data.u[key][late] if key in data.u else zero
-            measured, u_num, unit = data.values[key][late], zero + error, catalogue.units[key]
-            courses.append(Course(called, key, word, unit, times, values, measured, u_num, u_input, u_data))
-    return Validated(courses, [statement for course in courses for statement in course.statements()])
+            error, others = values - data.values[key][late], np.hypot(u_num, u_input)
+            inside = int((np.abs(error) <= COVERS * np.hypot(others, u_data)).sum())
+            found.points.append(Points(called, key, word, len(times), inside))
+            means = courses.windows(times, error, u_data, courses.cut(values))
+            worst, k = courses.worst(means, [float(others[window.rows].mean()) for window in means])
+            for n, (where, factor) in ({worst: ("worst", k)} | {len(means) - 1: ("end", COVERS)}).items():
+                w, during = means[n], times[means[n].rows]
+                who, u = (called, key, word, catalogue.units[key], where), (u_num, float(u_input[w.rows].mean()))
+                ends = float(during[0]), float(during[-1]), len(during)
+                found.statements.append(Statement(*who, *ends, w.distance, *u, w.u_data, factor))
+    return found
