@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
 
-    from scenes.model import AnyScene
-    from scenes.sink import Sink
-
 
 FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
 """By kind of scene the figure of its 3D field, rendered off screen."""
@@ -138,11 +135,6 @@ def draw(name: str, outcome: Outcome[Any]) -> Figure | None:
     return figure
 
 
-def field_of(outcome: Outcome[Any]) -> Field:
-    """The temperature field to render."""
-    return _sink_field(outcome) if outcome.scene.kind == "sink" else _free_field(outcome)
-
-
 def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float]:
     """The times (s) of the field files, and the temperature (K) that rises count from."""
     import numpy as np
@@ -159,33 +151,26 @@ def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float]:
     return times[:0] if scene.steady else times, scene.initial_temperature
 
 
-def _sink_field(outcome: Outcome[Sink]) -> Field:
-    """The steady field."""
-    sink, details = outcome.scene, outcome.solved.details
-    fields, room = details["fields"], sink.room_temperature
-    size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
-    return Field(
-        fields.points, fields.hexes, fields.steady - room, "steady rise",
-        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, ",
-        "thickness", f"rise above {room:g} K (K)", under=tuple(c for c in outcome.checks if c.id == "fig4"),
-        instead="the steady temperature of the top faces, from above: no OpenGL to render in 3D with",
-    )  # fmt: skip
-
-
-def _free_field(outcome: Outcome[AnyScene]) -> Field:
-    """The steady field above its coldest place, or a transient's at its hottest (of a cooled scene coldest) moment."""
+def field_of(outcome: Outcome[Any]) -> Field:
+    """The field to render: of a sink the steady rise; of a free scene the temperature above its coldest place, of a
+    transient at its hottest (of a cooled scene coldest) moment."""
     import numpy as np
 
-    from compare import hottest
+    scene, fields = outcome.scene, outcome.solved.details["fields"]
+    kelvins, cells = fields.steady, (fields.points, fields.hexes)
+    if scene.kind == "sink":
+        room, beam = scene.room_temperature, "beam" if scene.spans == 1 else "spans of"
+        size = " x ".join(f"{side * 1e6:.4g}" for side in (scene.length, scene.width, scene.thickness))
+        title = f"Figure 4: steady 3D temperature, {sink_text(scene)} ({beam} {size} µm, "
+        checks, instead = tuple(c for c in outcome.checks if c.id == "fig4"), "the top faces, from above: no OpenGL"
+        return Field(*cells, kelvins - room, title, "thickness", f"rise above {room:g} K (K)", 0.0, checks, instead)
+    when = "steady"
+    if outcome.solved.traces is not None:
+        from compare import hottest
 
-    scene, fields, when = outcome.scene, outcome.solved.details["fields"], "steady"
-    if outcome.solved.traces is None:
-        kelvins = fields.steady
-    else:
         time, above = hottest.farthest(fields, hottest.moments(outcome.solved.traces), scene.initial_temperature)
         kelvins = fields.at(np.array([time]))[0]
         when = f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
     coldest = float(kelvins.min())
     title = f"{scene.name}: temperature, {when} ("
-    label = f"{when}, above {coldest:.6g} K"
-    return Field(fields.points, fields.hexes, kelvins - coldest, label, title, "z", "temperature (K)", coldest)
+    return Field(*cells, kelvins - coldest, title, "z", "temperature (K)", coldest)

@@ -34,8 +34,6 @@ _STYLE: dict[Any, Any] = {
     "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.formatter.useoffset": False, "lines.linewidth": 1.8,
     "hatch.linewidth": 0.5, "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
 }  # fmt: skip
-VISIBLE = 0.004
-"""Error bands narrower than this part of an axis are no wider than a line."""
 
 
 def style() -> Any:

@@ -26,7 +26,7 @@ class Field:
     ----------
     points : (n, 3) in m
     hexes : (m, 8), numbers of points
-    rise : (n,) in K, above the temperature that ``label`` names
+    rise : (n,) in K, above the first value of the colour scale
     title, under : title of the picture and texts below it
     height : name of the z axis
     scale, above : name of the colour scale, and its first value (K)
@@ -36,7 +36,6 @@ class Field:
     points: np.ndarray
     hexes: np.ndarray
     rise: np.ndarray
-    label: str
     title: str
     height: str
     scale: str

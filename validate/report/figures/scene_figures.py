@@ -19,7 +19,7 @@ from scenes.model import UNITS, Schedule
 from scenes.result import Traces
 from scenes.sink import OF_A_SINK, Sink
 from validate.report.figures import INK, LINES, PARTS
-from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure
+from validate.report.figures.drawing import band, legend, logarithmic, new_figure
 
 if TYPE_CHECKING:
     from compare.blame import Budget
@@ -73,7 +73,6 @@ def traces(
     figure = new_figure(9.5, height, title or f"{scene.name}: probes against time", checks, left=0.9, bottom=0.8)
     figure.subplots_adjust(right=0.78)
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    wider = list[str]()
     for ax, (label, unit, zero, names) in zip(axes, panels, strict=True):
         sizes = [r.over_time.values[n] - zero for r in results[:1] for n in names if n in r.over_time.values]
         per, shown = scale(max((float(np.abs(size).max()) for size in sizes), default=1.0), unit)
@@ -102,20 +101,15 @@ def traces(
             if data is not None and name in data.values:
                 dots = per * (data.values[name] - zero)
                 ax.plot(data.time * factor, dots, ".", color=colour, ms=5, zorder=1, label=f"{word}, {data.name[:24]}")
-        low, high = ax.get_ylim()
-        if outcome.fem3d is not None and outcome.fem3d.traces is not None:
-            errors = outcome.fem3d.traces.errors
-            wider += [word for name, word in names.items() if errors[name] * per > VISIBLE * (high - low)]
         ax.set_ylabel(with_mu(f"{label} ({shown})"))
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     axes[-1].set(xlabel=with_mu(f"time ({time_unit})"), xscale="log" if first else "linear")
     axes[-1].set_xlim(first * factor, scene.end_time * factor)
-    listed = ", ".join(cut(word, MOST_NAME) for word in wider[:3]) + " and more" * (len(wider) > 3)
-    note = f"is shaded where it is wider than the line: {listed}" if wider else "is narrower than the lines"
+    note = "shaded: the estimated error of 3D"
     if (since := results[0].over_time.since) > first:
-        note += f"; it is larger until {quantity(since, 's', 2)} after the start"
+        note += f", larger until {quantity(since, 's', 2)} after the start"
         note += " and each jump of a given temperature" * bool(results[0].over_time.jumps)
-    figure.text(0.5, 0.12 / height, with_mu(f"the estimated error of the traces {note}"), ha="center", fontsize=9)
+    figure.text(0.5, 0.12 / height, with_mu(note), ha="center", fontsize=9)
     return figure
 
 
