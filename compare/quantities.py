@@ -112,71 +112,46 @@ def of(scene: Any, fem3d: Result | None = None) -> Quantities:
     return Quantities(units, scene.initial_temperature, scene.end_time, 0.0, traces, edges, steady=scene.steady)
 
 
-class Probes:
-    """The same quantities of a run by 3D and by a model."""
+def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, Check]:
+    """Compare every quantity that 3D and a model have, by the ids of checks, in the order of the quantities."""
+    catalogue, made = of(scene, fem3d), dict[str, Check]()
+    for name, unit in catalogue.units.items():
+        if name in model.steady and name in fem3d.steady:
+            base = catalogue.base(name)
+            one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
+            note = "above the initial temperature" * (unit == "K") + _meant(base, unit, one.value, three.value)
+            made[name] = against_3d(cut(name, 30), unit, one, three, note, f"the 3D {_whole(unit)}")
+        if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
+            made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
+    return made
 
-    def __init__(self, scene: AnyScene, fem3d: Result, model: Result) -> None:
-        self.fem3d, self.model, self.quantities = fem3d, model, of(scene, fem3d)
 
-    def comparisons(self) -> dict[str, Check]:
-        """Compare every quantity that both have, by the ids of checks, in the order of the quantities."""
-        made: dict[str, Check] = {}
-        for name in self.quantities.units:
-            if name in self.model.steady and name in self.fem3d.steady:
-                made[name] = self.at_rest(name)
-            if self.model.traces is not None and self.fem3d.traces is not None and name in self.model.traces.values:
-                made[f"{name}{OVER_TIME}"] = self.over_time(name)
-        return made
+def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
+    """Compare at the largest difference over time, at the model's times at which 3D's error bound holds."""
+    late, base, unit = catalogue.sure(in_1d.time), catalogue.base(name), catalogue.units[name]
+    value, beyond = (each[late] for each in at(in_3d, name, in_1d.time))
+    course = Course(in_1d.time[late], value - base, in_1d.values[name][late] - base, beyond)
+    # 3D's largest value at its own times and the model's is the same scale for every model.
+    rows = in_3d.values[name][in_3d.sure(in_3d.time)] - base
+    values, errors = np.append(course.fem3d, rows), np.append(beyond, np.zeros(len(rows)))
+    n = int(np.argmax(np.abs(values)))
+    scale = Estimate(float(values[n]), in_3d.errors[name] + float(errors[n]))
 
-    def at_rest(self, name: str) -> Check:
-        """Compare the steady values."""
-        base, unit = self.quantities.base(name), self.quantities.units[name]
-        in_3d, in_1d = (replace(result.steady[name], value=result.steady[name].value - base)
-                        for result in (self.fem3d, self.model))  # fmt: skip
-        note = "above the initial temperature" * (unit == "K") + self._meant(name, in_1d.value, in_3d.value)
-        return against_3d(cut(name, 30), unit, in_1d, in_3d, note, f"the 3D {self._whole(name)}")
+    def note() -> str:
+        meant = _meant(base, unit, float(course.model[course.worst]), float(course.fem3d[course.worst]))
+        return meant.removeprefix("; ") or course.change(abs(scale.value)) or NO_CHANGE
 
-    def _whole(self, name: str) -> str:
-        return "rise" if self.quantities.units[name] == "K" else "value"
+    error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {_whole(unit)}"
+    return course.comparison(f"{cut(name, 24)}, trace", unit, error, scale, whole, note)
 
-    def course(self, name: str) -> Course:
-        """Return both traces at the model's times at which 3D's error bound holds, above the base of their scale."""
-        in_3d, in_1d = self.fem3d.over_time, self.model.over_time
-        late, base = self.quantities.sure(in_1d.time), self.quantities.base(name)
-        value, beyond = at(in_3d, name, in_1d.time)
-        return Course(in_1d.time[late], value[late] - base, in_1d.values[name][late] - base, beyond[late])
 
-    def scale(self, name: str, course: Course) -> Estimate:
-        """Return 3D's largest value, at its times and the course's: the same scale for every model."""
-        fem3d = self.fem3d.over_time
-        rows = fem3d.values[name][fem3d.sure(fem3d.time)] - self.quantities.base(name)
-        values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))
-        n = int(np.argmax(np.abs(values)))
-        return Estimate(float(values[n]), fem3d.errors[name] + float(beyond[n]))
+def _whole(unit: str) -> str:
+    return "rise" if unit == "K" else "value"
 
-    def over_time(self, name: str) -> Check:
-        """Compare at the largest difference over time."""
-        course = self.course(name)
-        error = self.fem3d.over_time.errors[name] + self.model.over_time.errors[name]
 
-        def note() -> str:
-            meant = self._meant(name, float(course.model[course.worst]), float(course.fem3d[course.worst]))
-            return meant.removeprefix("; ") or self.change(name) or NO_CHANGE
-
-        return course.comparison(
-            f"{cut(name, 24)}, trace", self.quantities.units[name], error, self.scale(name, course),
-            f"the largest 3D {self._whole(name)}", note,
-        )  # fmt: skip
-
-    def change(self, name: str) -> str:
-        """Return the change of size or time that brings the model's course nearer; empty where none does."""
-        course = self.course(name)
-        return course.change(abs(self.scale(name, course).value))
-
-    def _meant(self, name: str, value: float, measured: float) -> str:
-        """Ask for kelvins where the model's values are near as other temperatures."""
-        base, off = self.quantities.base(name), abs(value - measured)
-        near = {word: abs(value + zero - measured) for word, zero in (("degrees Celsius", 273.15), ("rises", base))}
-        word = min(near, key=lambda each: near[each])
-        meant = self.quantities.units[name] == "K" and near[word] < NEAR * off
-        return f"; as {word} it would be near: give kelvins, not {word}" if meant else ""
+def _meant(base: float, unit: str, value: float, measured: float) -> str:
+    """Ask for kelvins where the model's values are near as other temperatures."""
+    near = {word: abs(value + zero - measured) for word, zero in (("degrees Celsius", 273.15), ("rises", base))}
+    word = min(near, key=lambda each: near[each])
+    meant = unit == "K" and near[word] < NEAR * abs(value - measured)
+    return f"; as {word} it would be near: give kelvins, not {word}" if meant else ""

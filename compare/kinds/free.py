@@ -80,11 +80,11 @@ class FreeKind(Kind[AnyScene]):
         return model
 
     def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
-        from compare.quantities import Probes
+        from compare.quantities import compare_probes
 
         if outcome.reduced1d is None:
             return {}
-        return Probes(outcome.scene, outcome.solved, outcome.reduced1d).comparisons()
+        return compare_probes(outcome.scene, outcome.solved, outcome.reduced1d)
 
     def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         from compare import hottest
@@ -108,19 +108,20 @@ class FreeKind(Kind[AnyScene]):
         if outcome.reduced1d is None:
             return ""
         from compare.blame import answer
-        from compare.quantities import Probes, called
+        from compare.course import NO_CHANGE
+        from compare.quantities import called
 
-        models, name = Probes(outcome.scene, outcome.solved, outcome.reduced1d), outcome.reduced1d.model
-        checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in models.quantities.units]
+        name, probes = outcome.reduced1d.model, {probe.name for probe in outcome.scene.probes}
+        checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in probes]
         if not checks:
             return f"{name} and 3D have no quantity in common."
         far = [check for check in checks if check.time is not None and check.verdict == "differs"]
         worst = max(far, key=lambda check: abs(check.difference), default=None)
         claims = []
         for check in checks:
-            probe = check.id.removesuffix(OVER_TIME)
-            detail = models.change(probe) if check is worst else ""
-            claims.append(replace(check, title=called(probe), because=detail))
+            detail = check.because.partition("; ")[2] if check is worst else ""
+            title = called(check.id.removesuffix(OVER_TIME))
+            claims.append(replace(check, title=title, because="" if detail == NO_CHANGE else detail))
         return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
