@@ -25,9 +25,9 @@ ROUNDING = 1e-9
 some 1e-15 of it, and no structure has details a millionth of a micrometre apart."""
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A", "resistance": "ohm", "power": "W"}
 """The unit of each quantity that a probe may ask for."""
-ELECTRIC = ("potential", "current", "resistance", "power")
-FLOWS = ("heat_flow", "current")
-DERIVED = ("resistance", "power")
+ELECTRIC = {"potential", "current", "resistance", "power"}
+FLOWS = {"heat_flow", "current"}
+DERIVED = {"resistance", "power"}
 """The quantities of the electric problem; those of a surface; and those that are products or ratios of others."""
 OVER_TIME = "_over_time"
 """How ids of checks over time end; those of the steady state are the probes' names."""

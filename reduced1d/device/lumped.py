@@ -14,6 +14,7 @@ straight lines), and v zero on the outer face. With v = sum_i b_i phi_i, where K
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -35,9 +36,6 @@ from statespace import stability as loop
 from statespace.device_model import Inlet, Modal
 from statespace.result import Steady
 from statespace.stability import Plant, Shielding, Stability
-
-GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
-"""Element boundaries in insulator and polymer, as fractions of the thickness."""
 
 DEGREE = 9
 """Polynomial degree of the layers' elements in questions about a steady state."""
@@ -118,9 +116,11 @@ def around(device: Device) -> dict[str, Steady]:
     return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
 
 
-def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GRIDS) -> Modal:
-    """Modes of the device with insulator and polymer cut at ``grids`` into elements of a degree of at least 2; without
-    local departures, and with one flow, that from the sensor into the polymer."""
+def modes(
+    lumped: Lumped, degree: int, grids: Sequence[Sequence[float]] = ((0.0, 1.0), (0.0, 0.1, 0.5, 1.0))
+) -> Modal:  # fmt: skip
+    """Modes of the device with insulator and polymer cut at ``grids``, as fractions of the thickness, into elements of
+    a degree of at least 2; without local departures, and with one flow, that from the sensor into the polymer."""
     slabs, cuts = (lumped.insulator, lumped.polymer), [len(grid) - 1 for grid in grids]
     sizes = [slab.thickness * np.diff(grid) for slab, grid in zip(slabs, grids, strict=True)]
     heights, sensor, outer = np.concatenate([[0.0], *sizes]).cumsum(), cuts[0], sum(cuts)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable
 from functools import cached_property
+from itertools import pairwise
 from math import inf
 from typing import Any, ClassVar
 
@@ -224,16 +225,10 @@ def _idle(scene: AnyScene, electrode: Any, partner: Any) -> bool:
     """Whether nothing drives a current from one electrode to the other, always or for some time."""
     by_current = [b for b in (electrode, partner) if b.series_resistance == inf]
     plus, minus = (by_current[0].value, 0.0) if by_current else (electrode.value, partner.value)
-    ends = {0.0, 0.0 if scene.steady else scene.end_time}
-    times = sorted(ends | {t for v in (plus, minus) if isinstance(v, Schedule) for t in v.times if t < max(ends)})
-    starts, lengths = np.array(times[:-1] or [0.0]), np.diff(times) if len(times) > 1 else np.zeros(1)
+    end = 0.0 if scene.steady else scene.end_time
+    times = sorted({0.0, end, *(t for v in (plus, minus) if isinstance(v, Schedule) for t in v.times if t < end)})
     # A line that is zero at two places between its ends is zero.
-    drops = [at(plus, starts + part * lengths) - at(minus, starts + part * lengths) for part in (1 / 3, 2 / 3)]
-    return bool(((drops[0] == 0) & (drops[1] == 0)).any())
-
-
-def at(value: Value, times: np.ndarray) -> np.ndarray:
-    """Return (times,): a value at times (s) that are no jumps."""
-    if isinstance(value, Schedule):
-        return np.interp(times, value.times, value.values)
-    return np.full(times.shape, float(value))
+    places = np.array([a + part * (b - a) for a, b in pairwise(times) for part in (1 / 3, 2 / 3)] or [0.0, 0.0])
+    rows = [(v.times, v.values) if isinstance(v, Schedule) else ((0.0,), (v,)) for v in (plus, minus)]
+    drops = np.interp(places, *rows[0]) - np.interp(places, *rows[1])
+    return bool((drops.reshape(-1, 2) == 0).all(axis=1).any())

@@ -13,7 +13,6 @@ from scenes.formats import percent, quantity
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Box, Scene
 
-MOST = 20  # Bodies, gaps and the like that one line names at most.
 _LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.
 
 
@@ -21,7 +20,7 @@ def described(scene: Scene) -> list[tuple[str, str]]:
     """Return the lines of a plan on a scene: subject and text."""
     grid = grid_of(scene)
     labels = grid.parts(grid.solid)
-    bodies = [listed(grid.names(labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
+    bodies = [listed(grid.names(labels == label), 20) for label in range(1, int(labels.max()) + 1)]
     said = f"one: {bodies[0]}" if len(bodies) == 1 else f"{len(bodies)} that nothing passes between: {_joined(bodies)}"
     lines = [("bodies", said), *(("gap", text) for text in gaps(grid))]
     if texts := losses(grid):
@@ -91,7 +90,7 @@ def losses(grid: Grid) -> list[str]:
 
 
 def _joined(texts: Iterable[str]) -> str:
-    """Texts joined, at most `MOST` of them."""
+    """Texts joined, at most 20 of them."""
     every = list(texts)
-    more = [f"{len(every) - MOST} more"] if len(every) > MOST else []
-    return "; ".join([*every[:MOST], *more])
+    more = [f"{len(every) - 20} more"] if len(every) > 20 else []
+    return "; ".join([*every[:20], *more])

@@ -23,7 +23,7 @@ from scenes.schema import Key, Schema
 
 UNUSED = 1.0
 """The value of a material's property that the scene does not need and the file does not give."""
-TOTALS = (*m.FLOWS, *m.DERIVED)
+TOTALS = m.FLOWS | m.DERIVED
 """Quantities that are totals over a surface or volume: no mean, maximum or minimum of them."""
 RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
