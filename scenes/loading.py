@@ -19,7 +19,7 @@ from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.parameters import SECTION, Parameters, transferred
-from scenes.schema import CONDUCTIVITY, nest, override, twin
+from scenes.schema import nest, override
 from scenes.validity import check as check
 
 T = TypeVar("T")
@@ -239,25 +239,20 @@ def distinguishes(scene: object) -> str:
     The leading key (a sink's voltage, a device's final outer temperature) comes first, then every key that differs from
     its default, but for name and checks. A text longer than 80 characters ends in a checksum of the whole.
     """
-    kind = type_of(scene)
-    words: list[str] = []
-    # Of a resistivity and the conductivity that it is the inverse of, the conductivity is shown.
-    shown = {path for path in kind.schema.write(scene) if path.endswith(CONDUCTIVITY)}
-    for path, key in kind.schema.paths.items():
-        value = attrgetter(key.attribute)(scene)
+    kind, words = type_of(scene), list[str]()
+    by_current = kind.leading == SINK.leading and getattr(scene, "current", None) is not None
+    leading = "drive.current" if by_current else kind.leading
+    default = kind.schema.write(kind.default)
+    for path, value in kind.schema.write(scene).items():
+        key = kind.schema.paths[path]
+        shown = _safe(key.kind.show(attrgetter(key.attribute)(scene)))
         section, _, name = path.rpartition(".")
-        if section in ("scene", "checks"):
-            continue
-        given = path == "drive.current" and value is not None and kind.leading == SINK.leading
-        if given or (path == kind.leading and getattr(scene, "current", None) is None):
-            words.insert(0, _safe(key.kind.show(value)))
-        elif path == kind.leading:
-            continue
-        elif value != attrgetter(key.attribute)(kind.default) and twin(path) not in shown:
+        if path == leading:
+            words.insert(0, shown)
+        elif section not in ("scene", "checks") and path != kind.leading and value != default.get(path):
             owned = section.startswith("materials.") or section == "substrate"
             owner = section.removeprefix("materials.") + "_" if owned else ""
-            label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"
-            words.append(label + _safe(key.kind.show(value)))
+            words.append(shown if isinstance(key.kind, Choice) else f"{owner}{name}{shown}")
     return shortened("-".join(words))
 
 
