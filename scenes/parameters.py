@@ -6,8 +6,8 @@ everything that is made of it.
 
 from __future__ import annotations
 
-import math
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -87,23 +87,15 @@ def _check_name(name: str) -> None:
     raise SceneError(f"{SECTION}.{printable(name)} {fault}")
 
 
-def _measure(given: object, names: Names) -> Measure:
+def _measure(given: Any, names: Names) -> Measure:
     if isinstance(given, str):
         value, powers = measured(given, names)
-        return Measure.from_float(_finite(value), powers or PLAIN)
-    if isinstance(given, bool) or not isinstance(given, Real):
+        return Measure.from_float(value, powers or PLAIN)
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
         raise UnitError("is neither a number nor text")
-    return Measure.from_float(_finite(given), PLAIN)
-
-
-def _finite(given: Any) -> float:
-    try:
-        value = float(given)
-    except OverflowError:
-        value = math.inf
-    if not math.isfinite(value):
+    if not -sys.float_info.max <= given <= sys.float_info.max:
         raise UnitError("is not a finite number")
-    return value
+    return Measure.from_float(float(given), PLAIN)
 
 
 @contextmanager
