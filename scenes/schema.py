@@ -151,7 +151,9 @@ class Schema:
     def unknown(self, path: str, given: object, flat: Mapping[str, object] | None = None) -> SceneError:
         """Return the error for a path that is neither a key nor a section, with the nearest one of these or, of a
         ``flat`` scene, of the keys of its items."""
-        known = [*self.sections, *self.lists, *self.paths, *_item_keys(flat or {}, self)]
+        items = [(f"{t}.{name}", item) for t in self.lists for name, item in _named(t, (flat or {}).get(t)).items()]
+        in_items = [f"{owner}.{key}" for owner, item in items for key in item if key != "name"]
+        known = [*self.sections, *self.lists, *self.paths, *in_items]
         ends = [name for name in known if name.endswith(f".{path.rpartition('.')[2]}")]
         if len(ends) == 1 or (ends and "." not in path):
             hint = f", did you mean {' or '.join(map(quoted, ends[:3]))}?"
@@ -284,23 +286,15 @@ def locate(key: str, value: object, schema: Schema, flat: Mapping[str, object] |
     raise schema.unknown(key, value, flat)
 
 
-def _item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
-    """The full names of the keys that the items of a flat scene have, such as "boundary.left.voltage"."""
-    keys = []
-    for table in schema.lists:
-        items = flat.get(table)
-        for number, item in enumerate(items if isinstance(items, list) else [], 1):
-            if isinstance(item, dict):
-                keys += [f"{table}.{label_of(table, number, item)[0]}.{key}" for key in item if key != "name"]
-    return keys
+def _named(table: str, items: object) -> dict[str, dict[str, Any]]:
+    """The items of a table of a flat scene by their names."""
+    tables = enumerate(items if isinstance(items, list) else [], 1)
+    return {label_of(table, number, item)[0]: item for number, item in tables if isinstance(item, dict)}
 
 
 def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:
     """The item whose name ``rest`` starts with, and the key after the name, which may have dots."""
-    names: dict[str, dict[str, Any]] = {}
-    for number, item in enumerate(items if isinstance(items, list) else [], 1):
-        if isinstance(item, dict):
-            names[label_of(table, number, item)[0]] = item
+    names = _named(table, items)
     for name in sorted(names, key=len, reverse=True):
         if rest.startswith(f"{name}."):
             return names[name], rest.removeprefix(f"{name}.").split(".")
