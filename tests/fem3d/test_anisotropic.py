@@ -50,18 +50,6 @@ def test_a_block_on_bricks_is_the_stretched_one(run):
         assert abs(twin.value - one.steady["corner"].value) > 30 * (twin.error + one.steady["corner"].error)
 
 
-@pytest.mark.long
-def test_a_mesh_file_has_it_too(tmp_path):
-    """Of an accuracy that few levels reach; a twin of which two axes are exchanged is another problem."""
-    given, _ = block(list(K), steady=True, accuracy=0.1)
-    twin, _ = block([K[1], K[0], K[2]], steady=True, accuracy=1e-2)
-    mesh = on_mesh(given, "tetra", 3, tmp_path)
-    same, other = (solve(from_dict(document | {"run": twin["run"]})) for document in (given, twin))
-    assert gap(mesh, same) <= 1
-    assert all(found.error < 0.3 * abs(found.value) for found in mesh.steady.values())
-    assert gap(mesh, other, over={"corner": 1.0}) > 1
-
-
 RATIO = 4.0
 LAWS = {
     "a coefficient": (lambda rho: {"resistivity": rho, "temperature_coefficient": 2e-3}),

@@ -22,6 +22,15 @@ from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import Sink
 from tests.fem3d import drawn
 
+SINK = Sink(accuracy=1e-2, voltage=3.0, electrodes="pad-edge")
+
+
+@pytest.fixture(scope="module")
+def made():
+    result = sink_run.solve(SINK)
+    fields = result.details["fields"]
+    return result, fields, result.details["answer"].fine.state.rise, fields.snapshot(None)
+
 
 def volumes(points, hexes):
     """Signed volumes of bricks in VTK's order."""
@@ -30,13 +39,8 @@ def volumes(points, hexes):
     return np.einsum("ij,ij->i", np.cross(a, b), c)
 
 
-@pytest.fixture(scope="module")
-def result():
-    return sink_run.solve(Sink(accuracy=1e-2, voltage=3.0))
-
-
-def test_hexahedra_fill_the_structure(result):
-    fields = result.details["fields"]
+def test_hexahedra_fill_the_structure(made):
+    _, fields, _, _ = made
     found = volumes(fields.points, fields.hexes)
     assert found.min() > 0
     exact = {"silicon": 2e-6 * (1000 * 100 + 2 * 150 * 150) * 1e-12, "oxide": 2 * 50 * 50 * 2e-18}
@@ -45,8 +49,8 @@ def test_hexahedra_fill_the_structure(result):
     assert volumes(fields.points, np.roll(fields.hexes, 4, axis=1)).max() < 0
 
 
-def test_field_is_symmetric_and_has_solution_peak(result):
-    fields, rise = result.details["fields"], result.details["profile"]
+def test_field_is_symmetric_and_has_solution_peak(made):
+    fields, rise = made[1], made[0].details["profile"]
     points, steady = fields.points, fields.steady
     assert abs(steady.max() - 293.0 - rise["rise_K"].max()) < 1e-2 * rise["rise_K"].max()
     assert steady.min() == 293.0
@@ -96,16 +100,6 @@ def test_factors_refuse_coupling_unknown_to_ordering():
         with pytest.raises(NumericsError, match="couples unknowns"):
             Factors(csc_array(wrong), groups, ordering)
         assert np.abs(Factors(csc_array(wrong), groups, Ordering(places)).solve(wrong @ u) - u).max() < 1e-12
-
-
-SINK = Sink(accuracy=1e-2, voltage=3.0, electrodes="pad-edge")
-
-
-@pytest.fixture(scope="module")
-def made():
-    result = sink_run.solve(SINK)
-    fields = result.details["fields"]
-    return result, fields, result.details["answer"].fine.state.rise, fields.snapshot(None)
 
 
 def interpolated(cells, values, xi):

@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 
@@ -183,12 +181,6 @@ def test_the_dictionary_holds_every_key_in_si():
     assert as_dict(Sink())["anchor"]["pad_width"] == 150e-6
 
 
-def test_loading_imports_nothing_heavy():
-    code = "import sys, scenes.loading as s; s.load('sink', ['voltage=2']); print('numpy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True)
-    assert done.stdout.strip() == "False"
-
-
 SAFE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,79}")
 
 
@@ -212,12 +204,7 @@ def test_it_says_what_differs(settings, text):
 
 def test_every_key_but_name_and_checks_counts():
     for path in CHANGED:
-        nothing = (
-            "anchor.contact_resistance",
-            "materials.oxide.resistivity",
-            "materials.substrate.resistivity",
-            "drive.current",
-        )
+        nothing = "anchor.contact", "materials.oxide.resistivity", "materials.substrate.resistivity", "drive.current"
         if not path.startswith(("scene.", "checks.", "inputs.", *nothing)):
             others = ["substrate.thickness=1mm", "substrate.length=9mm"] * path.startswith("substrate.")
             one = load("sink", [*others, f"{path}={3 if path == 'sink.spans' else CHANGED[path]}"])

@@ -17,6 +17,13 @@ from scenes.varied import made_of_parameters, neighbour, numbers, varied
 
 STEP = 2.0**-14
 BAR = """
+box = [{name = "bar", material = "m", lower = [0, 0, 0], upper = ["w", "L", "half"]}]
+boundary = [
+    {name = "cold", lower = [0, 0, 0], upper = [1, 0, 1], temperature = "T0"},
+    {name = "in", lower = [0, 0, 0], upper = ["w", 0, "half"], voltage = "U"},
+    {name = "out", lower = [0, "L", 0], upper = ["w", "L", "half"], voltage = 0},
+]
+probe = [{name = "end", at = ["w/2", "L", "half/2"]}]
 [parameters]
 L = "100 um"
 w = "10 um"
@@ -31,29 +38,6 @@ initial_temperature = "T0"
 name = "m"
 thermal_conductivity = "100 W/(m K)*n"
 resistivity = "rho"
-[[box]]
-name = "bar"
-material = "m"
-lower = [0, 0, 0]
-upper = ["w", "L", "half"]
-[[boundary]]
-name = "cold"
-lower = [0, 0, 0]
-upper = [1, 0, 1]
-temperature = "T0"
-[[boundary]]
-name = "in"
-lower = [0, 0, 0]
-upper = ["w", 0, "half"]
-voltage = "U"
-[[boundary]]
-name = "out"
-lower = [0, "L", 0]
-upper = ["w", "L", "half"]
-voltage = 0
-[[probe]]
-name = "end"
-at = ["w/2", "L", "half/2"]
 [run]
 steady = true
 """
@@ -115,10 +99,8 @@ def test_varied_by_a_factor(bar):
 
 def test_a_neighbour_is_of_first_order_and_run_alike(tmp_path):
     """A heat source in inverse proportion to the square of a width has minus twice its value as derivative."""
-    text = BAR.replace('upper = ["w", "L", "half"]', 'upper = ["w", "L", "half"]\nheat_source = "1e2 W/m/w**2"', 1)
-    text = text.replace("steady = true", 'end_time = "1 s/n"').replace(
-        "[[box]]", "density = 1\nspecific_heat = 1\n[[box]]"
-    )
+    text = BAR.replace('upper = ["w", "L", "half"]', 'upper = ["w", "L", "half"], heat_source = "1e2 W/m/w**2"', 1)
+    text = text.replace("steady = true", 'end_time = "1 s/n"').replace("[run]", "density = 1\nspecific_heat = 1\n[run]")
     (tmp_path / "bar.toml").write_text(text, encoding="utf-8")
     scene = load_free(tmp_path / "bar.toml")
     for step in (STEP, -STEP):
@@ -168,7 +150,7 @@ def test_what_a_sink_expects_is_withdrawn_by_a_parameter(tmp_path):
 def test_times_and_tables_are_made_of_parameters(tmp_path):
     text = BAR.replace('voltage = "U"', 'voltage = { times = ["tau", "2*tau"], values = [0, "U"] }')
     text = text.replace("steady = true", 'end_time = "5*tau"\noutput_times = ["tau", "3*tau"]')
-    text = text.replace("[[box]]", "density = 1\nspecific_heat = 1\n[[box]]").replace("n = 2", 'n = 2\ntau = "1 ms"')
+    text = text.replace("[run]", "density = 1\nspecific_heat = 1\n[run]").replace("n = 2", 'n = 2\ntau = "1 ms"')
     (tmp_path / "bar.toml").write_text(text, encoding="utf-8")
     scene = load_free(tmp_path / "bar.toml", ["parameters.tau=2ms"])
     assert scene.boundaries[1].value == Schedule((2e-3, 4e-3), (0.0, 1.0))
