@@ -59,9 +59,7 @@ class BrickSpace(Space):
         self.entity, self.places = entities(self.mesh, numbering, at)
         self.degrees = self._degrees(2 * self.ijk.T + 1).T
         kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
-        self._classes = [
-            ((int(x), int(y), int(z)), np.flatnonzero(kind.ravel() == k)) for k, (x, y, z) in enumerate(kinds.T)
-        ]
+        self._classes = [np.flatnonzero(kind.ravel() == k) for k in range(kinds.shape[1])]
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -137,31 +135,20 @@ class BrickSpace(Space):
         everywhere[..., cells] = k
         return halves(self._matrix(cells, everywhere, np.zeros(self.h.shape[1])))[0]
 
-    def _scale(self, k: np.ndarray, c: np.ndarray) -> np.ndarray:
-        volume = self.h.prod(axis=0)
-        return np.concatenate([k * volume / self.h**2, [c * volume]])
-
     def _matrix(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        chosen = np.zeros(self.h.shape[1], bool)
-        chosen[cells] = True
-        scale = self._scale(k, c)
-        rows, columns, data = [], [], []
-        for degrees, class_cells in self._classes:
-            chosen_cells = class_cells[chosen[class_cells]]
-            one, at = local(self.p, degrees), self.dofs[:, chosen_cells]
-            both = np.empty((len(one.rows), len(chosen_cells)), complex)
-            both.real, both.imag = (
-                one.entries[:3].T @ scale[:3, chosen_cells],
-                np.outer(one.entries[3], scale[3, chosen_cells]),
-            )
-            rows.append(at[one.rows].ravel())
-            columns.append(at[one.columns].ravel())
-            data.append(both.ravel())
-        joined = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
-        return csc_array(coo_array(joined, shape=(self.size, self.size)))
+        volume, entries = self.h.prod(axis=0), []
+        scale = np.concatenate([k * volume / self.h**2, [c * volume]])
+        for alike in self.alike(cells):
+            one, at = local(self.p, self._highest(alike)), self.dofs[:, alike]
+            both = one.entries[:3].T @ scale[:3, alike] + 1j * np.outer(one.entries[3], scale[3, alike])
+            entries.append((both.ravel(), at[one.rows].ravel(), at[one.columns].ravel()))
+        data, rows, columns = (np.concatenate(each) for each in zip(*entries, strict=True))
+        return csc_array(coo_array((data, (rows, columns)), shape=(self.size, self.size)))
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
-        return [shared for _, members in self._classes if len(shared := np.intersect1d(members, cells))]
+        chosen = np.zeros(self.h.shape[1], bool)
+        chosen[cells] = True
+        return [shared for members in self._classes if len(shared := members[chosen[members]])]
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""

@@ -329,7 +329,7 @@ class Groups(Domain):
         return self.placed.part(name)
 
     def locate(self, item: GroupBoundary | GroupProbe) -> Region:
-        name, mesh = item.group or "", self.placed.mesh
+        name, mesh, parts = item.group or "", self.placed.mesh, tuple[str, ...]()
         if isinstance(item, GroupProbe):
             parts = (item.side,) if item.side else ()
             if item.at is not None:
@@ -340,25 +340,21 @@ class Groups(Domain):
             cells = None if item.quantity in FLOWS else mesh.volumes.get(name)
             if cells is not None and (item.quantity != "potential" or self.placed.conducting[cells].all()):
                 return Region(3, cells, parts=parts)
-            return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
-        return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1])
+        return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
 
 
 def boxes(scene: Scene, grid: Grid) -> Boxes:
     """Return the domain of a scene of boxes (or of its symmetric part) on a grid."""
-    space = BrickSpace(grid)
-    middles = [(b[1:] + b[:-1])[i] / 2 for b, i in zip(grid.breaks, space.ijk, strict=True)]
-    return _boxes(scene, space, middles)
+    return _boxes(scene, BrickSpace(grid))
 
 
 def box_cells(scene: Scene, mesh: Any, degree: int = 3) -> Boxes:
     """Return the domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
-    return _boxes(scene, MappedSpace(mesh, degree), list(mesh.p[:, mesh.t].mean(axis=1)))
+    return _boxes(scene, MappedSpace(mesh, degree))
 
 
-def _boxes(scene: Scene, space: Space, middles: list[np.ndarray]) -> Boxes:
-    """The domain on cells with their ``middles`` (3, cells)."""
-    graph = grids.graph(scene)
+def _boxes(scene: Scene, space: Space) -> Boxes:
+    graph, middles = grids.graph(scene), space.mesh.p[:, space.mesh.t].mean(axis=1)
     places = tuple(
         np.clip(np.searchsorted(p, x, side="right") - 1, 0, len(p) - 2)
         for p, x in zip(graph.planes, middles, strict=True)
@@ -397,9 +393,8 @@ def with_contacts(domain: D) -> D:
     thermal = _every(j.facets for j in joints if j.contact.thermal_resistance)
     electric = np.intersect1d(_every(j.facets for j in joints if j.contact.electrical_resistance), alive)
     beyond = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}
-    potentials = None
-    if beyond or not np.array_equal(thermal, electric):
-        potentials = split(space, electric, beyond)
+    apart = beyond or not np.array_equal(thermal, electric)
+    potentials = split(space, electric, beyond) if apart else None
     return replace(domain, space=split(space, thermal), potentials=potentials, contacts=tuple(joints))
 
 

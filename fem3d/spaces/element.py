@@ -114,23 +114,13 @@ def gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
     return (x + 1) / 2, w / 2
 
 
-class Factors(NamedTuple):
-    """Integrals on (0, 1): ``integral`` (functions,), ``mass`` and ``stiffness`` (functions, functions)."""
-
-    integral: np.ndarray
-    mass: np.ndarray
-    stiffness: np.ndarray
-
-
 @lru_cache
-def factors(p: int) -> Factors:
-    """The 1D integrals that every matrix of a brick is a product of."""
+def factors(p: int) -> tuple[np.ndarray, np.ndarray]:
+    """(functions, functions) twice: the 1D mass and stiffness that every matrix of a brick is a product of."""
     x, w = gauss(p + 1)
     f, d = line(p, x)
-    integrals = Factors(f @ w, (f * w) @ f.T, (d * w) @ d.T)
-    for m in integrals:
-        m[abs(m) < 1e-14] = 0.0
-    return integrals
+    mass, stiffness = (np.where(abs(m) < 1e-14, 0.0, m) for m in ((f * w) @ f.T, (d * w) @ d.T))
+    return mass, stiffness
 
 
 class Local(NamedTuple):
@@ -147,8 +137,7 @@ def local(p: int, degrees: Degrees) -> Local:
     """The reference matrices of the functions that are active for degrees along x, y, z: the forms
     `conduction` and `capacity`, made of their 1D factors."""
     at = np.flatnonzero(active(p, degrees))
-    one = factors(p)
-    m, s = ([t[np.ix_(k, k)] for k in modes(p)[at].T] for t in (one.mass, one.stiffness))
+    m, s = ([t[np.ix_(k, k)] for k in modes(p)[at].T] for t in factors(p))
     full = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
     r, c = np.nonzero((full != 0).any(axis=0))
     return Local(at[r], at[c], full[:, r, c])

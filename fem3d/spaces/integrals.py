@@ -231,12 +231,13 @@ class Cells:
         """The integral of a density (cells, 1 or points) times u v."""
         return summed([self.entries(density)], self._space.size)
 
-    def entries(self, density: np.ndarray) -> np.ndarray:
-        """(3, any number): the entries of `mass_of` in each cell, which add up, and their rows and columns."""
+    def entries(self, density: np.ndarray, other: Cells | None = None) -> np.ndarray:
+        """(3, any number): the entries of `mass_of` in each cell, which add up, and their rows and columns; columns by
+        the functions of an ``other`` object with the same cells, if given."""
         blocks, present = self.blocks(density)
-        dofs = self.dofs[:, present]
         nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
-        rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in (dofs[:, :, None], dofs[:, None]))
+        dofs = self.dofs[:, present][:, :, None], (other or self).dofs[:, present][:, None]
+        rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in dofs)
         return np.array([blocks[nonzero], rows, columns])
 
     def tangent(self, k: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

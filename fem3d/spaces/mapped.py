@@ -28,7 +28,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
-from fem3d.spaces.integrals import Faces, Space, entities, halves
+from fem3d.spaces.integrals import Faces, Space, entities, halves, summed
 
 LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
 AT_ONCE = 2_000  # cells whose matrices are made together, which bounds the memory
@@ -323,15 +323,7 @@ class Interface:
 
     def mass(self) -> csc_array:
         """The integral of the jump of u times the jump of v."""
-        size = self.one.space.size
-        rows, columns, data = [], [], []
+        one, entries = np.ones((1, 1)), []
         for (_, a, _), (_, b, _) in zip(self.one.sides, self.other.sides, strict=True):
-            blocks, functions = a.blocks()
-            nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
-            for v, u, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
-                pairs = v.dofs[:, functions][:, :, None], u.dofs[:, functions][:, None]
-                rows.append(np.broadcast_to(pairs[0], blocks.shape)[nonzero])
-                columns.append(np.broadcast_to(pairs[1], blocks.shape)[nonzero])
-                data.append(sign * blocks[nonzero])
-        entries = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
-        return csc_array(coo_array(entries, shape=(size, size)))
+            entries += [a.entries(one), b.entries(one), a.entries(-one, b), b.entries(-one, a)]
+        return summed(entries, self.one.space.size)
