@@ -57,8 +57,9 @@ def axes(scene):
     return tuple((axis, parity) for axis, _, parity in symmetry.reduce(scene).planes)
 
 
-def with_box(name, **changes):
-    return replace(SCENE, boxes=tuple(replace(b, **changes) if b.name == name else b for b in SCENE.boxes))
+def changed(table, name, **changes):
+    items = tuple(replace(item, **changes) if item.name == name else item for item in getattr(SCENE, table))
+    return replace(SCENE, **{table: items})
 
 
 def moved(item, by):
@@ -93,17 +94,11 @@ def test_of_two_conditions_on_a_face_each_is_the_image_of_its_own_kind():
     [
         (with_moved_oxide((5e-6, 0, 0)), ()),
         (with_moved_oxide((0, 5e-6, 0)), ((0, "even"),)),
-        (with_box("pad-1", material=Material("other", 100.0, 2330.0, 712.0, 6e-5, 5e-4)), ((0, "even"),)),
-        (with_box("pad-1", heat_source=1.0), ((0, "even"),)),
-        (replace(SCENE, boundaries=tuple(
-            replace(b, value=11.0) if b.name == "air-pad-0" else b for b in SCENE.boundaries
-        )), ((0, "even"),)),
-        (replace(SCENE, boundaries=tuple(
-            replace(b, ambient=300.0) if b.name == "air-pad-0" else b for b in SCENE.boundaries
-        )), ((0, "even"),)),
-        (replace(SCENE, boundaries=tuple(
-            replace(b, contact_resistance=1e-9) if b.name == "electrode-0" else b for b in SCENE.boundaries
-        )), ((0, "even"),)),
+        (changed("boxes", "pad-1", material=Material("other", 100.0, 2330.0, 712.0, 6e-5, 5e-4)), ((0, "even"),)),
+        (changed("boxes", "pad-1", heat_source=1.0), ((0, "even"),)),
+        (changed("boundaries", "air-pad-0", value=11.0), ((0, "even"),)),
+        (changed("boundaries", "air-pad-0", ambient=300.0), ((0, "even"),)),
+        (changed("boundaries", "electrode-0", contact_resistance=1e-9), ((0, "even"),)),
         # The same condition once more on one side.
         (replace(SCENE, boundaries=(*SCENE.boundaries, *(
             replace(b, name="more") for b in SCENE.boundaries if b.name == "air-pad-0"

@@ -11,20 +11,14 @@ import pytest
 import skfem
 
 from meshes.grouped.check import check, remarks
-from meshes.grouped.model import GroupedMesh
 from meshes.grouped.read import read
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict
 from scenes.loading import load_free as load
-from scenes.model import Scene
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge
 
 CELLS = tuple(boxes.BLOCKS)
-
-
-def scene_of(document: dict[str, Any]) -> Scene:
-    return from_dict(document)
 
 
 @pytest.mark.parametrize("cell", CELLS)
@@ -32,7 +26,7 @@ def scene_of(document: dict[str, Any]) -> Scene:
 def test_groups_come_back(cell, suffix, tmp_path):
     if suffix == ".bdf" and cell == "hexahedron27":
         pytest.skip("Nastran has no hexahedron of 27 nodes")
-    mesh = boxes.grouped(scene_of(bridge()), cell, 1)
+    mesh = boxes.grouped(from_dict(bridge()), cell, 1)
     path = tmp_path / f"mesh{suffix}"
     boxes.write(mesh, path, 1e-6)
     found = read(path, 1e-6)
@@ -51,10 +45,6 @@ def test_groups_come_back(cell, suffix, tmp_path):
 
 
 ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
-
-
-def volumes(of: GroupedMesh, name: str) -> float:
-    return float(skfem.Basis(of.mesh, ELEMENTS[of.simplex](), elements=of.volumes[name], intorder=6).dx.sum())
 
 
 def test_the_scene_reads_back():
@@ -138,7 +128,7 @@ def read_and_check(document: dict[str, Any], folder: Path) -> None:
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_does_not_fit_is_refused_in_one_sentence(name, tmp_path):
     change, said = REFUSED[name]
-    mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
+    mesh = boxes.grouped(from_dict(bridge()), "hexahedron", 1)
     middles = mesh.points[mesh.cells[mesh.volumes["foot"]][:, boxes.FACETS["hexahedron"]]].mean(axis=2)
     joint = mesh.cells[mesh.volumes["foot"]][:, boxes.FACETS["hexahedron"]][middles[..., 2] == 2e-6]
     base = mesh.surfaces["base"]
@@ -155,36 +145,18 @@ def test_what_does_not_fit_is_refused_in_one_sentence(name, tmp_path):
         assert words in message
 
 
-def hexes() -> meshio.Mesh:
-    return boxes.as_meshio(boxes.grouped(scene_of(bar()), "hexahedron", 1))
-
-
-def surface_only() -> meshio.Mesh:
-    found = hexes()
-    return meshio.Mesh(found.points, [b for b in found.cells if b.type == "quad"])
-
-
-def mixed() -> meshio.Mesh:
-    found = hexes()
-    return meshio.Mesh(found.points, [found.cells[0], ("tetra", found.cells[0].data[:1, :4])])
-
-
-def wedges() -> meshio.Mesh:
-    found = hexes()
-    return meshio.Mesh(found.points, [("wedge", found.cells[0].data[:1, :6])])
-
-
-FILES: dict[str, tuple[Callable[[], meshio.Mesh], str]] = {
-    "no volumes": (surface_only, "has no volume cells, but quad"),
-    "mixed": (mixed, "mixes hexahedron and tetra cells"),
-    "wedges": (wedges, "is made of wedge cells"),
+FILES: dict[str, tuple[Callable[[Any], list[Any]], str]] = {
+    "no volumes": (lambda cells: [b for b in cells if b.type == "quad"], "has no volume cells, but quad"),
+    "mixed": (lambda cells: [cells[0], ("tetra", cells[0].data[:1, :4])], "mixes hexahedron and tetra cells"),
+    "wedges": (lambda cells: [("wedge", cells[0].data[:1, :6])], "is made of wedge cells"),
 }
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_mesh_that_cannot_be_solved_on_is_refused(name, tmp_path):
-    make, said = FILES[name]
-    make().write(tmp_path / "m.vtu")
+    choose, said = FILES[name]
+    found = boxes.as_meshio(boxes.grouped(from_dict(bar()), "hexahedron", 1))
+    meshio.Mesh(found.points, choose(found.cells)).write(tmp_path / "m.vtu")
     with pytest.raises(SceneError, match=said):
         read(tmp_path / "m.vtu", 1.0)
 
@@ -198,7 +170,7 @@ def test_what_is_no_mesh_is_refused(suffix, tmp_path, capsys):
 
 
 def test_parts_that_only_lie_side_by_side_are_told(tmp_path):
-    mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
+    mesh = boxes.grouped(from_dict(bridge()), "hexahedron", 1)
     boxes.write(mesh, tmp_path / "m.msh")
     assert remarks(read(tmp_path / "m.msh", 1.0)) == []
     touching = take_off_the_foot(mesh)
@@ -218,7 +190,7 @@ def take_off_the_foot(mesh: boxes.Built) -> int:
 
 
 def test_a_part_that_nothing_acts_on_is_refused(tmp_path):
-    mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
+    mesh = boxes.grouped(from_dict(bridge()), "hexahedron", 1)
     document = boxes.document(bridge(), "chip.msh")
     for table in ("boundary", "probe"):
         document[table] = [item for item in document[table] if item["name"] not in ("base", "to base")]
@@ -232,7 +204,7 @@ def test_a_part_that_nothing_acts_on_is_refused(tmp_path):
 
 def test_cells_in_no_group_are_refused(tmp_path):
     document = boxes.document(bridge(), "chip.msh")
-    boxes.write(boxes.grouped(scene_of(bridge()), "hexahedron", 1), tmp_path / "chip.msh")
+    boxes.write(boxes.grouped(from_dict(bridge()), "hexahedron", 1), tmp_path / "chip.msh")
     found = read(tmp_path / "chip.msh", 1.0)
     scene = from_dict(document | {"material": document["material"][:1]}, folder=str(tmp_path))
     with pytest.raises(SceneError, match=r"have no material \(in \"foot\"\): give"):
@@ -243,7 +215,7 @@ def test_cells_in_no_group_are_refused(tmp_path):
 
 def broken(path: Path, cell: str, change: Callable[[Any], None]) -> str:
     """Return the refusal of the mesh of a bridge, changed, in Gmsh's older format."""
-    boxes.write(boxes.grouped(scene_of(bridge()), cell, 1), path, 1e-6)
+    boxes.write(boxes.grouped(from_dict(bridge()), cell, 1), path, 1e-6)
     mesh = meshio.read(path)
     change(mesh)
     meshio.write(path, mesh, file_format="gmsh22", binary=False)
