@@ -8,6 +8,7 @@ a film has little current, that of the other one hides its resistance: there its
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 from sys import float_info
@@ -122,36 +123,102 @@ def gains(device: Device) -> np.ndarray:
 
 
 def state_of(modal: Modal, device: Device, external: float | None = None) -> State:
-    """The steady state of a model of a device at an outer temperature (K; by default the final one): films that have a
-    gain at the set temperature or, where they would need a negative power for that, without any.
+    """Find the steady state of a model of a device at an outer temperature (K; by default the final one): films that
+    have a gain at the set temperature or, where they would need a negative power for that, without any.
 
-    Heat of local departures and rises depend on each other; the former is a hundredth of the rest, and a few rounds
-    settle both. Raises ArithmeticError where they don't.
+    Through a lead that both share a film is held at less than the set temperature, as it is seen with the lead in
+    series; and where its current gets small beside the other's, not at all. Raises ArithmeticError where no state is
+    found.
     """
-    room = device.sink.room_temperature
+    room, ground, driven = device.sink.room_temperature, device.control.ground_resistance, gains(device) > 0
     outer = (device.external.final_temperature if external is None else external) - room
-    per_heat = (modal.shape / modal.rates) @ modal.shape.T
-    unheated = modal.external * outer + modal.offset
-    rise, films = np.zeros(modal.responses), np.eye(2)[modal.film]
-    first, moved = 0, np.inf
-    for _ in range(100):
-        per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * films)
-        conductance = np.linalg.inv(per_power[:2])
-        load = conductance @ modal.external[:2] * outer + conductance @ np.broadcast_to(modal.offset, rise.shape)[:2]
-        state = controlled(conductance, load, modal.resistance, modal.coefficient, device, first)
-        # A film that cannot be held stays so: at the end of the range rounds would take turns.
-        first = CHOICES.index((bool(state.held[0]), bool(state.held[1]))) if device.control.ground_resistance else 0
-        before, rise, last = rise, per_power @ state.power + unheated, moved
-        moved = float(np.abs(rise - before).max() / max(abs(device.set_rise), np.abs(rise).max()))
-        # Small changes that no longer halve are rounding: an iteration that still gains leaves a hundredth of them.
-        if modal.responses == 2 or moved <= 1e-13 or last / 2 < moved < 1e-11:
-            break
-    else:
-        raise ArithmeticError("the steady state of the device does not converge")
-    heat = modal.heat(state.power, rise)
-    flow = (modal.flux / modal.rates) @ (heat @ modal.shape) + modal.flux_external * outer + modal.feed @ heat
-    flow = flow + modal.flux_offset
-    return replace(state, rise=rise, flow=flow)
+    unheated = np.broadcast_to(modal.external * outer + modal.offset, modal.film.shape)
+    cycling = []
+    for choice in CHOICES:
+        held = np.array(choice) & driven
+        found = _held(modal, unheated, device.set_rise, ground, held)
+        if found is None:
+            continue
+        rise, current = found
+        resistance = modal.resistance * (1 + modal.coefficient * rise[:2])
+        seen = ((resistance + ground) / modal.resistance - 1) / modal.coefficient if ground else rise[:2]
+        rests = bool((seen >= device.set_rise - 1e-12 * abs(device.set_rise))[driven & ~held].all())
+        power, voltage = current**2 * resistance, np.where(held, current * resistance + ground * current.sum(), 0.0)
+        heat = modal.heat(power, rise)
+        flow = (modal.flux / modal.rates) @ (heat @ modal.shape) + modal.flux_external * outer + modal.feed @ heat
+        state = State(rise, power, voltage, flow + modal.flux_offset, held, not rests)
+        if rests:
+            return state
+        cycling.append(state)
+    if not ground or not cycling:
+        raise ArithmeticError("no steady state of the device is found")
+    return cycling[0]
+
+
+def _held(
+    modal: Modal, unheated: np.ndarray, target: float, ground: float, held: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Solve for the rises T (m,) in K and currents I (2,) in A with which some films are measured at the resistance of
+    a target rise:
+
+        T = per_heat u(I^2 R(T), T) + unheated,      I_e (R_e(T) - R_seen,e) + R_ground (I_sink + I_sensor) = 0,
+
+    with the heats u of the model, and R_seen that of the target rise, or 0 for a film without voltage. Newton's method
+    follows the state as the lead grows from nothing to ``ground``; where the determinant of the Jacobian changes its
+    sign the state has met another one, and both end. Returns None where there is no such state.
+    """
+    m, per_heat = modal.responses, (modal.shape / modal.rates) @ modal.shape.T
+    seen = np.where(held, modal.resistance * (1 + modal.coefficient * target), 0.0)
+    power, films = np.zeros(2), per_heat[:2, :2]
+    power[held] = np.linalg.solve(films[np.ix_(held, held)], (target - unheated[:2])[held])
+    rounding = 1e-12 * max(abs(target), np.abs(unheated).max()) * np.abs(np.linalg.inv(films)).max()
+    if (power < -rounding).any() or (ground and (power[held] <= 0).any()):
+        return None
+    power = np.maximum(power, 0.0)
+    rise, idle = per_heat[:, :2] @ power + unheated, held & (power == 0)
+
+    def residual(x: np.ndarray, lead: float) -> np.ndarray:
+        rise, current = x[:m], x[m:]
+        resistance = modal.resistance * (1 + modal.coefficient * rise[:2])
+        heat = rise - per_heat @ modal.heat(current**2 * resistance, rise) - unheated
+        loop = current * (resistance - seen) + lead * current.sum()
+        return np.concatenate([heat, np.where(idle, current, loop)])
+
+    def slopes(x: np.ndarray, lead: float) -> np.ndarray:
+        return derivative(lambda x: residual(x, lead), x)
+
+    def solve(x: np.ndarray, lead: float, sign: float) -> np.ndarray | None:
+        for _ in range(20):
+            jacobian = slopes(x, lead)
+            if not np.linalg.det(jacobian) * sign > 0:
+                return None
+            change = np.linalg.solve(jacobian, residual(x, lead))
+            x = x - change
+            # The error squares at each step.
+            if np.abs(change[m:]).max() <= 1e-9 * np.abs(x[m:]).max():
+                kept = np.linalg.det(slopes(x, lead)) * sign > 0 and (x[m:][held & ~idle] > 0).all()
+                return x if kept else None
+        return None
+
+    current = np.sqrt(power / (modal.resistance * (1 + modal.coefficient * rise[:2])))
+    x = np.concatenate([rise, current])
+    sign, reached, part = float(np.sign(np.linalg.det(slopes(x, 0.0)))), 0.0, 1.0
+    while reached < 1.0:
+        following = min(reached + part, 1.0)
+        state = solve(x, ground * following, sign)
+        if state is not None:
+            reached, x = following, state
+        else:
+            part /= 4
+            if part < 1e-3:  # to which the end of the range is known
+                return None
+    return x[:m], x[m:]
+
+
+def derivative(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+    """The derivative of a real function at x (n,), as columns. A step of 1e-100 i leaves the derivative in its
+    imaginary part, exact to rounding."""
+    return np.column_stack([function(x + step).imag for step in 1e-100j * np.eye(len(x))]) * 1e100
 
 
 def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
@@ -227,60 +294,6 @@ def _per_substrate(modal: Modal, device: Device) -> tuple[float, float]:
     return more.sensor_power_W - less.sensor_power_W, more.sink_power_W - less.sink_power_W
 
 
-def controlled(
-    conductance: np.ndarray, load: np.ndarray, resistance: np.ndarray, coefficient: np.ndarray, device: Device,
-    first: int = 0,
-) -> State:  # fmt: skip
-    """The steady state that the controllers of a device bring both films to, without flows, from their heat balances
-    ``conductance`` (2, 2) in W/K times the rises = ``load`` (2,) in W + powers; ``resistance`` (ohm) is that at no rise
-    and changes by ``coefficient`` (1/K).
-
-    Through a lead that both share a film is held at less than the set temperature, as it is seen with the lead in
-    series; and where its current gets small beside the other's, not at all. ``first`` is the first of the CHOICES of
-    films to hold that is tried there.
-    """
-    target, ground, driven = device.set_rise, device.control.ground_resistance, gains(device) > 0
-    rise, power, hot = complementary(conductance, load, target, driven)
-    warm = resistance * (1 + coefficient * rise)
-    if not ground:
-        return State(rise, power, np.sqrt(power * warm), held=hot)
-    guess, seen = np.sqrt(power / warm), resistance * (1 + coefficient * target)
-    per_power = np.linalg.inv(conductance)
-    cycling = []
-    for choice in CHOICES[first:]:
-        on = np.array(choice) & driven
-        solution = circuit.held(per_power, per_power @ load, resistance, coefficient, target, ground, on, guess)
-        if solution is None:
-            continue
-        rise, current = solution
-        warm = resistance * (1 + coefficient * rise)
-        voltage = np.where(on, current * warm + ground * current.sum(), 0.0)
-        rests = bool((warm + ground >= seen * (1 - 1e-12))[driven & ~on].all())
-        state = State(rise, current**2 * warm, voltage, held=on, cycles=not rests)
-        if rests:
-            return state
-        cycling.append(state)
-    return cycling[0]
-
-
-def complementary(
-    K: np.ndarray, load: np.ndarray, target: float, controlled: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rises and powers of both elements with K rise = load + power, where a controlled one has either the target rise
-    and a power of at least 0, or no power and more than the target; and whether each is held at the target."""
-    for choice in CHOICES:
-        held = np.array(choice) & controlled
-        rise = np.where(held, target, 0.0)
-        free = ~held
-        if free.any():
-            rise[free] = np.linalg.solve(K[np.ix_(free, free)], (load - K @ rise)[free])
-        power = np.where(held, K @ rise - load, 0.0)
-        tolerance = 1e-12 * np.abs(K).max() * max(abs(target), np.abs(rise).max())
-        if (power >= -tolerance).all() and (rise[controlled & free] >= target * (1 - 1e-12)).all():
-            return rise, np.maximum(power, 0.0), held
-    raise ArithmeticError("no steady state found: the conductances of the device are not positive")
-
-
 def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     """The loop of a model of a device, linearised about its steady state at an outer temperature (K; by default the
     final one).
@@ -298,9 +311,7 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
         heat = modal.heat(circuit.powers(voltage, resistance, ground), rise)
         return np.concatenate([heat, circuit.measured(voltage, resistance, ground) / warm])
 
-    # A step of 1e-100 i in a real function leaves the derivative in its imaginary part, exact to rounding.
-    about = np.concatenate([state.rise, state.voltage])
-    slopes = np.column_stack([answer(about + step).imag for step in 1e-100j * np.eye(m + 2)]) * 1e100
+    slopes = derivative(answer, np.concatenate([state.rise, state.voltage]))
     # The exponential of [[A, B], [0, 0]] h holds exp(A h) and the integral of exp(A t) B over the sample time h.
     n, h = modal.count, device.control.sample_time
     block = np.zeros((n + 2, n + 2))

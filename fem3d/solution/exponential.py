@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -65,11 +64,8 @@ class Trajectory:
         return states, sources
 
 
-class Source(Protocol):
-    """The source from one instant on: ``source(times, states)`` (n, r), after ``start``."""
-
-    def __call__(self, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """(n, r): the sources at some times (s) and states (n, r)."""
+Source = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""The sources (n, r) at some times (s) and states (n, r), from one instant on."""
 
 
 def integrate(
@@ -104,18 +100,13 @@ def integrate(
     for stop in stops:
         piece = source(time)
         while time < stop:
-            trials += 1
-            if trials > MOST_IN_TIME:
-                raise NumericsError(
-                    f"the transient needs more than {MOST_IN_TIME:,} steps in time: they get as far as t = "
-                    f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
-                )
+            trials = count_step(trials, time)
             remaining = stop - time
             last = length >= remaining * (1 - 1e-12)
             taken = remaining if last else length
             if taken < SHORTEST * end and not last:
                 if _growth(piece, rates, time, state, size) <= 0:
-                    raise NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
+                    raise too_short(time)
                 raise runaway(time)
             times = time + taken * nodes
             kernel = convolve(rates * taken)
@@ -131,7 +122,7 @@ def integrate(
                 if stiff and np.isfinite(values).all():
                     if newton is None or sweep % RENEWED == 0:
                         weights = taken * (kernel.transpose(0, 2, 1) @ to_legendre)
-                        newton = _Newton(piece, times, states, weights, size)
+                        newton = _newton(piece, times, states, weights, size)
                     values = old + newton(values - old)
                     change = float(np.abs(values - old).max(initial=0.0))
                 if not np.isfinite(change) or change > 1e3 * scale:
@@ -151,7 +142,8 @@ def integrate(
             if error <= 1.0:
                 steps.append(Step(time, taken, state, coefficients))
                 if not holds(time + taken, states[-1]):
-                    raise runaway(_last(Trajectory(rates, steps[-1:]), holds))
+                    course = Trajectory(rates, steps[-1:])
+                    raise runaway(last_time(lambda t, at=course: holds(t, at(np.array([t]))[0][0]), time, time + taken))
                 time, state = stop if last else time + taken, states[-1]
             grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
             # A step that a stop cut short is no reason against a longer step after it.
@@ -160,21 +152,16 @@ def integrate(
     return Trajectory(rates, steps)
 
 
-class _Newton:
-    """Return the sources at the times of a step, consistent with the states there, along the source's slope in the
-    step's middle: ``weights`` (times, r, times) map sources to states."""
-
-    def __init__(self, source: Source, times: np.ndarray, states: np.ndarray, weights: np.ndarray, size: float) -> None:
-        middle = len(times) // 2
-        slope = _slope(source, float(times[middle]), states[middle], APART * size)
-        n, r = states.shape
-        matrix = np.eye(n * r) - np.einsum("ab,tbs->tasb", slope, weights).reshape(n * r, n * r)
-        self._inverse, self._shape = np.linalg.inv(matrix), (n, r)
-
-    def __call__(self, defect: np.ndarray) -> np.ndarray:
-        """(times, r): the change of sources that takes away a defect."""
-        change: np.ndarray = (self._inverse @ defect.ravel()).reshape(self._shape)
-        return change
+def _newton(
+    source: Source, times: np.ndarray, states: np.ndarray, weights: np.ndarray, size: float
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the map from a defect of sources (times, r) to their change, along the source's slope in the step's
+    middle: ``weights`` (times, r, times) map sources to states."""
+    middle, (n, r) = len(times) // 2, states.shape
+    slope = _slope(source, float(times[middle]), states[middle], APART * size)
+    matrix = np.eye(n * r) - np.einsum("ab,tbs->tasb", slope, weights).reshape(n * r, n * r)
+    inverse = np.linalg.inv(matrix)
+    return lambda defect: (inverse @ defect.ravel()).reshape(n, r)
 
 
 def _slope(source: Source, time: float, state: np.ndarray, step: float) -> np.ndarray:
@@ -203,13 +190,27 @@ def runs_away(time: float, accuracy: float = 1e-3) -> str:
     return f"the heating runs away at t = {TIME.show(float(f'{time:.{digits}g}'))}"
 
 
-def _last(step: Trajectory, holds: Callable[[float, np.ndarray], bool]) -> float:
-    """The last time (s) of a step at which something holds, by bisection."""
-    low, high = step.steps[0].start, step.steps[0].start + step.steps[0].length
+def last_time(holds: Callable[[float], bool], low: float, high: float) -> float:
+    """The last time (s) between two at which something holds, by bisection."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if holds(middle, step(np.array([middle]))[0][0]) else (low, middle)
+        low, high = (middle, high) if holds(middle) else (low, middle)
     return low
+
+
+def count_step(trials: int, time: float) -> int:
+    """Return the number of trials with one more step at a time (s). Raises NumericsError where they are too many."""
+    if trials >= MOST_IN_TIME:
+        raise NumericsError(
+            f"the transient needs more than {MOST_IN_TIME:,} steps in time: they get as far as t = "
+            f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
+        )
+    return trials + 1
+
+
+def too_short(time: float) -> NumericsError:
+    """Return the error of a response of which no step is short enough at a time (s)."""
+    return NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
 
 
 class Convolution:

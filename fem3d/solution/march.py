@@ -33,12 +33,10 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.paths import Potential
-from fem3d.solution import exponential
-from fem3d.solution.exponential import HALVINGS, MOST_IN_TIME, SHORTEST
+from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, too_short
 from fem3d.solution.newton import HOTTEST
 from fem3d.solution.transient import LEAST, resists
 from scenes.errors import NumericsError
-from scenes.units import TIME
 
 AT_FULL_ORDER = "with all unknowns, by a Runge-Kutta method of order 4"  # as plans say
 A = np.array([
@@ -147,7 +145,7 @@ def march_full(
     Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
 
     Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
-    where the heat vanishes with the resistivity; NumericsError where no step is short enough within `MOST_IN_TIME`.
+    where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
     """
     ends = [] if like is None else [step.start + step.length for step in like.steps]
     return _March(heat, conductor, tolerance, points).run(end, earliest, ends)
@@ -228,12 +226,13 @@ class _March:
                 started, length = False, min(short, AFTER_JUMP * (stop - time))
                 following = LONGER * length if sudden else before
             while time < stop:
-                trials += 1
+                trials = count_step(trials, time)
                 ends = [each for each in ends if each > time * (1 + 1e-12)]
                 length = min([length, *(each - time for each in ends[:1])])
-                self._check(trials, time, length, end)
-                last = length >= (stop - time) * (1 - 1e-9)
-                taken = stop - time if last else length
+                if length < SHORTEST * end:
+                    raise too_short(time)
+                at_stop = length >= (stop - time) * (1 - 1e-9)
+                taken = stop - time if at_stop else length
                 fresh = self._linearization is None
                 try:
                     step, new, error = (self._step if started else self._euler)(state, time, taken)
@@ -245,7 +244,7 @@ class _March:
                 if error <= 1.0:
                     steps.append(step)
                     self._limit(step)
-                    time, state = stop if last else time + taken, new
+                    time, state = stop if at_stop else time + taken, new
                     self._largest = max(self._largest, _size(new.rise))
                 factor = SAFETY * max(error, 1e-12) ** (-1 / ORDER)
                 if last_error and error <= 1.0:
@@ -254,21 +253,10 @@ class _March:
                 grown = taken * min(max(factor, SHORTER), LONGER)
                 if started and error <= 1.0:
                     # A step that a stop cuts short is no reason against a longer step before it.
-                    before, last_error = max(grown, length) if last else grown, error
+                    before, last_error = max(grown, length) if at_stop else grown, error
                 length, started = grown if started else following, True
                 length = end if ends else length
         return FullResponse(heat, self._conductor, steps, self._points)
-
-    @staticmethod
-    def _check(trials: int, time: float, length: float, end: float) -> None:
-        now = TIME.show(float(f"{time:.3g}"))
-        if trials > MOST_IN_TIME:
-            raise NumericsError(
-                f"the response needs more than {MOST_IN_TIME:,} steps in time: they get as far as t = {now}; ask for "
-                "an earlier end or a larger accuracy"
-            )
-        if length < SHORTEST * end:
-            raise NumericsError(f"no step in time is short enough at t = {now}")
 
     def _jumped(self, state: _State, jump: np.ndarray) -> _State:
         """The state after given temperatures jump by so much (fixed nodes, K): the free nodes keep the heat."""
@@ -281,8 +269,7 @@ class _March:
     def _limit(self, step: Step) -> None:
         """Raise RunawayInTimeError, with the time, where the rise exceeds every solid in a step."""
 
-        def holds(share: float) -> bool:
-            time = step.start + share * step.length
+        def holds(time: float) -> bool:
             rise, c = step.at(time)[0], self._conductor
             if _size(rise) > HOTTEST:
                 return False
@@ -292,13 +279,9 @@ class _March:
                 return False
             return resists(c, time, rise)
 
-        if holds(1.0):
-            return
-        low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            low, high = (middle, high) if holds(middle) else (low, middle)
-        raise exponential.runaway(step.start + low * step.length)
+        end = step.start + step.length
+        if not holds(end):
+            raise runaway(last_time(holds, step.start, end))
 
     def _euler(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
         """A step of the implicit Euler method; the rise is linear in the step."""

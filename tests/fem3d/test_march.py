@@ -11,7 +11,7 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import linearized
 from fem3d.results import fields
 from fem3d.runs.scene import solve
-from fem3d.solution import march
+from fem3d.solution import exponential
 from fem3d.solution.exponential import integrate
 from fem3d.solution.march import EMBEDDED, A, C, march_full
 from scenes.errors import NumericsError
@@ -101,7 +101,7 @@ def test_response_is_that_of_radau(name):
 
 
 def test_steps_have_a_budget(monkeypatch):
-    monkeypatch.setattr(march, "MOST_IN_TIME", 5)
+    monkeypatch.setattr(exponential, "MOST_IN_TIME", 5)
     scene, last = SCENES["a ramp"]
     heat = problem(scene, bar_grid(scene, 2, 2))
     with pytest.raises(NumericsError, match="needs more than 5 steps in time"):

@@ -122,6 +122,16 @@ def test_where_no_steady_state_is_it_says_so():
     assert np.ptp(last) > 0.5 * last.max()
 
 
+def test_loop_reaches_the_steady_state_of_a_large_lead():
+    """The sensor is seen with the lead in series, above the set temperature, and stays without voltage."""
+    device = grounded(Device(external=External(233.0, 233.0, 1.0), end_time=0.4), 0.1)
+    state, found = steady(device), solve_accurate(device, with_findings=False)
+    assert not state.cycles
+    assert state.sensor_V == found.sensor_V[-1] == 0
+    assert found.sink_V[-1] == pytest.approx(state.sink_V, rel=1e-9)
+    assert found.sensor_K[-1] == pytest.approx(state.sensor_K, abs=1e-6)
+
+
 def test_a_sensor_that_lost_its_current_stays_without():
     """At 293 K outside it has none, at 273 K it could be held again; from cold, with a large current, it is."""
     lost, cold = (
