@@ -97,6 +97,10 @@ def integrate(
     steps: list[Step] = []
     trials = 0
     convolve, stiff = Convolution(nodes, degree + 1), False
+
+    def holds_at(instant: float) -> bool:
+        return holds(instant, Trajectory(rates, steps[-1:])(np.array([instant]))[0][0])
+
     for stop in stops:
         piece = source(time)
         while time < stop:
@@ -142,8 +146,7 @@ def integrate(
             if error <= 1.0:
                 steps.append(Step(time, taken, state, coefficients))
                 if not holds(time + taken, states[-1]):
-                    course = Trajectory(rates, steps[-1:])
-                    raise runaway(last_time(lambda t, at=course: holds(t, at(np.array([t]))[0][0]), time, time + taken))
+                    raise runaway(last_time(holds_at, time, time + taken))
                 time, state = stop if last else time + taken, states[-1]
             grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
             # A step that a stop cut short is no reason against a longer step after it.
