@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
 from itertools import chain
+from math import inf
 from typing import NamedTuple
 
 from benchmarks.rows import Row, failed
@@ -12,7 +13,7 @@ from compare.worker import map_tasks
 from fem3d.runs.sink import solve
 from scenes.sink import OF_A_SINK, Sink
 from validate.verify import exact, orders, orders_in_time, published, second_path, surroundings
-from validate.verify.manufactured import CAPACITIES, LAYERS, ONE_CAPACITY, ONE_K, conduction, heating, joule
+from validate.verify.manufactured import CAPACITIES, LAYERS, ONE_CAPACITY, ONE_K, heating, joule
 
 NGSOLVE_ORDERS, NGSOLVE_MESH = (3, 4), (1e-6, 3.0)
 ACCURACY = 1e-4  # of this toolkit beside NGSolve
@@ -52,8 +53,8 @@ CASES = (
     Case("orders", "bricks, transient", lambda: chain(
         orders.bricks(heating(ONE_K, ONE_CAPACITY), 1, 2), orders.bricks(heating(LAYERS, CAPACITIES), 1, 2, 3, 4),
     )),
-    Case("orders", "bricks, constant k", lambda: orders.bricks(conduction(ONE_K), 1, 2, 3, 4)),
-    Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
+    Case("orders", "bricks, constant k", lambda: orders.bricks(heating(ONE_K, ONE_CAPACITY).at(inf), 1, 2, 3, 4)),
+    Case("orders", "bricks, k in layers", lambda: orders.bricks(heating(LAYERS, CAPACITIES).at(inf), *range(1, 7))),
     Case("orders", "L-shaped conductor, tetrahedra", orders.rows),
     *_cases("orders", orders_in_time.exponential_collocation, orders_in_time.runge_kutta,
              orders_in_time.layer, orders_in_time.partitioned,

@@ -105,28 +105,6 @@ def integral(field: Field) -> float:
     return total
 
 
-def conduction(k: Pair) -> Manufactured:
-    """Steady conduction with all three kinds of boundary; in layers the flux k du/dz is continuous, its parts are not.
-
-    u = sin(2 x + 0.3) cos(y + 0.4) (e^(2 s - 2 s_top) - 1), s = (z - LAYER)/k in each layer.
-    """
-    conductivity, top = layered(*k), (SIZE[2] - LAYER) / k[1]
-
-    def across(x: Any, y: Any) -> Any:
-        return np.sin(2 * x + 0.3) * np.cos(y + 0.4)
-
-    def up(z: Any) -> Any:
-        return np.exp(2 * ((z - LAYER) / conductivity(z) - top))
-
-    def f(x: Any, y: Any, z: Any) -> Any:
-        return conductivity(z) * across(x, y) * (5 * (up(z) - 1) - 4 * up(z) / conductivity(z) ** 2)
-
-    materials = [Material(f"layer {i}", value, 1.0, 1.0) for i, value in enumerate(k)]
-    name = "constant k" if k[0] == k[1] else "k in layers"
-    scene = _scene(materials, _sides("convection", "temperature"))
-    return Manufactured(name, scene, lambda x, y, z: across(x, y) * (up(z) - 1), f, _weight)
-
-
 def joule() -> Manufactured:
     """A conductor whose resistivity depends on the temperature, cooled from below and above, fluxes on its sides.
 
@@ -151,7 +129,8 @@ def joule() -> Manufactured:
         return c * RHO * (v + ALPHA * (A * v**2 / 2 + B * v**3 / 3))
 
     materials = [Material("conductor", k, 1.0, 1.0, RHO, ALPHA)] * 2
-    scene = _scene(materials, _sides("convection", "convection"), electrodes=True)
+    kinds = dict.fromkeys(product((0, 1), (0, 1)), "heat_flux") | {(2, 0): "convection", (2, 1): "convection"}
+    scene = _scene(materials, kinds, electrodes=True)
     return Manufactured("resistivity of the temperature", scene, u, f, _weight, potential)
 
 
@@ -221,13 +200,8 @@ def _eigenfunction(k: Pair, heat_capacity: Pair, m: float, n: float, size: float
 
 
 def _weight(x: Any, y: Any, z: Any) -> Any:
-    """Smooth when mirrored in the four sides, where the dual problem of steady conduction is adiabatic."""
+    """Smooth when mirrored in the four sides, where the dual problem is adiabatic."""
     return np.cos(np.pi * x / SIZE[0]) * np.cos(np.pi * y / SIZE[1]) + 0 * z
-
-
-def _sides(bottom: str, top: str) -> dict[tuple[int, int], str]:
-    """The kinds of boundary by (axis, side): fluxes on the four sides."""
-    return dict.fromkeys(product((0, 1), (0, 1)), "heat_flux") | {(2, 0): bottom, (2, 1): top}
 
 
 def _scene(materials: list[Material], kinds: dict[tuple[int, int], Any], electrodes: bool = False) -> Scene:

@@ -165,11 +165,11 @@ def test_eigenfunctions_meet_in_the_layer_plane():
 
 
 def test_bricks_converge_in_theory_s_order_and_a_wrong_conductivity_does_not():
-    solution = manufactured.conduction((1.5, 3.0))
+    solution = manufactured.heating((1.5, 3.0), (1.2, 2.0)).at(np.inf)
     coarse, fine = orders.on_bricks(solution, 2, 1), orders.on_bricks(solution, 2, 2)
     # The coarsest meshes are not yet in the asymptotic range; the command goes on from here.
     assert observed_order([coarse["rise, H1"], fine["rise, H1"]], 2.0) == pytest.approx(2, abs=0.25)
-    other = manufactured.conduction((1.515, 3.03))
+    other = manufactured.heating((1.515, 3.03), (1.2, 2.0)).at(np.inf)
     wrong = replace(solution, scene=replace(solution.scene, boxes=other.scene.boxes))
     off = [orders.on_bricks(wrong, 2, cuts)["rise, L2"] for cuts in (2, 3)]
     assert observed_order(off, 1.5) < 1.0
