@@ -116,7 +116,8 @@ class Worker:
         """Start the process with one thread, in a group of its own: an interrupt from the keyboard is left to this
         one."""
         self.pipe, theirs = Pipe()
-        command = [sys.executable, "-P", "-c", _CODE.format(sys.path), str(theirs.fileno()), str(os.getpid())]
+        code = _CODE.format([*map(str, sys.path)])
+        command = [sys.executable, "-P", "-c", code, str(theirs.fileno()), str(os.getpid())]
         streams = subprocess.DEVNULL if self._quiet else 2
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=streams, stderr=streams, pass_fds=[theirs.fileno()],

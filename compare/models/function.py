@@ -34,7 +34,7 @@ class Function(Model):
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
         when = "in the steady state" if times is None else "over time"
-        with _sentences(self.name, self._file, f" when it was asked {when}"), _beside(self._file):
+        with _sentences(self.name, self._file, f" when it was asked {when}"):
             answer = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
         if answer is None:
             return Answer({})
@@ -74,7 +74,7 @@ class FileFunction(Model):
         self.name = f"{path.name}:{function}"
         self._key = str(path), function, saved
         self._worker = Worker(f"--model {self.name}", quiet=False)
-        self._worker.run(LONGEST, _load, *self._key)
+        self._worker.run(LONGEST, _ask, self._key, os.getcwd(), None, None)
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
         return self._worker.run(LONGEST, _ask, self._key, os.getcwd(), question, times)
@@ -92,14 +92,14 @@ def open_model(given: str, folder: str) -> FileFunction:
 _open = lru_cache(maxsize=1)(FileFunction)
 
 
-def _ask(key: tuple[str, str, int], folder: str, question: Question, times: np.ndarray | None) -> Answer:
-    """Return the answer of a file's function, which finds other files from ``folder``; for a process of its own."""
+def _ask(
+    key: tuple[str, str, int], folder: str, question: Question | None, times: np.ndarray | None
+) -> Answer:  # fmt: skip
+    """Return the answer of a file's function, which finds other files from ``folder``; without a question load the
+    function alone. For a process of its own."""
     os.chdir(folder)
-    return _function(*key).answer(question, times)
-
-
-def _load(path: str, name: str, saved: int) -> None:
-    _function(path, name, saved)
+    function = _function(*key)
+    return Answer({}) if question is None else function.answer(question, times)
 
 
 @lru_cache(maxsize=1)
@@ -111,7 +111,8 @@ def _function(file: str, name: str, saved: int) -> Function:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    with _sentences(path.name, path, ""), _beside(path):
+    sys.path.insert(0, str(path.parent))
+    with _sentences(path.name, path, ""):
         spec.loader.exec_module(module)
     call = getattr(module, name, None)
     if callable(call):
@@ -121,18 +122,6 @@ def _function(file: str, name: str, saved: int) -> Function:
     fault = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
     has = f"give {listed(functions)}" if functions else "it has none"
     raise SceneError(f"--model {path.name}:{name}: {path.name} {fault}: {has}{did_you_mean(name, functions)}")
-
-
-@contextmanager
-def _beside(file: Path | None) -> Iterator[None]:
-    """Put the folder of the user's file on the path, also for imports that a function makes when it is called."""
-    before = sys.path.copy()
-    if file is not None:
-        sys.path.insert(0, str(file.parent))
-    try:
-        yield
-    finally:
-        sys.path[:] = before
 
 
 @contextmanager
