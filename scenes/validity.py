@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from operator import attrgetter
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from scenes import laws
 from scenes.device import Device
@@ -32,7 +31,10 @@ def check(scene: T) -> T:
         read = key.kind.read(path, written)
         if read != value:
             raise SceneError(f"{path} = {quoted(value)} must be given as {read!r} in Python")
-    _CHECKS[type_of(scene).name](scene)
+    if isinstance(scene, Device):
+        _check_device(scene)
+    elif isinstance(scene, Sink):
+        _check_sink(scene)
     return scene
 
 
@@ -117,6 +119,3 @@ def _shown(length: float) -> str:
 def _check_film(film: Material, where: str, temperature: float) -> None:
     refuse_both(f"materials.{film.name}", film)
     check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)
-
-
-_CHECKS: dict[str, Callable[[Any], None]] = {"sink": _check_sink, "device": _check_device}

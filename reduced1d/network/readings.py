@@ -136,11 +136,11 @@ class Reader:
     def _into(self, i: int, normal: int, at: float, lower: Point, upper: Point) -> np.ndarray:
         """The flow into a line through a part of one of its sides."""
         flow = np.zeros(self.x.shape[1])
-        lower, upper = (_moved(corner, normal, at) for corner in (lower, upper))
+        (a, b, c), (d, e, f) = ([at if n == normal else x for n, x in enumerate(corner)] for corner in (lower, upper))
         for number, link in enumerate(self.links):
             for touch, sign in zip(link.touches, (-1.0, 1.0), strict=False):
                 if touch.line == i and touch.normal == normal and touch.lower[normal] == at:
-                    flow += sign * self.through(number, lower, upper)
+                    flow += sign * self.through(number, (a, b, c), (d, e, f))
         return flow
 
     @cached_property
@@ -181,7 +181,7 @@ class Reader:
         axis, at = touch.normal, touch.lower[touch.normal]
         above = self.layout.lines[touch.line].lower[axis] == at
         opposite = [i for i, line in enumerate(self.layout.lines)
-                    if (line.upper if above else line.lower)[axis] == at and _meet(touch, line)]  # fmt: skip
+                    if (line.upper if above else line.lower)[axis] == at and meet(touch, line)]  # fmt: skip
         if not opposite:
             return 1.0
         both = not self.electric or (touch.line in self._live and any(i in self._live for i in opposite))
@@ -299,14 +299,10 @@ def _part(touch: Touch, lower: Point, upper: Point) -> float:
     return _area(*common(lower, upper, touch), touch.normal) / touch.area
 
 
-def _meet(touch: Touch, line: Line) -> bool:
+def meet(touch: Touch, line: Line) -> bool:
+    """Return whether a touch and a line overlap across the axis of the touch."""
     axes = [d for d in range(3) if d != touch.normal]
     return all(max(touch.lower[d], line.lower[d]) < min(touch.upper[d], line.upper[d]) for d in axes)
-
-
-def _moved(point: Point, axis: int, to: float) -> Point:
-    x, y, z = (to if d == axis else c for d, c in enumerate(point))
-    return x, y, z
 
 
 def _covers(line: Line, probe: Probe) -> bool:

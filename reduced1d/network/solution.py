@@ -19,7 +19,7 @@ import numpy as np
 
 from reduced1d.network.lines import Layout, Link, Touch, layout
 from reduced1d.network.model import Model, build, scales
-from reduced1d.network.readings import read
+from reduced1d.network.readings import meet, read
 from reduced1d.network.solvers import History, steady
 from scenes import physics
 from scenes.errors import NumericsError, SceneError
@@ -85,11 +85,8 @@ def _place(layout: Layout, key: tuple[str, int], link: Link) -> Place:
 def _sign(layout: Layout, touch: Touch) -> float:
     """Out of the line: a flow counts into the solid on its surface, along the axis inside."""
     line, n = layout.lines[touch.line], touch.normal
-    inside = any(
-        other is not line and touch.lower[n] in (other.lower[n], other.upper[n])
-        and all(max(touch.lower[d], other.lower[d]) < min(touch.upper[d], other.upper[d]) for d in range(3) if d != n)
-        for other in layout.lines
-    )  # fmt: skip
+    beside = (other for other in layout.lines if other is not line and meet(touch, other))
+    inside = any(touch.lower[n] in (other.lower[n], other.upper[n]) for other in beside)
     return -1.0 if not inside or line.lower[n] == touch.lower[n] else 1.0
 
 
