@@ -284,10 +284,8 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
         )
     for name, limited in zip(FILMS, run.limited.T, strict=True):
         if len(at := np.flatnonzero(limited)):
-            sentences.append(
-                f"the limit V >= 0 held the {name} at {len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to "
-                f"{at[-1] * h:.6g} s"
-            )
+            when = f"{len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
+            sentences.append(f"the limit V >= 0 held the {name} at {when}")
     seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
     if external.step_time < end or not seen:
         seen.append(("final", external.final_temperature))
@@ -301,10 +299,8 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
         for i, element in enumerate(() if state.cycles else FILMS):
             kelvin, watts = getattr(state, f"{element}_K"), getattr(state, f"{element}_power_W")
             if getattr(state, f"{element}_saturated"):
-                sentences.append(
-                    f"{where} the {element} needs no power: it settles at {kelvin:.6g} K instead of the set "
-                    f"{device.control.set_temperature:g} K"
-                )
+                instead = f"{kelvin:.6g} K instead of the set {device.control.set_temperature:g} K"
+                sentences.append(f"{where} the {element} needs no power: it settles at {instead}")
             elif name == "final" and device.control.ground_resistance and run.limited[-20:, i].any():
                 sentences.append(
                     f"{where} the {element}'s loop swings from no voltage on, though it could be held with "
