@@ -87,7 +87,17 @@ def respond(
         given.let_go()
     steady_out = None if steady is None else steady.fine.out
     march = marched(study, bases[0], shift, steady_out, generations)
-    errors, goals, lesser = _judged(study, given, bases, shift, judge, steady_errors, march)
+    if bases[0].follows:
+        given = given.about(tangent(bases[0], march))
+    # One space's factors at a time: these have made all their fields.
+    bases[0].heat.let_go()
+    try:
+        lesser = [beside(study, base, shift, march) for base in bases[1:]]
+    except RunawayInTimeError as runaway:
+        if not bases[0].follows:
+            raise
+        raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
+    errors, goals = Comparison(study, given, judge, march, lesser).errors(steady_errors)
     enough = (1 - ROW_SHARE) * study.accuracy
     if bases[0].follows and (as_it_is or _worst(march, errors) <= enough):
         room = {name: enough * march.scales[name] - error for name, error in errors.items()}
@@ -102,40 +112,6 @@ def respond(
         return response
     early = _early(study, march, lesser[0])
     return replace(response, early={name: error + early[name] for name, error in response.errors.items()})
-
-
-def _judged(
-    study: Study,
-    given: Problems,
-    bases: Sequence[Base],
-    shift: float,
-    judge: Estimator,
-    steady_errors: Mapping[str, float],
-    march: Marched,
-) -> tuple[dict[str, float], list[Spread], Sequence[AnyResponse]]:
-    """Return the errors of a response, the indicators of its goals, and the responses of the lower spaces; arguments
-    as for `respond`."""
-    if bases[0].follows:
-        given = given.about(tangent(bases[0], march))
-    # One space's factors at a time: these have made all their fields.
-    bases[0].heat.let_go()
-    try:
-        lesser = [beside(study, base, shift, march) for base in bases[1:]]
-    except RunawayInTimeError as runaway:
-        if not bases[0].follows:
-            raise
-        raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
-    changes, goals, parts = _by_lower(study, given, judge, march, lesser)
-    changed = changes[0]
-    goals |= _scaled(study, march, goals, parts, changes)
-    power = judge.indicators(given.electric_parts)
-    # Steady errors include the error of the current.
-    of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
-    joule = {name: judge.indicators(each) for name, each in of_joule.items()}
-    electric = {n: 0.0 if steady_errors else Estimator.bound(joule.get(n, power)) for n in march.scales}
-    errors = _errors(study, march, changed, goals, electric, steady_errors)
-    goals = {"power": power} | goal_errors.with_current(goals, joule, power)
-    return errors, [*goals.values()], lesser
 
 
 def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
@@ -155,120 +131,108 @@ def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
     return {name: 2 * sum(each[name] for each in apart) for name in fine}
 
 
-def _by_lower(
-    study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[AnyResponse]
-) -> tuple[list[dict[str, float]], dict[str, Spread], dict[str, Contributions]]:
-    """Return the change of each trace from each lower space to the next; if all spaces are needed, also the indicators
-    of the goals and their contributions."""
-    lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
-    changes = [distance(fine, low) for fine, low in pairwise([march.traces, *lower])]
-    largest = max((changes[0][n] / march.scales[n] for n in changes[0]), default=0.0)
-    if not (lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy):
-        return changes, {}, {}
-    times = _when_worst(study, march, lower, changes)
-    return changes, *_remains(study, given, judge, (march.answer, *lesser), march.scales, times)
+class Comparison:
+    """The errors of a response (``march``) by comparison with the responses ``lesser`` of lower spaces, the highest
+    first."""
 
+    def __init__(
+        self, study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[AnyResponse]
+    ) -> None:
+        self.study, self.given, self.judge, self.march, self.lesser = study, given, judge, march, lesser
+        lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
+        self.pairs = [*pairwise([march.traces, *lower])]
+        self.changes = [distance(fine, low) for fine, low in self.pairs]
 
-def _when_worst(
-    study: Study, march: Marched, lower: Sequence[Quantities], changes: Sequence[Mapping[str, float]]
-) -> np.ndarray:
-    """Return the times (s) of error indicators: the last time, and for each of the ``lower`` spaces the times of the
-    largest change of each rise and of the trace that changes most (after a jump perhaps the entering heat). Two spaces
-    are needed: an even solution may not change at all from one degree to the next."""
-    at = {len(march.checked) - 1}
-    for (fine, low), changed in zip(pairwise([march.traces, *lower]), changes, strict=True):
-        worst = max(changed, key=lambda n: changed[n] / march.scales[n])
-        at |= {int(np.abs(fine[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}}
-    times: np.ndarray = march.checked[sorted(at)]
-    return times
+    def errors(self, steady_errors: Mapping[str, float]) -> tuple[dict[str, float], list[Spread]]:
+        """Return the error of each trace in its unit, and the indicators of the power and of all goals.
 
+        By the mesh it is the largest of the lower space's change, the indicators of its goal and its steady error;
+        errors of the current, of Krylov fields and of extremes' places are added.
+        """
+        study, march, judge = self.study, self.march, self.judge
+        goals, power, errors = self._indicators(), judge.indicators(self.given.electric_parts), {}
+        # Steady errors include the error of the current.
+        joule = {} if steady_errors else {n: judge.indicators(each) for n, each in self._of_joule_heat().items()}
+        for name, scale in march.scales.items():
+            goal = study.trace_goals.get(name, name)
+            of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
+            at_rest = max(of_it or steady_errors.values(), default=0.0)
+            of_space = max(self.changes[0][name], at_rest * scale, Estimator.bound(goals.get(name, [])) * scale)
+            of_current = 0.0 if steady_errors else Estimator.bound(joule.get(name, power)) * scale
+            doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+            errors[name] = of_space + of_current + march.gaps[name] + doubt
+        return errors, [power, *goal_errors.with_current(goals, joule, power).values()]
 
-def _scaled(
-    study: Study,
-    march: Marched,
-    goals: Mapping[str, Spread],
-    parts: Mapping[str, Contributions],
-    changes: Sequence[Mapping[str, float]],
-) -> dict[str, Spread]:
-    """Scale the indicators of each rise by the ratio of the lower spaces' ``changes`` to the contributions, at least 1.
-    The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for long.
-    One of two degrees does not change an even solution, so both degrees count together."""
-    scaled = {}
-    for name in set(study.trace_rises) & set(parts):
-        before = total(parts[name].before)
-        both = (total(parts[name].last) + before) * march.scales[name]
-        count = 2 if before else 1
-        factor = count * sum(change[name] for change in changes) / len(changes) / max(both, 1e-300)
-        scaled[name] = [max(factor, 1.0) * each for each in goals[name]]
-    return scaled
+    def _indicators(self) -> dict[str, Spread]:
+        """Return the indicators of each thermal trace; none where one lower space is enough.
 
+        The indicators of each rise are scaled by the ratio of the lower spaces' changes to the contributions, at least
+        1. The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for
+        long. One of two degrees does not change an even solution, so both degrees count together.
+        """
+        study, march = self.study, self.march
+        largest = max((self.changes[0][n] / march.scales[n] for n in self.changes[0]), default=0.0)
+        if not (self.lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy):
+            return {}
+        goals, parts = self._remains()
+        for name in set(study.trace_rises) & set(parts):
+            before = total(parts[name].before)
+            both = (total(parts[name].last) + before) * march.scales[name]
+            changed = sum(change[name] for change in self.changes) / len(self.changes)
+            factor = (2 if before else 1) * changed / max(both, 1e-300)
+            goals[name] = [max(factor, 1.0) * each for each in goals[name]]
+        return goals
 
-def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, Contributions]:
-    """Return the Joule heat's contributions to each thermal trace, as if the largest voltages acted all the time."""
-    if given.conductor is None:
-        return {}
-    potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
-    (last,) = march.answer.rises(np.array([study.end]))
-    scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
-    duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
-    return goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
+    def _when_worst(self) -> np.ndarray:
+        """Return the times (s) of error indicators: the last time, and for each lower space the times of the largest
+        change of each rise and of the trace that changes most (after a jump perhaps the entering heat). Two spaces are
+        needed: an even solution may not change at all from one degree to the next."""
+        at = {len(self.march.checked) - 1}
+        for (fine, low), changed in zip(self.pairs, self.changes, strict=True):
+            worst = max(changed, key=lambda n: changed[n] / self.march.scales[n])
+            at |= {int(np.abs(fine[n] - low[n]).argmax()) for n in {*self.study.trace_rises, worst}}
+        times: np.ndarray = self.march.checked[sorted(at)]
+        return times
 
+    def _of_joule_heat(self) -> dict[str, Contributions]:
+        """Return the Joule heat's contributions to each thermal trace, as if the largest voltages acted always."""
+        study, given = self.study, self.given
+        if given.conductor is None:
+            return {}
+        potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
+        (last,) = self.march.answer.rises(np.array([study.end]))
+        scales = goal_errors.of_part(study.part, study.trace_goals, self.march.scales)
+        duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
+        return goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
 
-def _errors(
-    study: Study,
-    march: Marched,
-    changed: Mapping[str, float],
-    goals: Mapping[str, Spread],
-    electric: Mapping[str, float],
-    steady_errors: Mapping[str, float],
-) -> dict[str, float]:
-    """Return the error of each trace in its unit: by the mesh the largest of the lower space's change, the indicators
-    of its goal and its steady error; plus errors of the current (relative), of Krylov fields and extremes' places."""
-    errors = {}
-    for name, scale in march.scales.items():
-        goal = study.trace_goals.get(name, name)
-        of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
-        at_rest = max(of_it or steady_errors.values(), default=0.0)
-        of_space = max(changed[name], at_rest * scale, Estimator.bound(goals.get(name, [])) * scale)
-        doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
-        errors[name] = of_space + electric[name] * scale + march.gaps[name] + doubt
-    return errors
+    def _remains(self) -> tuple[dict[str, Spread], dict[str, Contributions]]:
+        """Return for each thermal trace the largest indicators at some times (s), with their contributions; each time
+        counts from the last bend or jump of the inputs."""
+        study, given = self.study, self.given
+        heat, goals, times = given.heat, study.trace_goals, self._when_worst()
+        own_scales = goal_errors.of_part(study.part, goals, self.march.scales)
+        rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate((self.march.answer, *self.lesser))]
+        spreads, worst = dict[str, Spread](), dict[str, Contributions]()
+        knots = np.append(0.0, heat.inputs.knots(study.end))
+        for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
+            fine, low = rises[0][i], rises[1][i]
+            # Without the lowest space, assume equal contributions of both degrees.
+            lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
+            steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
+            apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
+            duals = goal_errors.duals_of(goals, given, fine, time)
+            parts = goal_errors.thermal_parts(given, fine, apart, own_scales, time, duals)
+            smooth = {name: self.judge.indicators(each) for name, each in parts.items()}
+            at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, self.judge)
+            for name, remains in goal_errors.summed(smooth, at_edges).items():
+                if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):
+                    spreads[name], worst[name] = remains, parts[name]
+        return spreads, worst
 
 
 def _worst(march: Marched, errors: Mapping[str, float]) -> float:
     """Return the largest error over its scale."""
     return max(error / march.scales[name] for name, error in errors.items())
-
-
-def _remains(
-    study: Study,
-    given: Problems,
-    judge: Estimator,
-    transients: Sequence[AnyResponse],
-    scales: Mapping[str, float],
-    times: np.ndarray,
-) -> tuple[dict[str, Spread], dict[str, Contributions]]:
-    """Return for each thermal trace the largest indicators at some times (s), with their contributions; each time
-    counts from the last bend or jump of the inputs. ``transients`` are ordered from the highest space down."""
-    heat, goals = given.heat, study.trace_goals
-    own_scales = goal_errors.of_part(study.part, goals, scales)
-    rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
-    spreads, worst = dict[str, Spread](), dict[str, Contributions]()
-    knots = np.append(0.0, heat.inputs.knots(study.end))
-    for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
-        fine, low = rises[0][i], rises[1][i]
-        # Without the lowest space, assume equal contributions of both degrees.
-        lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
-        steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
-        apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
-        duals = goal_errors.duals_of(goals, given, fine, time)
-        parts = goal_errors.thermal_parts(given, fine, apart, own_scales, time, duals)
-        smooth = {name: judge.indicators(each) for name, each in parts.items()}
-        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
-        for name, remains in goal_errors.summed(smooth, at_edges).items():
-            if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):
-                spreads[name], worst[name] = remains, parts[name]
-    return spreads, worst
 
 
 def with_rows(

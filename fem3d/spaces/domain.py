@@ -50,8 +50,7 @@ class Region(NamedTuple):
     ----------
     dimension : 3 for a volume, 2 for a surface, 1 for a line, 0 for a point
     numbers : (n,) array, its cells, facets or edges
-    signs : (n,) array, for a surface: 1 where the positive direction of flows points out of a facet's first cell,
-        else -1
+    signs : (n,) array, for a surface: 1 where positive flows leave a facet's first cell, else -1
     point : coordinates of a point (m)
     parts : names of the parts that restrict a probe, if any
     """
@@ -149,9 +148,7 @@ class Domain(ABC):
         the sign of their normal, cells)."""
         facets = self.facets(item)
         pairs = self.space.mesh.f2t[:, facets]
-        both = (pairs >= 0).all(axis=0)
-        for others in without:
-            both &= ~np.isin(facets, others)
+        both = (pairs >= 0).all(axis=0) & ~np.isin(facets, _every(without))
         both[both] = inside[pairs[:, both]].all(axis=0)
         signs = self.directions(item)[both]
         for side in (0, 1):
