@@ -212,10 +212,6 @@ def plate():
     )
 
 
-def study_of(scene):
-    return probe_quantities.study(scene, symmetry.reduce(clipped(scene)))
-
-
 def swings(state):
     """How far a field that nothing cools is below the start, over its largest rise."""
     space = state.heat.domain.space
@@ -233,7 +229,7 @@ def distance(state, better):
 
 
 def test_field_far_from_probes_has_an_error(plate):
-    study = study_of(plate)
+    study = probe_quantities.study(plate, symmetry.reduce(clipped(plate)))
     found = adapt(study, False)
     state = found.fine.state
     # Against cells of a degree so high that their error doesn't count.

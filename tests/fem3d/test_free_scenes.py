@@ -186,14 +186,12 @@ def test_a_singularity_that_no_mesh_resolves_is_refused_by_its_place_and_power()
     boxes = (Box("good", good, (0.0, 0.0, 0.0), (6.0, 13.0, 5.0)), Box("bad", bad, (0.0, 0.0, 5.0), (6.0, 13.0, 8.0)))
     cold = Boundary("cold", "temperature", (0.0, 13.0, 5.0), (6.0, 13.0, 8.0), 293.0)
     flux = Boundary("flux", "heat_flux", (0.0, 0.0, 0.0), (6.0, 0.0, 5.0), 100.0)
-    scene = Scene("s", boxes, (cold, flux), (Probe("mean", *_corners(boxes[0])),), accuracy=1e-2, steady=True)
+    scene = Scene(
+        "s", boxes, (cold, flux), (Probe("mean", boxes[0].lower, boxes[0].upper),), accuracy=1e-2, steady=True
+    )
     with pytest.raises(NumericsError, match=r"at y = 13 m a given value ends.* to the power 0\.05"):
         solve(scene)
     assert solve(replace(scene, boxes=(boxes[0], replace(boxes[1], material=good)))).steady["mean"].value > 293.0
-
-
-def _corners(box):
-    return box.lower, box.upper
 
 
 def test_a_body_that_only_cools_is_in_balance():

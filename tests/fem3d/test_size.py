@@ -22,6 +22,7 @@ from scenes.errors import NumericsError
 from scenes.free import check
 from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
+from tests.meshes.test_grid import first
 
 UM = 1e-6
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, resistivity=6e-5)
@@ -44,17 +45,13 @@ def plate(pads: int, seed: int = 1, accuracy: float = 1e-2) -> Scene:
     return Scene("plate", tuple(made), tuple(ends), (Probe("middle", middle, middle),), steady=True, accuracy=accuracy)
 
 
-def graded(scene: Scene, accuracy: float) -> grading.Grid:
-    return grading.first_grid(scene, accuracy, grading.features(scene))
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("pads", [2, 4])
 def test_predicted_factor_size_is_within_two(pads):
     """The sizes of a dissection's joins are a power law, and the joins beyond a constant: on plates,
     rows and cubes the predicted entries were 1.0 to 1.4 times the true entries; a third either way is left."""
     scene = plate(pads)
-    grid = graded(scene, 1e-2)
+    grid = first(scene, 1e-2)
     heat = assemble(boxes(scene, grid))
     matrix = heat.stiffness[: heat.free][:, : heat.free]
     true = Factors(matrix, heat.groups[: heat.free], heat.ordering).entries

@@ -14,7 +14,6 @@ from compare.course import cut, windows, worst
 from compare.verdict import COVERS
 from scenes.errors import SceneError
 from scenes.result import Result
-from tests.conftest import Case
 from validate.cli import main
 
 KEYS = ("peak_K", "end_K", "mean_K", "current_A", "power_W")
@@ -164,11 +163,7 @@ def test_the_verdict_counts_what_the_data_are_known_to(case):
         (check,) = evaluate(case.sink, known, case.fem3d)
         assert check.verdict == verdict
         # All of u is shared by the rows: they do not scatter, and a mean is no more certain than one row.
-        assert check.u_data == pytest.approx(u / check_scale(case), rel=0.1)
-
-
-def check_scale(case: Case) -> float:
-    return case.fem3d.steady["end_rise_K"].value
+        assert check.u_data == pytest.approx(u / case.fem3d.steady["end_rise_K"].value, rel=0.1)
 
 
 @pytest.mark.usefixtures("no_solver")

@@ -10,14 +10,13 @@ from scipy.integrate import solve_ivp
 
 from reduced1d import ladder
 from reduced1d.ladder.beam import Anchor, moment_fields
-from reduced1d.ladder.beam import fin as sparse_fin
-from reduced1d.ladder.few_states import FewStates, Trajectory, largest_drive, lumps, steady, steady_state
+from reduced1d.ladder.few_states import Trajectory, largest_drive, lumps, steady, steady_state
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.plate import factorize
 from scenes.errors import RunawayError, SceneError
 from scenes.sink import SILICON, Drive, Sink
 from tests.fin import fin_runaway_voltage, solve_fin
-from tests.reduced1d import relative
+from tests.reduced1d import fin, relative
 
 FALLING = replace(SILICON, temperature_coefficient=-1e-3)
 CONSTANT = replace(SILICON, temperature_coefficient=0.0)
@@ -30,12 +29,6 @@ SINKS = {
     "air": Sink(voltage=2.0, convection_coefficient=300.0),
 }
 TIMES = np.concatenate([[0.0], np.geomspace(1e-6, 0.02, 60)])
-
-
-def fin(sink: Sink, anchor: Anchor) -> FewStates:
-    """The fin in all its modes."""
-    model = sparse_fin(sink, anchor)
-    return model.on(np.eye(model.states)).in_modes()
 
 
 def bare(resistance: float) -> Anchor:

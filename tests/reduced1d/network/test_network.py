@@ -9,23 +9,16 @@ import pytest
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.beam import Anchor
-from reduced1d.ladder.beam import fin as sparse_fin
-from reduced1d.ladder.few_states import FewStates, steady
+from reduced1d.ladder.few_states import steady
 from reduced1d.network import solve
 from reduced1d.network.model import Model, table
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.errors import RunawayError, SceneError
 from scenes.loading import load
 from scenes.result import Result
-from scenes.sink import Sink
+from tests.reduced1d import fin
 from tests.reduced1d.network.scenes import COLD, LONG, RHO, THICK, WIDE, C, box, flat, material, over, scene
 from tests.reduced1d.network.test_closed_forms import AREA, BAR, FILM, LEFT, OHM, cooled_wire, over_time, rises
-
-
-def fin(sink: Sink, anchor: Anchor) -> FewStates:
-    """The fin in all its modes."""
-    model = sparse_fin(sink, anchor)
-    return model.on(np.eye(model.states)).in_modes()
 
 
 def test_the_anchor_and_the_rises_of_the_fin_on_it():
