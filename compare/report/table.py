@@ -149,16 +149,6 @@ class Section:
                 lines += [wrapped(part, "  ")] if isinstance(part, str) else [wrapped(s, "  ", "    ") for s in part]
         return "\n".join(lines) if self.filled else ""
 
-    def markdown(self) -> list[str]:
-        """The lines under a heading."""
-        lines = [f"## {self.title}", ""]
-        for part in self.filled:
-            if isinstance(part, Table):
-                lines += part.markdown()
-            else:
-                lines += [part, ""] if isinstance(part, str) else [*(f"- {item}" for item in part), ""]
-        return lines if self.filled else []
-
     def html(self) -> str:
         """Format for a page, under a heading; empty without content."""
 
