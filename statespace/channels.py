@@ -90,15 +90,12 @@ def driven(scene: Any, values_by_name: Mapping[str, Value]) -> Any:
 
 def apart(scene: AnyScene, inputs: tuple[Channel, ...]) -> AnyScene:
     """Give every channel a schedule of its own, with a first time before the start that no other has."""
-    return driven(scene, {c.name: schedule(c, k) for k, c in enumerate(inputs)})
-
-
-def schedule(channel: Channel, number: int) -> Schedule:
-    """Schedule of a channel's values, unlike the schedule of any other."""
-    value = channel.value
-    times, levels = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
-    first = min(-1.0, *times, 0.0) - 1.0 - number
-    return Schedule((first, *times), levels if not times else (levels[0], *levels))
+    schedules = {}
+    for number, c in enumerate(inputs):
+        value = c.value if isinstance(c.value, Schedule) else Schedule((0.0,), (c.value,))
+        first = min(-1.0, *value.times) - 1.0 - number
+        schedules[c.name] = Schedule((first, *value.times), (value.values[0], *value.values))
+    return driven(scene, schedules)
 
 
 def scenarios(scene: AnyScene, inputs: tuple[Channel, ...]) -> dict[str, AnyScene]:

@@ -27,7 +27,6 @@ from scenes.result import Result
 from statespace.runtime import CompactModel, Given
 
 SOONER = 3.0  # the first shift of responses over time is the earliest time over this
-DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
 Times = tuple[float, float] | None
 """The earliest time and the slowest response (s) of a model; None of a model of the steady state."""
@@ -194,36 +193,6 @@ class StateSpace:
         weighed = np.linalg.cholesky(np.eye(n) / whole**2 + read.T @ read)
         ordered = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
         return np.linalg.qr(np.linalg.solve(weighed.T, ordered))[0]
-
-
-def orthonormal(mass: Any, fields: np.ndarray) -> np.ndarray:
-    """Make fields (n, r) orthonormal in the mass matrix, without dependent fields.
-
-    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky, which is
-    enough for fields that are nearly orthonormal.
-    """
-    weighted = mass @ fields
-    products = fields.T @ weighted
-    if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
-        fields = _independent(fields, weighted)
-        products = fields.T @ (mass @ fields)
-    return np.linalg.solve(np.linalg.cholesky(products), fields.T).T
-
-
-def _independent(fields: np.ndarray, weighted: np.ndarray) -> np.ndarray:
-    """The fields made orthonormal in their order, without dependent ones, given their products with the mass matrix."""
-    kept, dual = (np.empty(fields.shape, order="F") for _ in range(2))
-    r = 0
-    for u, v in zip(fields.T, weighted.T, strict=True):
-        size = float(u @ v)
-        for _ in range(2):
-            along = dual[:, :r].T @ u
-            u, v = u - kept[:, :r] @ along, v - dual[:, :r] @ along
-        remaining = float(u @ v)
-        if remaining > DEPENDENT**2 * size:
-            kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
-            r += 1
-    return kept[:, :r]
 
 
 @dataclass(frozen=True, eq=False)

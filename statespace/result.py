@@ -237,10 +237,9 @@ def _possible(device: Device, temperature: float) -> bool:
 
 @dataclass(frozen=True)
 class Settling:
-    """``time`` in s after ``start`` (s) from when on ``quantity`` stays within ``band`` of ``target`` (in its unit),
+    """``time`` in s after ``start`` (s) from when on a quantity stays within ``band`` of ``target`` (in its unit),
     to the next outer step or the end; infinite where it is outside at the last sample."""
 
-    quantity: str
     start: float
     target: float
     band: float
@@ -275,14 +274,10 @@ def settling(device: Device, result: DeviceResult, quantity: str, fraction: floa
     first, last = getattr(result.before, quantity), getattr(result.after, quantity)
     cold = device.sink.room_temperature if quantity.endswith("_K") else 0.0
     i = int(np.searchsorted(time, external.step_time - 1e-9 * device.control.sample_time))
-    settlings = []
-    if i > 1:
-        settlings.append(_after(quantity, time[:i], values[:i], first, fraction * abs(first - cold)))
-    if i < len(time) - 1:
-        change = abs(last - first) if abs(last - first) > BAND * abs(last - cold) else abs(last - cold)
-        settlings.append(_after(quantity, time[i:], values[i:], last, fraction * change))
-    return tuple(settlings)
-
-
-def _after(quantity: str, time: np.ndarray, values: np.ndarray, target: float, band: float) -> Settling:
-    return Settling(quantity, float(time[0]), target, band, settling_time(time, values, target, band))
+    step = abs(last - first) if abs(last - first) > BAND * abs(last - cold) else abs(last - cold)
+    parts = [(slice(i), first, abs(first - cold))] * (i > 1) + [(slice(i, None), last, step)] * (i < len(time) - 1)
+    return tuple(
+        Settling(float(time[at][0]), target, fraction * change,
+                 settling_time(time[at], values[at], target, fraction * change))
+        for at, target, change in parts
+    )  # fmt: skip

@@ -40,6 +40,7 @@ from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.results.probes import reading
 from fem3d.solution import transient
+from fem3d.solution.reduced import orthonormal
 from fem3d.solution.tangent import Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces.domain import Domain, box_cells, boxes, groups
@@ -50,7 +51,6 @@ from scenes import physics
 from scenes.errors import NumericsError, SceneError
 from scenes.model import ROUNDING, AnyScene, MeshScene, Scene
 from scenes.result import Estimate
-from statespace.reduction import orthonormal
 
 TOGETHER = 1e-6
 """Faces in one plane move together where their displacements differ by less than this fraction of the largest one."""
@@ -389,4 +389,4 @@ class _Solver:
         # The errors of both multiply: half as many generations of the dual fields suffice.
         halves = (bare, generations), (dual, generations // 2)
         spaces = [Krylov(each, self._shift, earliest).fields(count) for each, count in halves]
-        return orthonormal(base.heat.inner_mass, np.column_stack(spaces))
+        return orthonormal(base.heat, np.column_stack(spaces))

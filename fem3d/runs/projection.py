@@ -12,12 +12,12 @@ import numpy as np
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.results.probes import Voltmeter, reading
-from fem3d.solution.reduced import Reduced
+from fem3d.solution.reduced import Reduced, orthonormal
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
 from scenes.model import UNITS
 from statespace.channels import Channel
-from statespace.reduction import SOONER, Row, StateSpace, Times, orthonormal
+from statespace.reduction import SOONER, Row, StateSpace, Times
 
 FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
 
@@ -79,7 +79,7 @@ def krylov_fields(heat: HeatProblem, loads: list[np.ndarray], times: Times, enou
         for shift in missing:
             solve = heat.solve_shifted(shift)
             fields += [solve(load) for load in inner]
-        basis = orthonormal(heat.inner_mass, np.column_stack(fields))
+        basis = orthonormal(heat, np.column_stack(fields))
         between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
         missing = [g for g in between if _residual(heat, basis, np.column_stack(inner), g) > enough]
         if not missing or len(shifts) >= MOST:

@@ -25,7 +25,6 @@ import numpy as np
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Pattern
-from statespace.reduction import DEPENDENT, orthonormal
 
 Split = tuple[np.ndarray, np.ndarray]
 """Cold (channels, m, m) and warm (m, m, r): a sum over boxes or nodes of the Joule heat of pairs of current fields."""
@@ -134,6 +133,9 @@ class _Body(NamedTuple):
         return cold, warm
 
 
+DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
+
+
 @dataclass(frozen=True, eq=False)
 class Reduced(JouleHeat):
     """Reduced matrices, and the Joule heat of the current fields, which form A; ``basis`` (free nodes, r) is
@@ -219,7 +221,7 @@ def project(
     heat: HeatProblem, conductor: Conductor | None, temperatures: np.ndarray, patterns: Sequence[Pattern] = ()
 ) -> Reduced:
     """The reduced problem on temperature fields (free nodes, r) and current fields."""
-    basis = orthonormal(heat.inner_mass, temperatures)
+    basis = orthonormal(heat, temperatures)
     n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(lifts):
@@ -253,3 +255,33 @@ def _given_currents(
     # A current far below the others, as in a wire that only senses, is their rounding error.
     kept = sizes > DEPENDENT * max(abs(current) for p in patterns for current in p.currents.values())
     return sizes[kept, None] * v[kept], given @ u[:, kept]
+
+
+def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
+    """Make fields (free nodes, r) orthonormal in the mass matrix, without dependent fields.
+
+    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky, which is
+    enough for fields that are nearly orthonormal.
+    """
+    weighted = heat.inner_mass @ fields
+    products = fields.T @ weighted
+    if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
+        fields = _independent(fields, weighted)
+        products = fields.T @ (heat.inner_mass @ fields)
+    return np.linalg.solve(np.linalg.cholesky(products), fields.T).T
+
+
+def _independent(fields: np.ndarray, weighted: np.ndarray) -> np.ndarray:
+    """The fields made orthonormal in their order, without dependent ones, given their products with the mass matrix."""
+    kept, dual = (np.empty(fields.shape, order="F") for _ in range(2))
+    r = 0
+    for u, v in zip(fields.T, weighted.T, strict=True):
+        size = float(u @ v)
+        for _ in range(2):
+            along = dual[:, :r].T @ u
+            u, v = u - kept[:, :r] @ along, v - dual[:, :r] @ along
+        remaining = float(u @ v)
+        if remaining > DEPENDENT**2 * size:
+            kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
+            r += 1
+    return kept[:, :r]
