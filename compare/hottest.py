@@ -131,7 +131,7 @@ def moments(traces: Traces | None, most: int = MOST) -> np.ndarray:
 def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
     """The hottest place and moment of each material: of the steady state, if there is one, and of some times (s)."""
     hottest: dict[str, Hottest] = {}
-    corners = {name: np.unique(fields.hexes[fields.material == k]) for k, name in enumerate(fields.material_names)}
+    corners = {name: np.unique(fields.cells[fields.material == k]) for k, name in enumerate(fields.material_names)}
     if fields.has_steady:
         hottest = {name: (float(fields.steady[at].max(initial=-np.inf)), None) for name, at in corners.items()}
     for time, temperatures in _snapshots(fields, times):

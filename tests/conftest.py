@@ -72,11 +72,7 @@ def stand_in(
         "anchor_resistance_K_per_W": resistance, "end_flow_W": fin.end_rise / resistance,
     }  # fmt: skip
     y = np.linspace(0.0, sink.length, 401)
-    points = np.array(
-        [[x, y, z] for z in (0, sink.thickness) for y in (0, sink.length) for x in (0, sink.width)], float
-    )
     fields = StandInFields(sink)
-    fields.points = points
     return Result(
         "fem3d",
         {key: Estimate(value, 1e-4 * abs(value)) for key, value in values.items()},
@@ -92,30 +88,28 @@ def stand_in(
 class StandInFields:
     """One cell the size of the beam, as ``fem3d.results.fields.Fields``; the steady rise is 7 K, and less over time."""
 
-    points = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
-    hexes = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
     cells = np.arange(27)[None]
-    material = cell_material = np.array([0])
+    material = np.array([0])
     material_names = ("silicon",)
     cell_type = "hexahedron27"
     has_steady = True
-    steady = np.linspace(293.0, 300.0, 8)
+    steady = np.linspace(293.0, 300.0, 27)
 
     def __init__(self, sink: Sink) -> None:
         from fem3d.results.fields import _hexahedron
 
         places, order, *_ = _hexahedron()
         places = places[order]
-        self._sink, self.cell_points = sink, places * [sink.width, sink.length, sink.thickness]
+        self._sink, self.points = sink, places * [sink.width, sink.length, sink.thickness]
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        return np.full((len(times), 8), 293.0)
+        return np.full((len(times), 27), 293.0)
 
     def ceiling(self, times: np.ndarray) -> float:
         return float(np.inf)
 
     def snapshot(self, time: float | None) -> SimpleNamespace:
-        y = self.cell_points[:, 1] / self._sink.length
+        y = self.points[:, 1] / self._sink.length
         rise = 7.0 if time is None else 6.0 / (1.0 + time / 1e-3)
         return SimpleNamespace(
             temperature=self._sink.room_temperature + rise * y, potential=1 - y, distance=1e-3,

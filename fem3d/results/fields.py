@@ -3,7 +3,7 @@
 A file for other programs holds quadratic cells at most. So a brick of degree p is cut along each axis into ceil(p/2)
 quadratic pieces, which have at least p + 1 nodes along it; cells of mesh files and tetrahedra are kept whole. A field
 is interpolated at the nodes of second order, and the distance of this interpolant from the solution is measured between
-the nodes. Pictures connect the same nodes by linear hexahedra. Traces have as few times as linear interpolation between
+the nodes. Traces have as few times as linear interpolation between
 them allows.
 """
 
@@ -12,11 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, pairwise, product
+from itertools import pairwise
 
 import numpy as np
 from skfem import ElementHex2, ElementTetP2
-from skfem.refdom import RefTet
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -101,10 +100,9 @@ class Fields:
     Attributes
     ----------
     cell_type : meshio's name of the cells
-    points : (n, 3) array in m, of pictures
-    hexes : (m, 8) array, linear hexahedra of pictures by the numbers of their points, in VTK's order
-    material : (m,) array, the material of each of these hexahedra
-    cell_points, cells, cell_material : points, quadratic cells and their materials of files
+    points : (n, 3) array in m
+    cells : (m, 27) or (m, 10) array, the points of the quadratic cells, in VTK's order
+    material : (m,) array, the material of each cell
     material_names : names of the materials, by their numbers
     """
 
@@ -115,7 +113,7 @@ class Fields:
         self._domain, self._space, self._planes = heat.domain, heat.domain.space, symmetry.planes
         simplex = len(self._space.mesh.t) == 4
         self.cell_type, self._element = ("tetra10", ElementTetP2()) if simplex else ("hexahedron27", ElementHex2())
-        self._places, self._order, self._hexes, self._flipped = _tetrahedron() if simplex else _hexahedron()
+        self._places, self._order, self._flipped = _tetrahedron() if simplex else _hexahedron()
         self.material_names = list(dict.fromkeys(m.name for m in self._domain.materials))
         self._levels = [  # the potentials of the mirror planes
             next((b.value for b in symmetry.scene.boundaries if b.name == f"symmetry-{'xyz'[axis]}"), 0.0)
@@ -149,9 +147,9 @@ class Fields:
         return np.concatenate(values, axis=-2)
 
     @cached_property
-    def _numbered(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-        """Places (points, 3) in m, the node (points,) of all images that each is, the points (images, pieces, nodes)
-        of the nodes, and how many points are of files, which come first."""
+    def _numbered(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places (points, 3) in m, the node (points,) of all images that each is, and the points (images, pieces,
+        nodes) of the nodes."""
         mapping, random = self._space.mesh.mapping(), np.random.default_rng(0)
         at = np.concatenate([
             mapping.F((low[:, None] + sides * self._places).reshape(-1, 3).T, tind=cells)
@@ -167,44 +165,27 @@ class Fields:
         size = ROUNDING * float(np.ptp(at, axis=(1, 2, 3)).max())
         # Round coordinates are not at the border of two intervals of this length.
         whole = np.floor(np.array([*(at / size), *(np.array(values) / ROUNDING)]) + 0.1234).astype(np.int64)
-        key = np.tensordot(random.integers(1, 2**62, size=5) * 2 + 1, whole, 1).view(np.uint64) // np.uint64(2)
-        key[..., len(self._element.doflocs) :] += np.uint64(2**63)
-        different, first, number = np.unique(key, return_index=True, return_inverse=True)
-        of_files = int(np.searchsorted(different, np.uint64(2**63)))
-        return at.reshape(3, -1)[:, first].T, first, number.reshape(key.shape), of_files
+        key = np.tensordot(random.integers(1, 2**62, size=5) * 2 + 1, whole, 1)
+        first, number = np.unique(key, return_index=True, return_inverse=True)[1:]
+        return at.reshape(3, -1)[:, first].T, first, number.reshape(key.shape)
 
     @cached_property
-    def _nodes(self) -> np.ndarray:
-        """(images pieces, nodes): the points of the nodes, in an order that turns no cell inside out."""
+    def cells(self) -> np.ndarray:
+        """The points of the cells, in an order that turns none inside out."""
         number = self._numbered[2]
         middle = self._space.mesh.refdom.p.mean(axis=1, keepdims=True)
         inverted = self._space.mesh.mapping().detDF(middle)[self._cell, 0] < 0
         odd = np.array([image.bit_count() % 2 == 1 for image in range(len(number))])
         flipped = (odd[:, None] != inverted)[..., None]
-        return np.where(flipped, number[..., self._flipped], number).reshape(-1, len(self._places))
+        turned = np.where(flipped, number[..., self._flipped], number)
+        return turned.reshape(-1, len(self._places))[:, self._order]
 
     @property
     def points(self) -> np.ndarray:
         return self._numbered[0]
 
-    @cached_property
-    def hexes(self) -> np.ndarray:
-        return self._nodes[:, self._hexes].reshape(-1, 8)
-
     @property
     def material(self) -> np.ndarray:
-        return np.repeat(self.cell_material, len(self._hexes))
-
-    @property
-    def cell_points(self) -> np.ndarray:
-        return self.points[: self._numbered[3]]
-
-    @property
-    def cells(self) -> np.ndarray:
-        return self._nodes[:, self._order]
-
-    @property
-    def cell_material(self) -> np.ndarray:
         number = np.array([self.material_names.index(m.name) for m in self._domain.materials])
         return np.tile(number[self._domain.body[self._cell]], 2 ** len(self._planes))
 
@@ -248,8 +229,8 @@ class Fields:
             rise, inputs = state.rise, heat.inputs.at(0.0)
         else:
             rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(time)
-        number, count = self._numbered[1:3], self._numbered[3]
-        kelvins, potential = self._kelvins(rise)[:count], np.full(count, np.nan)
+        number = self._numbered[1:]
+        kelvins, potential = self._kelvins(rise), np.full(len(self.points), np.nan)
         conductor, electric = self._conductor, None
         if conductor is not None:
             electric = conductor.solve(rise, inputs @ conductor.voltages).potential
@@ -257,7 +238,7 @@ class Fields:
             for (_, _, parity), level in zip(self._planes, self._levels, strict=True):
                 image = values if parity == "even" else 2 * float(heat.inputs.split(level) @ inputs) - values
                 values = np.concatenate([values, image])
-            live = np.unique(number[1][:, self._domain.live[self._cell], : len(self._element.doflocs)])
+            live = np.unique(number[1][:, self._domain.live[self._cell]])
             potential[live] = values.ravel()[number[0][live]]
         density, heating, distance = self._means(heat.field(rise), electric)
         for value, cells in self._domain.sources:
@@ -289,7 +270,7 @@ class Fields:
             some = rule((low[:, None] + sides * X).reshape(-1, 3).T, np.tile(w, len(low)), self._space.at)
             on, pieces = Cells(self._space, cells, some), slice(start, start := start + len(cells) * len(low))
             rise = on.value(field)
-            off = nodal[pieces, : len(shape)] @ shape - rise.reshape(-1, len(X))
+            off = nodal[pieces] @ shape - rise.reshape(-1, len(X))
             distance = max(distance, BETWEEN * float(np.abs(off).max()))
             live = np.flatnonzero(row[cells] >= 0)
             if conductor is None or potential is None or not len(live):
@@ -309,28 +290,20 @@ class Fields:
         return density, heating, distance
 
 
-def _hexahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The nodes (27, 3) of the reference hexahedron, their order (27,) in VTK, the linear hexahedra (8, 8) between
-    them, and the nodes (27,) of its mirror image."""
+def _hexahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The nodes (27, 3) of the reference hexahedron, their order (27,) in VTK, and the nodes of its mirror image."""
     places = np.asarray(ElementHex2().doflocs)
     number = {tuple(p): n for n, p in enumerate((2 * places).astype(int).tolist())}
-    hexes = [[number[i + a, j + b, k + c] for a, b, c in CORNERS] for i, j, k in product((0, 1), repeat=3)]
     flipped = np.array([number[2 - i, j, k] for i, j, k in number])
     corners = 2 * np.array(CORNERS)
     middles = [(corners[a] + corners[b]) // 2 for a, b in EDGES]
     order = [number[tuple(p)] for p in np.array([*corners, *middles, *FACES, (1, 1, 1)]).tolist()]
-    return places, np.array(order), np.array(hexes), flipped
+    return places, np.array(order), flipped
 
 
-def _tetrahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The same for a tetrahedron: its nodes (15, 3) are the nodes of second order (10, 3), then the middles of faces
-    and cell; a linear hexahedron (4, 8) at each corner."""
-    corners, every = np.vstack([np.zeros(3), np.eye(3)]), range(4)
-    sets = [frozenset(x) for x in (*((a,) for a in every), *RefTet.edges, *combinations(every, 3), every)]
-    hexes = []
-    for a, b, c, d in ((0, 1, 2, 3), (1, 0, 3, 2), (2, 3, 0, 1), (3, 2, 1, 0)):  # even orders: all turn alike
-        hexes.append([sets.index(frozenset({a} | {n for n, on in zip((b, c, d), at, strict=True) if on}))
-                      for at in CORNERS])  # fmt: skip
-    swapped = [sets.index(frozenset({0: 1, 1: 0}.get(n, n) for n in each)) for each in sets]
-    places = np.array([corners[list(each)].mean(axis=0) for each in sets])
-    return places, np.arange(10), np.array(hexes), np.array(swapped)
+def _tetrahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same for a tetrahedron of 10 nodes, whose first two corners the mirror image exchanges."""
+    places = np.asarray(ElementTetP2().doflocs)
+    mirrored = np.column_stack([1 - places.sum(axis=1), places[:, 1:]])
+    flipped = np.abs(mirrored[:, None] - places).sum(axis=2).argmin(axis=1)
+    return places, np.arange(10), flipped

@@ -124,7 +124,7 @@ def test_a_conductor_on_a_mesh_file_is_the_stretched_one(tmp_path):
 
 def volumes(fields):
     """(cells,) in m3."""
-    corners = fields.cell_points[fields.cells]
+    corners = fields.points[fields.cells]
     if fields.cells.shape[1] == 27:
         return np.ptp(corners, axis=1).prod(axis=1)
     return np.abs(np.linalg.det(corners[:, 1:4] - corners[:, :1])) / 6

@@ -145,7 +145,7 @@ def test_fields_show_the_jump(mesh, tmp_path):
     both = [expected["temperature a"], expected["temperature b"]]
     assert np.unique(fields.steady[on].round(6)) == pytest.approx(both)
     snapshot = fields.snapshot(None)
-    on = np.isclose(fields.cell_points[:, 0], LENGTH, rtol=1e-9)
+    on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-9)
     assert np.unique(snapshot.temperature[on].round(6)) == pytest.approx(both)
     assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(
         [expected["potential b"], expected["potential a"]]

@@ -240,7 +240,7 @@ def test_pictures_have_the_heat_of_the_law():
     ]
     result = solve(from_dict(given))
     fields = result.details["fields"]
-    sides = np.ptp(fields.cell_points[fields.cells], axis=1)
+    sides = np.ptp(fields.points[fields.cells], axis=1)
     heat = float(fields.snapshot(None).heat_source @ sides.prod(axis=1))
     assert heat == pytest.approx(0.5 * abs(result.steady["current"].value), rel=2e-3)
     assert heat < 0.95 * 0.5**2 / RHO / LENGTH * 2e-11

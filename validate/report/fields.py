@@ -39,7 +39,7 @@ def write_fields(folder: Path, result: Result, times: np.ndarray, ambient: float
     import pyvista as pv
 
     fields = result.details["fields"]
-    bare = pv.UnstructuredGrid({_TYPES[fields.cell_type]: fields.cells}, fields.cell_points)
+    bare = pv.UnstructuredGrid({_TYPES[fields.cell_type]: fields.cells}, fields.points)
     for number, material in enumerate(fields.material_names):
         bare.field_data[f"material_{material}"] = np.array([number], np.int32)
     moments = [*[None] * fields.has_steady, *map(float, times)]
@@ -52,7 +52,7 @@ def write_fields(folder: Path, result: Result, times: np.ndarray, ambient: float
         point = {"temperature": snapshot.temperature, "rise": rise, "potential": snapshot.potential}
         for array, values in point.items():
             grid.point_data[ARRAYS[array]] = values
-        grid.cell_data["material"] = np.asarray(fields.cell_material, np.int32)
+        grid.cell_data["material"] = np.asarray(fields.material, np.int32)
         for array in ("current_density", "heat_source"):
             grid.cell_data[ARRAYS[array]] = getattr(snapshot, array)
         (folder / name).write_text(_as_xml(grid), encoding="utf-8")

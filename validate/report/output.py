@@ -157,7 +157,7 @@ def field_of(outcome: Outcome[Any]) -> Field:
     import numpy as np
 
     scene, fields = outcome.scene, outcome.solved.details["fields"]
-    kelvins, cells = fields.steady, (fields.points, fields.hexes)
+    kelvins, cells = fields.steady, (fields.points, fields.cells)
     if scene.kind == "sink":
         room, beam = scene.room_temperature, "beam" if scene.spans == 1 else "spans of"
         size = " x ".join(f"{side * 1e6:.4g}" for side in (scene.length, scene.width, scene.thickness))

@@ -50,7 +50,7 @@ def test_it_is_said_everywhere_and_only_where_it_is_so(command, capsys):
 def test_the_hottest_place_and_moment_of_each_material():
     """Two cells: one holds its steady 400 K, the other is hottest in between."""
     fields = SimpleNamespace(
-        hexes=np.arange(16).reshape(2, 8), material=np.array([0, 1]), material_names=["a", "b"], has_steady=True,
+        cells=np.arange(16).reshape(2, 8), material=np.array([0, 1]), material_names=["a", "b"], has_steady=True,
         steady=np.repeat([400.0, 300.0], 8),
         at=lambda times: np.stack([np.repeat([350.0, 300 + 1000 * t * (1 - t)], 8) for t in times]),
     )  # fmt: skip

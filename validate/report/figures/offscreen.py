@@ -25,18 +25,17 @@ def warm_up() -> None:
     plotter.close()
 
 
-def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
+def render(points: np.ndarray, cells: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
     """Return the image (rows, columns, 3) uint8 without white margins, seen from above one side.
 
-    ``points`` (n, 3) are in m, ``hexes`` (m, 8), ``rise`` (n,) in K; z is drawn ``factor`` times as large. Faces to the
-    top have the scale's own colours, others are darker by where they face.
+    ``points`` (n, 3) are in m, ``cells`` as in `render.Field`, ``rise`` (n,) in K; z is drawn ``factor`` times as
+    large. Faces to the top have the scale's own colours, others are darker by where they face.
     """
     drawn = points * [1e6, 1e6, 1e6 * factor]
-    cells = np.column_stack([np.full(len(hexes), 8), hexes]).ravel()
-    grid = pv.UnstructuredGrid(cells, np.full(len(hexes), pv.CellType.HEXAHEDRON), drawn)
+    kind = pv.CellType.QUADRATIC_TETRA if cells.shape[1] == 10 else pv.CellType.TRIQUADRATIC_HEXAHEDRON
+    grid = pv.UnstructuredGrid({kind: cells}, drawn)
     grid.point_data["rise"] = rise
-    # Mirror images share no points; merged, their common faces are no longer part of the surface.
-    surface = grid.clean(tolerance=1e-9).extract_surface(algorithm="dataset_surface")
+    surface = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=2)
     colours = table()
     lookup = pv.LookupTable(n_values=len(colours))
     lookup.values = np.column_stack([colours, np.full(len(colours), 255)]).astype(np.uint8)

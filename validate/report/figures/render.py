@@ -25,7 +25,7 @@ class Field:
     Attributes
     ----------
     points : (n, 3) in m
-    hexes : (m, 8), numbers of points
+    cells : (m, 27) or (m, 10), the points of quadratic hexahedra or tetrahedra, in VTK's order
     rise : (n,) in K, above the first value of the colour scale
     title, under : title of the picture and texts below it
     height : name of the z axis
@@ -34,7 +34,7 @@ class Field:
     """
 
     points: np.ndarray
-    hexes: np.ndarray
+    cells: np.ndarray
     rise: np.ndarray
     title: str
     height: str
@@ -82,7 +82,7 @@ class Renderer:
     def send(self, field: Field) -> None:
         """Give the process the field; return at once."""
         if (worker := self._worker) is not None:
-            given = field.points, field.hexes, field.rise, field.factor
+            given = field.points, field.cells, field.rise, field.factor
             self._image = self._thread.submit(lambda: worker.run(PATIENCE, _offscreen, "render", *given))
 
     def image(self) -> np.ndarray | None:
