@@ -16,11 +16,6 @@ from scenes.errors import NumericsError
 from scenes.model import ROUNDING
 
 WIDEST = np.radians(140.0)  # angle of a triangle
-# Of other tiles, on one side of a tile: with more, fans of triangles fill in the factors, and errors are no smaller.
-MOST_CORNERS = 2
-# A tile with more is cut across its longer axis, so that the next tiles get larger, but if it is so many times
-# longer than wide: then cuts through its whole length are fewer.
-THIN = 4.0
 MOST_ROUNDS = 200  # of cuts that follow from others
 # A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends.
 MIDDLE = 0.25
@@ -164,16 +159,8 @@ class Tiles:
         )
 
     def _wrong(self) -> np.ndarray:
-        """(tiles,): along which axis each is to be cut, as many corners lie on a side (`MOST_CORNERS`), or else as a
-        triangle has a wide angle; -1 for none."""
-        counts = np.array([(s[..., 1] - s[..., 0]).max(axis=1) for s in map(self._on_sides, range(2))])
+        """(tiles,): along which axis each is to be cut, as a triangle has a wide angle; -1 for none."""
         longer = self.sizes.argmax(axis=1)
-        crowded = counts > MOST_CORNERS
-        if crowded.any():
-            along = counts.argmax(axis=0)
-            rows = np.arange(len(along))
-            over = self.sizes[rows, 1 - along] / self.sizes[rows, along]
-            return np.where(crowded.any(axis=0), np.where((over > 1) & (over <= THIN), 1 - along, along), -1)
         triangles, tiles = self.triangles
         corners = self.points[triangles]
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
@@ -191,7 +178,8 @@ class Tiles:
         by_first = np.argsort(places[:, 0] * len(values[1]) + places[:, 1])
         level, upright = self._on_sides(0), self._on_sides(1)
         chains = []
-        along, every = np.arange(len(places)), np.arange(1 + MOST_CORNERS)
+        along = np.arange(len(places))
+        every = np.arange(1 + int(max((s[..., 1] - s[..., 0]).max() for s in (level, upright))))
         for inner, numbers, back in (
             (level[:, 0], along, False), (upright[:, 1], by_first, False),
             (level[:, 1], along, True), (upright[:, 0], by_first, True),
