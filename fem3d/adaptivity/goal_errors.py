@@ -25,18 +25,15 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import BeyondLawError, NumericsError
 
-Duals = dict[str, list[np.ndarray]]
-"""For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""
 # Least error bound of a rise over the largest one, both relative: without it the mean rise of the Joule-heated bar of
 # `validate verify` was off by 280 times its bound.
 OF_WORST = 0.1
 
 
-def steady_parts(
-    study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float], duals: Duals
-) -> dict[str, Contributions]:
+def steady_parts(study: Study, fine: Solution, low: Solution, duals: Duals) -> dict[str, Contributions]:
     """Return the contributions of degrees p - 1 and p to each goal, over its scale; ``duals`` are of the fine rise."""
-    heat, state = given.heat, low.state
+    given, scales, state = duals.given, duals.scales, low.state
+    heat = given.heat
     if not physics.heat(given.domain.scene):
         return _potentials(study, given, scales)
     source = heat.loads[0].copy()
@@ -52,91 +49,100 @@ def steady_parts(
         to_lowest = lowest.take(heat.field(balanced))
         rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
         residuals.insert(0, balanced - heat.stiffness @ given.lifted(rise, 0))
-    thermal = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
-    return thermal | _potentials(study, given, scales)
+    return duals.thermal(residuals) | _potentials(study, given, scales)
 
 
-def thermal_parts(
-    given: Problems,
-    rise: np.ndarray,
-    residuals: Sequence[np.ndarray],
-    scales: Mapping[str, float],
-    time: float | None,
-    duals: Duals,
-) -> dict[str, Contributions]:
-    """Return the contributions to each thermal goal, over its scale, from the residuals (all nodes) of the two lower
-    spaces; ``rise``, ``time`` and ``duals`` as for `duals_of`."""
-    heat, space, parts = given.heat, given.domain.space, dict[str, Contributions]()
-    depth, residual_fields = space.depth[heat.order], heat.field(np.array(residuals))
-    sizes = degree_products(heat.stiffness, rise, depth)
-    if time is not None:
-        sizes += degree_products(heat.mass, rise, depth) / time
-    free = [h.order[: h.free] for h in given.heats]
-    tested = []
-    # The linearization about a law has its heat by function only, not by cell.
-    if space.by_cells and heat.about is None and duals:
-        for upper, residual in zip(given.heats[1:], residual_fields, strict=True):
-            solve = upper.solve_steady if time is None else upper.solve_shifted(time)
-            change = solve((time or 1.0) * upper.take(residual)[: upper.free])
-            tested.append(nested.heat(heat, upper.field(change), time))
-    for name, dual in duals.items():
-        scaled = [z / scales[name] for z in dual]
-        parts[name] = parts_of(space, free, scaled, [*residual_fields], dual[-1] * heat.field(sizes), tested)
-    return parts
+class Duals:
+    """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all nodes, K).
 
-
-def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None) -> Duals:
-    """Solve the dual problems of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in
-    the fine solution ``rise``."""
-    rows = {name: goal_row(given.heat, given.domain.probes[probe], rise) for name, probe in goals.items()}
-    thermal = {name: row * (time or 1.0) for name, row in rows.items() if row is not None}
-    if not thermal:
-        return {}
-    loads, fields = np.array(list(thermal.values())), []
-    for heat in given.heats[1:]:
-        fields.append(heat.field(heat.solve_dual(loads[:, : heat.free], time)))
-    return {name: [each[i] for each in fields] for i, name in enumerate(thermal)}
-
-
-def joule_parts(
-    goals: Mapping[str, str],
-    given: Problems,
-    potentials: Sequence[np.ndarray],
-    scales: Mapping[str, float],
-    duals: Duals,
-) -> dict[str, Contributions]:
-    """Return the contributions of degrees p - 1 and p to each thermal goal, over its scale, by way of the Joule heat.
-
-    ``potentials`` (functions,), one in each space, are of the cold conductor. With (f) for the integral of f, the goal
-    with dual solution z contains (z sigma |grad phi|^2). From phi to psi in the next higher space the goal changes by
-    (z sigma grad(phi + psi) . grad(psi - phi)). This is the residual of phi tested with w, where w solves
-    (sigma grad w . grad v) = (z sigma grad(phi + psi) . grad v) for all v of the higher space. The power, z = 1,
-    changes by the square of the change of the potential (`electric_parts`). If z is sensitive to heat away from the
-    error of the potential, the goal changes in proportion to the change of the current.
+    They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
+    Contributions are divided by the ``scales`` of the goals. ``fields`` are by goal the dual solutions (functions,) in
+    the two upper spaces, zero at fixed nodes; ``rows`` the load vectors (all nodes,).
     """
-    conductor = given.conductor
-    if conductor is None or not duals or not any(phi.any() for phi in potentials):
-        return {}
-    heat, space = given.heat, given.domain.electric.space
-    densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
-    residuals = [-(conductor.matrix @ phi) for phi in potentials[:-1]]
-    weights = degree_products(conductor.matrix, potentials[-1], space.depth)
-    stills = []
-    for name in duals:
-        held = reading(heat, given.domain.probes[goals[name]]).boundaries
-        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size)))
-    seen = []
-    for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
-        assert upper is not None
-        pairs = zip(duals.values(), stills, strict=True)
-        flows = np.array([conductor.on.flow(conductor.on.value(dual[k] - still) * density) for dual, still in pairs])
-        seen.append(upper.respond(flows))
-    tested = [nested.current(conductor, b - a) for a, b in pairwise(potentials)] if space.by_cells else []
-    parts = {}
-    for i, name in enumerate(duals):
-        ws = [w[i] / scales[name] for w in seen]
-        parts[name] = parts_of(space, free_functions(given), ws, residuals, seen[-1][i] * weights, tested)
-    return parts
+
+    def __init__(
+        self, goals: Mapping[str, str], given: Problems, rise: np.ndarray, scales: Mapping[str, float],
+        time: float | None = None,
+    ) -> None:  # fmt: skip
+        self.given, self.rise, self.scales, self.time = given, rise, scales, time
+        self.probes = {name: given.domain.probes[probe] for name, probe in goals.items()}
+        rows = {name: goal_row(given.heat, probe, rise) for name, probe in self.probes.items()}
+        self.rows = {name: row for name, row in rows.items() if row is not None}
+        loads, fields = np.array(list(self.rows.values())) * (time or 1.0), list[np.ndarray]()
+        for heat in given.heats[1:] if self.rows else ():
+            fields.append(heat.field(heat.solve_dual(loads[:, : heat.free], time)))
+        self.fields = {name: [each[i] for each in fields] for i, name in enumerate(self.rows)}
+
+    def thermal(self, residuals: Sequence[np.ndarray]) -> dict[str, Contributions]:
+        """Return the contributions to each goal from the residuals (all nodes) of the two lower spaces."""
+        given, time, parts = self.given, self.time, dict[str, Contributions]()
+        heat, space = given.heat, given.domain.space
+        depth, residual_fields = space.depth[heat.order], heat.field(np.array(residuals))
+        sizes = degree_products(heat.stiffness, self.rise, depth)
+        if time is not None:
+            sizes += degree_products(heat.mass, self.rise, depth) / time
+        free = [h.order[: h.free] for h in given.heats]
+        tested = []
+        # The linearization about a law has its heat by function only, not by cell.
+        if space.by_cells and heat.about is None and self.fields:
+            for upper, residual in zip(given.heats[1:], residual_fields, strict=True):
+                solve = upper.solve_steady if time is None else upper.solve_shifted(time)
+                change = solve((time or 1.0) * upper.take(residual)[: upper.free])
+                tested.append(nested.heat(heat, upper.field(change), time))
+        for name, dual in self.fields.items():
+            scaled = [z / self.scales[name] for z in dual]
+            parts[name] = parts_of(space, free, scaled, [*residual_fields], dual[-1] * heat.field(sizes), tested)
+        return parts
+
+    def joule(self, potentials: Sequence[np.ndarray]) -> dict[str, Contributions]:
+        """Return the contributions of degrees p - 1 and p to each goal by way of the Joule heat.
+
+        ``potentials`` (functions,), one in each space, are of the cold conductor. With (f) for the integral of f, the
+        goal with dual solution z contains (z sigma |grad phi|^2). From phi to psi in the next higher space the goal
+        changes by (z sigma grad(phi + psi) . grad(psi - phi)). This is the residual of phi tested with w, where w
+        solves (sigma grad w . grad v) = (z sigma grad(phi + psi) . grad v) for all v of the higher space. The power, z
+        = 1, changes by the square of the change of the potential (`electric_parts`). If z is sensitive to heat away
+        from the error of the potential, the goal changes in proportion to the change of the current.
+        """
+        given, conductor = self.given, self.given.conductor
+        if conductor is None or not self.fields or not any(phi.any() for phi in potentials):
+            return {}
+        heat, space = given.heat, given.domain.electric.space
+        densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
+        residuals = [-(conductor.matrix @ phi) for phi in potentials[:-1]]
+        weights = degree_products(conductor.matrix, potentials[-1], space.depth)
+        stills = []
+        for name in self.fields:
+            held = reading(heat, self.probes[name]).boundaries
+            stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size)))
+        seen = []
+        for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
+            assert upper is not None
+            pairs = zip(self.fields.values(), stills, strict=True)
+            flows = np.array([conductor.on.flow(conductor.on.value(d[k] - still) * density) for d, still in pairs])
+            seen.append(upper.respond(flows))
+        tested = [nested.current(conductor, b - a) for a, b in pairwise(potentials)] if space.by_cells else []
+        parts = {}
+        for i, name in enumerate(self.fields):
+            ws = [w[i] / self.scales[name] for w in seen]
+            parts[name] = parts_of(space, free_functions(given), ws, residuals, seen[-1][i] * weights, tested)
+        return parts
+
+    def contradictions(self, judge: Estimator) -> dict[str, Spread]:
+        """Return indicators of each goal at edges where given temperatures contradict each other; empty without them.
+
+        At any degree the jump is spread over the first interval or cell beside the edge. The error is the jump times
+        the residual of the dual problem at its node, whose functions carry the dual heat of both sides: in equal parts
+        to the intervals that end there, or to the cells around it.
+        """
+        heat, space, spreads = self.given.heat, self.given.domain.space, {}
+        nodes = np.flatnonzero(heat.torn)
+        for name, row in self.rows.items() if len(nodes) else ():
+            dual = heat.take(self.fields[name][-1])
+            residual = row - heat.turned(dual) - (0.0 if self.time is None else heat.mass @ dual / self.time)
+            parts = (heat.torn * residual)[nodes] / self.scales[name]
+            spreads[name] = judge.at_vertices(space, heat.order[nodes], parts)
+        return spreads
 
 
 def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
@@ -149,36 +155,6 @@ def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     power = float(potentials[-1] @ (conductor.matrix @ potentials[-1]))
     hot = float((conductor.on.weights * conductor.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
     return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
-
-
-def at_contradictions(
-    goals: Mapping[str, str],
-    given: Problems,
-    rise: np.ndarray,
-    scales: Mapping[str, float],
-    time: float | None,
-    duals: Duals,
-    judge: Estimator,
-) -> dict[str, Spread]:
-    """Return indicators of each thermal goal, over its scale, at edges where given temperatures contradict each other.
-
-    Empty without such edges; ``rise``, ``time`` and ``duals`` as for `duals_of`. At any degree the jump is spread over
-    the first interval or cell beside the edge. The error is the jump times the residual of the dual problem at its
-    node, whose functions carry the dual heat of both sides: in equal parts to the intervals that end there, or to the
-    cells around it.
-    """
-    heat, space = given.heat, given.domain.space
-    nodes = np.flatnonzero(heat.torn)
-    if not len(nodes):
-        return {}
-    spreads = {}
-    for name, of_spaces in duals.items():
-        row = goal_row(heat, given.domain.probes[goals[name]], rise)
-        assert row is not None
-        dual = heat.take(of_spaces[-1])
-        residual = row - heat.turned(dual) - (0.0 if time is None else heat.mass @ dual / time)
-        spreads[name] = judge.at_vertices(space, heat.order[nodes], (heat.torn * residual)[nodes] / scales[name])
-    return spreads
 
 
 def summed(a: Mapping[str, Spread], b: Mapping[str, Spread]) -> dict[str, Spread]:
@@ -284,20 +260,19 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     except NumericsError:
         return None
     scales = study.steady_scales(fine.out)
-    part_scales = of_part(study.part, study.goals, scales)
-    duals = duals_of(study.goals, given, fine.state.rise, None)
-    parts = steady_parts(study, given, fine, low, part_scales, duals)
+    duals = Duals(study.goals, given, fine.state.rise, of_part(study.part, study.goals, scales))
+    parts = steady_parts(study, fine, low, duals)
     goals = {name: estimator.indicators(each) for name, each in parts.items()}
     factor = _factor(goals, parts, estimator)
-    torn = at_contradictions(study.goals, given, fine.state.rise, part_scales, None, duals, estimator)
+    torn = duals.contradictions(estimator)
     electric, power = given.electric_parts, estimator.indicators(given.electric_parts)
-    joule = joule_parts(study.goals, given, warmed(given, fine.state), part_scales, duals)
+    joule = duals.joule(warmed(given, fine.state))
     by_current = {name: estimator.indicators(each) for name, each in joule.items()}
     goals = {"power": power} | with_current(summed(goals, torn), by_current, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     if given.domain.space.by_cells and estimator.extrapolates:
-        thermal = {name: each for name, each in parts.items() if name in duals}
-        current = joule | {name: each for name, each in parts.items() if name not in duals}
+        thermal = {name: each for name, each in parts.items() if name in duals.fields}
+        current = joule | {name: each for name, each in parts.items() if name not in duals.fields}
         better, doubts = nested.extrapolated(study, given, fine, low, scales, thermal, current, estimator)
         doubts |= {name: doubts[name] + Estimator.bound(spread) * scales[name] for name, spread in torn.items()}
     else:

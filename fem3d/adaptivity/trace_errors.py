@@ -202,8 +202,7 @@ class Comparison:
         potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
         (last,) = self.march.answer.rises(np.array([study.end]))
         scales = goal_errors.of_part(study.part, study.trace_goals, self.march.scales)
-        duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
-        return goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
+        return goal_errors.Duals(study.trace_goals, given, last, scales, study.end).joule(potentials)
 
     def _remains(self) -> tuple[dict[str, Spread], dict[str, Contributions]]:
         """Return for each thermal trace the largest indicators at some times (s), with their contributions; each time
@@ -220,11 +219,10 @@ class Comparison:
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
             steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
             apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
-            duals = goal_errors.duals_of(goals, given, fine, time)
-            parts = goal_errors.thermal_parts(given, fine, apart, own_scales, time, duals)
+            duals = goal_errors.Duals(goals, given, fine, own_scales, time)
+            parts = duals.thermal(apart)
             smooth = {name: self.judge.indicators(each) for name, each in parts.items()}
-            at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, self.judge)
-            for name, remains in goal_errors.summed(smooth, at_edges).items():
+            for name, remains in goal_errors.summed(smooth, duals.contradictions(self.judge)).items():
                 if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):
                     spreads[name], worst[name] = remains, parts[name]
         return spreads, worst
