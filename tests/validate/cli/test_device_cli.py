@@ -169,7 +169,7 @@ def test_no_text_of_a_figure_touches_another(setting):
     assert one.overlaps(two)
     scene, options = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Options()
     outcome = DeviceKind().compare(scene, options)
-    draw = (drawn.power, drawn.flow, drawn.slow, drawn.responses, drawn.characteristic, drawn.ground)
+    draw = (drawn.power, drawn.flow, drawn.slow, drawn.responses, drawn.characteristic)
     for name, figure in zip(FIGURES, draw, strict=True):
         boxes = _boxes(figure(outcome))
         touching = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.overlaps(two)]
