@@ -270,12 +270,6 @@ def signed_parts(products: Sequence[np.ndarray]) -> Contributions:
     return Contributions(before, last, nothing, products[-1].sum(axis=0))
 
 
-def known(study: Study, given: Problems) -> bool:
-    """Return whether quantities are extrapolated: not where a study wants the fields' own values, nor where a law of
-    the temperature causes errors away from edges."""
-    return study.extrapolated and not given.follows and given.heat.about is None
-
-
 def extrapolated(
     study: Study,
     given: Problems,
@@ -286,52 +280,31 @@ def extrapolated(
     current: Mapping[str, Contributions],
     estimator: Estimator,
 ) -> tuple[Solution, dict[str, float]]:
-    """Return the fine solution with extrapolated quantities, and the largest deviation of each, in its unit.
+    """Return the fine solution with quantities extrapolated to later degrees, and the largest deviation of each.
 
-    Where quantities are not extrapolated (`known`), return the solution as it is, and the largest change by later
-    degrees, at least the change by the last one. ``heat`` and ``current`` as for `changes`.
+    Quantities are not extrapolated where a study wants the fields' own values, nor where a law of the temperature
+    causes errors away from edges: then return the solution as it is, and the largest change by later degrees, at least
+    the change by the last one. ``heat`` and ``current`` are the contributions of the last degree to the goals on each
+    cell, relative to the scales. The rest of a change comes by way of other quantities, and continues like all
+    contributions together, including the contributions to the power.
     """
-    values = fine.quantities
-    expected, doubts = changes(fine, low, scales, heat, current, given.electric_parts, estimator)
-    if known(study, given):
-        return replace(fine, quantities={name: value + expected[name] for name, value in values.items()}), doubts
-    changed = {name: abs(float(value - low.quantities[name])) for name, value in values.items()}
-    return fine, {name: max(doubt + abs(expected[name]), changed[name]) for name, doubt in doubts.items()}
-
-
-def changes(
-    fine: Solution,
-    low: Solution,
-    scales: Mapping[str, float],
-    heat: Mapping[str, Contributions],
-    current: Mapping[str, Contributions],
-    power: Contributions,
-    estimator: Estimator,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the change of each quantity expected from later degrees, and its largest deviation, in its unit.
-
-    ``heat`` and ``current`` are the contributions of the last degree to the goals on each cell, relative to the scales.
-    The rest of a change comes by way of other quantities, and continues like all contributions together, including
-    the contributions to the ``power``.
-    """
-    kinds = (heat, False), (current, True)
-    every = [(parts.last, electric) for of_goals, electric in kinds for parts in of_goals.values()] + [
-        (power.last, True)
-    ]
+    known = study.extrapolated and not given.follows and given.heat.about is None
+    kinds, power = ((heat, False), (current, True)), given.electric_parts
+    every = [(parts.last, electric) for goals, electric in kinds for parts in goals.values()] + [(power.last, True)]
     sizes = [(np.sum(last, axis=0), electric) for last, electric in every]
     together = np.sum([[*estimator.later(size, electric), size.sum()] for size, electric in sizes], axis=0)
     mean, mean_doubt = together[:2] / max(together[2], 1e-300)
-    expected, doubts = dict[str, float](), dict[str, float]()
+    quantities, doubts = dict(fine.quantities), dict[str, float]()
     for name, value in fine.quantities.items():
-        other = float(value - low.quantities[name])
-        expected[name] = doubts[name] = 0.0
-        for of_goals, electric in kinds:
-            if name in of_goals:
-                signed = of_goals[name].signed * scales[name]
+        last = other = float(value - low.quantities[name])
+        expected = doubt = 0.0
+        for goals, electric in kinds:
+            if name in goals:
+                signed = goals[name].signed * scales[name]
                 other -= float(signed.sum())
-                change, doubt = estimator.later(signed, electric)
-                expected[name] += change
-                doubts[name] += doubt
-        expected[name] += mean * other
-        doubts[name] += mean_doubt * abs(other)
-    return expected, doubts
+                by_goal = estimator.later(signed, electric)
+                expected, doubt = expected + by_goal[0], doubt + by_goal[1]
+        expected, doubt = expected + mean * other, doubt + mean_doubt * abs(other)
+        quantities[name] = value + expected
+        doubts[name] = doubt if known else max(doubt + abs(expected), abs(last))
+    return replace(fine, quantities=quantities) if known else fine, doubts
