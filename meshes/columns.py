@@ -4,8 +4,8 @@ over each stand prisms between the heights that are needed there, each cut into 
 A plane cuts no cells beyond the part that it bounds, and a film, however thin, is one layer of cells. Each vertex of
 the plan has the heights that any tile around it needs. Over a triangle the three chains of nodes are climbed in the
 order of (height, vertex), and each step adds the tetrahedron of its node and the last node of each chain: two triangles
-climb the chains of their common edge alike, so that their tetrahedra fit. Refinement halves tiles along either axis and
-adds nodes to chains, half-way between two others.
+climb the chains of their common edge alike, so that their tetrahedra fit. Refinement cuts tiles along either axis
+and adds nodes to chains: in the middle, or near an end at which edges are sharp (`meshes.tiles.NEAR`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from meshes.grid import VOID, Grid, coarsest
-from meshes.tiles import UNIT, Tiles
+from meshes.tiles import UNIT, Tiles, share
 from scenes.model import Scene
 
 # How much higher a node may be than the nearest one on a chain beside it, over their distance: that keeps angles of the
@@ -145,16 +145,30 @@ class Columns:
         metres: np.ndarray = np.interp(self.heights, np.arange(len(breaks)) * float(UNIT), breaks)
         return metres
 
-    def refined(self, shorter: np.ndarray) -> Columns:
-        """With cells halved that are to be ``shorter`` along an axis (3, cells)."""
-        _, under, ends = self._cells
-        cut = np.zeros((len(self.tiles.low), 2), bool)
-        for e, d in enumerate(self._plan):
-            cut[under[shorter[d]], e] = True
-        tiles, parents = self.tiles.finer(cut)
+    def refined(self, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
+        """With cells cut that are to be ``shorter`` along an axis (3, cells): near an end with vertices that are
+        ``sharp`` (3, vertices), where an edge across that axis ends at which gradients are infinite."""
+        mesh, under, ends = self._cells
+
+        def asked(d: int, group: np.ndarray, lows: np.ndarray, highs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """Of groups of cells (cells,) between ``lows`` and ``highs`` (groups,), in m along an axis, which are to be
+            cut (groups,), and whether edges across the axis are sharp at either end (groups, 2)."""
+            cut, near = np.zeros(len(lows), bool), np.zeros((len(lows), 2), bool)
+            np.logical_or.at(cut, group, shorter[d])
+            at, across = mesh.p[d][mesh.t], sharp[[e for e in range(3) if e != d]][:, mesh.t].any(axis=0)
+            for end, places in enumerate((lows, highs)):
+                np.logical_or.at(near[:, end], group, ((at == places[group]) & across).any(axis=0))
+            return cut, near
+
+        low, high = ([self.tiles.metres(e, side[:, e]) for e in range(2)] for side in (self.tiles.low, self.tiles.high))
+        plan = [asked(d, under, low[e], high[e]) for e, d in enumerate(self._plan)]
+        tiles, parents = self.tiles.finer(*(np.stack(each, axis=1) for each in zip(*plan, strict=True)))
         # All cells of a column between the same heights get the same one in between.
-        column, below, above = np.unique(np.column_stack([under, ends])[shorter[self.up]], axis=0).T
-        heights = (below + above) // 2
+        spans, number = np.unique(np.column_stack([under, ends]), axis=0, return_inverse=True)
+        lowest, highest = self._metres[np.searchsorted(self.heights, spans[:, 1:].T)]
+        cut, near = asked(self.up, number, lowest, highest)
+        column, below, above = spans[cut].T
+        heights = below + ((above - below) * share(near[cut])).astype(np.int64)
         every = np.union1d(self.heights, heights)
         more = np.zeros((len(self.more), len(every)), bool)
         more[:, np.searchsorted(every, self.heights)] = self.more

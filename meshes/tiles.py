@@ -17,8 +17,13 @@ from scenes.model import ROUNDING
 
 WIDEST = np.radians(140.0)  # angle of a triangle
 MOST_ROUNDS = 200  # of cuts that follow from others
-# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends.
+# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends;
+# half of this where it is cut near an end.
 MIDDLE = 0.25
+# A tile with a sharp edge at one end is cut so far from that end, over its length: degree 3 then leaves as much of a
+# power of the distance on either part, so that half as many cuts reach as near
+# (`validate stress`: "constants").
+NEAR = 0.25
 UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
 ROUGHLY = UNIT >> 10  # multiples of which the middles of tiles are that several planes cross
 
@@ -106,19 +111,23 @@ class Tiles:
         at = np.array([[a * len(values[axis]) + e for e in ends] for a in across])
         return np.moveaxis(np.searchsorted(keys[axis], at) + np.array([1, 0])[:, None], 2, 0)
 
-    def _cut(self, axis: int, which: np.ndarray, part: float) -> tuple[Tiles, np.ndarray]:
+    def _cut(self, axis: int, which: np.ndarray, at: np.ndarray | float, part: float) -> tuple[Tiles, np.ndarray]:
         """Cut some tiles (n,) across an axis; return the tiles, and (tiles,) their parents.
 
-        The cut is in the middle, or at the nearest corner on the sides of the tile, if it is nearer to the middle than
-        a ``part`` of the way to the ends.
+        The cut is at the distance ``at`` (n,), or for all, from the low side, over the length, or at the nearest corner
+        on the sides of the tile, if it is nearer than a ``part`` of the way to either end.
         """
         values, keys, _ = self._corners
-        count, (first, last) = len(values[axis]), (self.low[which, axis], self.high[which, axis])
-        ends = self.metres(axis, first), self.metres(axis, last)
-        middle, off = (ends[0] + ends[1]) / 2, part * (ends[1] - ends[0]) / 2
+        count = len(values[axis])
+        ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
+        middle = ends[0] + at * (ends[1] - ends[0])
+        whole = self.low[which, axis] // UNIT == (self.high[which, axis] - 1) // UNIT
         number = np.interp(middle, self.breaks[axis], np.arange(len(self.breaks[axis])))
-        rough = (np.round(number * (UNIT // ROUGHLY)) * ROUGHLY).astype(np.int64).clip(first + 1, last - 1)
-        best = np.where(first // UNIT == (last - 1) // UNIT, (first + last) // 2, rough)
+        rough = (np.round(number * (UNIT // ROUGHLY)) * ROUGHLY).astype(np.int64)
+        rough = rough.clip(self.low[which, axis] + 1, self.high[which, axis] - 1)
+        within = self.low[which, axis] + ((self.high[which, axis] - self.low[which, axis]) * at).astype(np.int64)
+        best = np.where(whole, within, rough)
+        off = part * np.minimum(at, 1 - at) * (ends[1] - ends[0])
         place = np.searchsorted(values[axis], best)
         for side in self._on_sides(axis)[which].swapaxes(0, 1):
             line = np.minimum(side[:, 0] - 1, len(keys[axis]) - 1)
@@ -136,24 +145,28 @@ class Tiles:
         parents = np.concatenate([np.arange(len(low)), which])
         return Tiles(self.breaks, np.concatenate([low, second]), np.concatenate([high, self.high[which]])), parents
 
-    def finer(self, cut: np.ndarray) -> tuple[Tiles, np.ndarray]:
-        """Halve tiles along each axis (tiles, 2), and neighbours until all triangles are fit.
+    def finer(self, cut: np.ndarray, near: np.ndarray | None = None) -> tuple[Tiles, np.ndarray]:
+        """Cut tiles along each axis (tiles, 2), ``near`` either end (tiles, 2, 2) or in the middle.
 
-        Return the tiles, and (tiles,) their parents.
+        Neighbours are cut until all triangles are fit. Return the tiles, and (tiles,) their parents.
         """
         tiles, parents = self, np.arange(len(self.low))
+        at = np.full(cut.shape, 0.5) if near is None else share(near)
         for axis in range(2):
-            tiles, parent = tiles._cut(axis, np.flatnonzero(cut[parents, axis]), 1 - 2 * MIDDLE)
-            parents = parents[parent]
+            which = np.flatnonzero(cut[parents, axis])
+            if len(which):
+                tiles, parent = tiles._cut(axis, which, at[parents[which], axis], 1 - 2 * MIDDLE)
+                parents = parents[parent]
         for _ in range(MOST_ROUNDS):
             wrong = tiles._wrong()
             if not (wrong >= 0).any():
                 return tiles, parents
             for axis in range(2):
                 which = np.flatnonzero(wrong == axis)
-                wrong[which] = -1
-                tiles, parent = tiles._cut(axis, which, 1.0)
-                wrong, parents = wrong[parent], parents[parent]
+                if len(which):
+                    wrong[which] = -1
+                    tiles, parent = tiles._cut(axis, which, 0.5, 1.0)
+                    wrong, parents = wrong[parent], parents[parent]
         raise NumericsError(
             "the outlines of boxes lie so close to one another that no triangles are found between them"
         )
@@ -192,6 +205,13 @@ class Tiles:
         order = np.argsort(rings < 0, axis=1, kind="stable")
         rings = np.take_along_axis(rings, order, axis=1)
         return _clipped(self.points, rings)
+
+
+def share(near: np.ndarray) -> np.ndarray:
+    """(...): how far from its low end something is cut, over its length: `NEAR` one end or the other (..., 2), or in
+    the middle where neither or both ask for it."""
+    low, high = near[..., 0], near[..., 1]
+    return np.where(low == high, 0.5, np.where(low, NEAR, 1 - NEAR))
 
 
 def _middle(shares: np.ndarray) -> int:

@@ -172,10 +172,13 @@ class CellMesh(Mesh):
         return self._room < (LEAST_GROWTH if self.simplex else 8.0)
 
     @cached_property
+    def at_vertices(self) -> np.ndarray:
+        """(2, 3, vertices): the exponents of edges, for heat and for current."""
+        return edge_exponents.at_vertices(self.domain)
+
+    @cached_property
     def estimator(self) -> Estimator:
-        exponents = None
-        if self.simplex:
-            exponents = edge_exponents.of_cells(self.cells, edge_exponents.at_vertices(self.domain))
+        exponents = edge_exponents.of_cells(self.cells, self.at_vertices) if self.simplex else None
         return Estimator.of_cells(exponents, self.size.cells, self.degree)
 
     def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:

@@ -58,7 +58,8 @@ class BoxCells(CellMesh):
         return box_cells(self.scene, self.cells, self.degree)
 
     def cut(self, shorter: np.ndarray) -> BoxCells:
-        return replace(self, columns=self.columns.refined(shorter))
+        """Cut cells, near vertices at which gradients are infinite."""
+        return replace(self, columns=self.columns.refined(shorter, self.at_vertices.min(axis=0) < 1))
 
     def with_scene(self, scene: Scene) -> BoxCells:
         return replace(self, columns=replace(self.columns, scene=scene), accuracy=scene.accuracy, history=())

@@ -76,7 +76,8 @@ def test_cells_fill_the_boxes(seed):
             inner = np.moveaxis(beside, d, 0)[:, 1:-1, 1:-1]
             faces += float((inner * np.multiply.outer(*across)).sum())
         assert area == pytest.approx(faces, rel=1e-9)
-        columns = columns.refined(draw.uniform(size=(3, len(volumes))) < 0.2)
+        cut, sharp = (draw.uniform(size=(3, n)) < 0.2 for n in (len(volumes), mesh.nvertices))
+        columns = columns.refined(cut, sharp)
 
 
 def test_plan_names_reason_for_tetrahedra():
