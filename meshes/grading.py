@@ -12,8 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from meshes import grid as grids
 from meshes import singular
 from meshes.grid import Grid
 from scenes import faces, laws
-from scenes.model import Boundary, Scene, Schedule, bends
+from scenes.model import Boundary, Box, Scene, Schedule, bends
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
 RATIO = 0.15
@@ -29,9 +28,12 @@ HIGHEST_DEGREE = 8
 LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees the error of an edge
 SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
 SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
+# An interval between two features that is longer than this times the narrowest extent has two bends of its own.
+LONG = 4.0
 # In the first grid the energy at singular edges may miss this factor times the accuracy; on random scenes 25 and 225
 # take as many unknowns within 15 %.
 LAYERS = 75.0
+FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validate bench`: levels at 3e-5 and 1e-5)
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
 # error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
@@ -48,13 +50,10 @@ class Features:
     ----------
     planes: per axis the coordinates (m) of all planes inside the solid.
     exponents: per axis the exponent of each singular plane by its coordinate (`meshes.singular.edges`).
-    layers: per axis the diffusion length (m) of the earliest time of interest, by the coordinate of each plane whose
-        temperature jumps.
     """
 
     planes: tuple[frozenset[float], ...]
     exponents: tuple[dict[float, float], ...]
-    layers: tuple[dict[float, float], ...]
 
     @property
     def sharpest(self) -> float:
@@ -66,39 +65,10 @@ class Features:
         return [grid.marked(d, by_plane, np.inf) for d, by_plane in enumerate(self.exponents)]
 
 
-def features(scene: Scene, earliest: float | None = None) -> Features:
-    """Return the features of a scene, over time with those of the ``earliest`` time of interest (s)."""
+def features(scene: Scene) -> Features:
+    """Return the features of a scene."""
     planes = tuple(frozenset(b[1:-1].tolist()) for b in grids.coarsest(scene).breaks)
-    layers = [{} if earliest is None else _diffusion_lengths(scene, d, earliest) for d in range(3)]
-    return Features(planes, tuple(singular.edges(scene)), tuple(layers))
-
-
-def _diffusion_lengths(scene: Scene, d: int, time: float) -> dict[float, float]:
-    """The shortest diffusion length (m) at each plane across an axis where a temperature jumps."""
-    lengths: dict[float, float] = {}
-    flat = [b for b in scene.boundaries if b.kind != "voltage" and b.lower[d] == b.upper[d]]
-    for b, box in product(flat, scene.boxes):
-        if all(b.lower[e] <= box.upper[e] and b.upper[e] >= box.lower[e] for e in range(3)):
-            material = box.material.at(scene.initial_temperature)
-            k = laws.along(material.thermal_conductivity)[d]
-            length = float(np.sqrt(k / material.heat_capacity * time))
-            if _jumps(b, scene.initial_temperature, k / length):
-                lengths[b.lower[d]] = min(length, lengths.get(b.lower[d], np.inf))
-    return lengths
-
-
-def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
-    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is the conductance of
-    a diffusion length."""
-
-    def start(value: Any) -> float:
-        return float(np.interp(0.0, value.times, value.values)) if isinstance(value, Schedule) else value
-
-    if b.kind == "temperature":
-        steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
-        return steps or start(b.value) != initial
-    film = faces.coefficient(b, np.array(max(initial, start(b.ambient)))) if bends(b) else start(b.value)
-    return b.kind != "heat_flux" and bool(film > FIRM * conductance)
+    return Features(planes, tuple(singular.edges(scene)))
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
@@ -106,31 +76,29 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
     at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
-    accuracy. At a plane whose temperature jumps they are no longer than `REACH` diffusion lengths. A layer at most half
-    as thick as the features at it are wide is thin: one interval of low degree crosses it.
+    accuracy. Where both ends of a long one are features it is cut in the middle, as it would be by a mirror. At a high
+    accuracy a constriction counts beyond its reach, too, and is separated from the smooth rest. A layer at most half as
+    thick as the features at it are wide is thin: one interval of low degree crosses it.
     """
     planes = grids.coarsest(scene).breaks
     thin, reaches = _reaches(scene, planes)
     # About one degree for each further half digit (docs/benchmark.md).
-    degree = 4 if accuracy > 3e-4 else 5 if accuracy > 3e-5 else 6 if accuracy > 1.5e-5 else 7
-    across = 2 if accuracy > 3e-3 else 3 if accuracy > 3e-5 else 4
+    degree = 4 if accuracy > 3e-4 else 5 if accuracy > FINE else 6 if accuracy > FINE / 2 else 7
+    across = 2 if accuracy > 3e-3 else 3 if accuracy > FINE else 4
     breaks, degrees = [], []
     for d in range(3):
         axis_breaks, axis_degrees = [planes[d][:1]], []
-        for i, (ends, flat) in enumerate(zip(pairwise(planes[d].tolist()), thin[d].tolist(), strict=True)):
-            (a, b), layers = ends, marks.layers[d]
-            longest = [r if (r := REACH * layers.get(c, np.inf)) < b - a else np.inf for c in ends]
-            if not flat:
-                at = zip(ends, reaches[d][i : i + 2].tolist(), longest, strict=True)
-                longest = [min(most, _longest(c, marks, d, reach, accuracy)) for c, reach, most in at]
-            inner = _towards(a, b, *(_layers_of(most / (b - a)) for most in longest))
+        for i, (a, b, flat) in enumerate(zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True)):
+            at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
+            longest = [_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True)]
+            inner = [] if flat else _graded(a, b, *longest)
+            if not flat and {a, b} <= marks.planes[d] and b - a > LONG * near.min():
+                inner = sorted([*inner, (a + b) / 2])
+            if inner and accuracy <= FINE:
+                graded = [c for c, length in zip((a, b), longest, strict=True) if length is not None]
+                inner = _beyond_reach(a, b, inner, float(near.min()), graded)
             axis_breaks.append(np.array([*inner, b]))
-            lowest = DEGREE if not layers.keys().isdisjoint(ends) else 0
-            p = [max(across if flat else degree, lowest)] * (len(inner) + 1)
-            for place, c in zip((0, -1), ends, strict=True):
-                if not flat and c in marks.exponents[d]:
-                    p[place] = max(degree - 1, min(degree, LEAST_AT_EDGE))
-            axis_degrees += p
+            axis_degrees += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
         breaks.append(np.concatenate(axis_breaks))
         degrees.append(np.array(axis_degrees))
     return Grid(tuple(breaks), tuple(degrees), scene.boxes)
@@ -139,23 +107,27 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 def _reaches(scene: Scene, planes: tuple[np.ndarray, ...]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return per axis which layers are thin, and (planes,) the reach of each plane (m).
 
-    The reach is the least distance of two ends, along any axis, of the boxes and conditions that end there, except thin
-    layers and slivers, or the least reach of any plane where there are none.
+    The reach is the least extent, along any axis, of the features there except thin layers and slivers, or the least
+    reach of any plane where there are none.
     """
-    gaps, grid = [np.diff(p) for p in planes], grids.coarsest(scene)
-    items: list[Any] = [*scene.boxes, *scene.boundaries]
-    ends = np.array([[grid.span(d, item.lower[d], item.upper[d]) for d in range(3)] for item in items])
+    gaps, faces = [np.diff(p) for p in planes], _faces(scene)
 
     def across(d: int, thin: list[np.ndarray]) -> np.ndarray:
-        """(planes,): the least distance along the other axes."""
-        least = np.full(len(planes[d]), np.inf)
-        for i, e in product(range(len(least)), {0, 1, 2} - {d}):
-            at = np.unique(ends[(ends[:, d] == i).any(axis=1), e])
-            lengths, thick = np.diff(planes[e][at]), np.diff(np.cumsum([0, *~thin[e]])[at]) > 0
-            least[i] = lengths[thick & (lengths > SLIVER * gaps[e].sum())].min(initial=least[i])
-        return least
+        """(planes,): the least extent along the other axes."""
+        extents = np.full(len(planes[d]), np.inf)
+        for along, e in enumerate((e for e in range(3) if e != d), start=1):
+            rows = np.moveaxis(faces[d], along, 2)
+            starts = np.ones(rows.shape, bool)
+            starts[..., 1:] = rows[..., 1:] != rows[..., :-1]
+            first = np.flatnonzero(starts)
+            lengths = np.add.reduceat(np.broadcast_to(gaps[e], rows.shape).ravel(), first)
+            thick = np.logical_or.reduceat(np.broadcast_to(~thin[e], rows.shape).ravel(), first)
+            counts = (rows.ravel()[first] > 0) & thick & (lengths > SLIVER * gaps[e].sum())
+            np.minimum.at(extents, first[counts] // rows[0].size, lengths[counts])
+        return extents
 
-    wide = [across(d, [np.zeros(len(g), bool) for g in gaps]) for d in range(3)]
+    none = [np.zeros(len(g), bool) for g in gaps]
+    wide = [across(d, none) for d in range(3)]
     both = [np.minimum(w[:-1], w[1:]) for w in wide]
     thin = [(g <= 0.5 * w) & np.isfinite(w) for g, w in zip(gaps, both, strict=True)]
     reaches = []
@@ -166,24 +138,62 @@ def _reaches(scene: Scene, planes: tuple[np.ndarray, ...]) -> tuple[list[np.ndar
     return thin, [np.where(np.isfinite(r), r, least) for r in reaches]
 
 
-def _longest(plane: float, marks: Features, d: int, reach: float, accuracy: float) -> float:
-    """The longest first interval at a plane; infinite where it needn't be graded."""
+def _faces(scene: Scene) -> list[np.ndarray]:
+    """Per axis (planes, cells, cells): a number for the faces across it, of the two materials that meet there and of
+    the condition or the contact; 0 where nothing changes."""
+    grid = grids.coarsest(scene)
+    kinds = list(dict.fromkeys(b.material for b in grid.boxes))
+    kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
+    faces, count, graph = [], len(kinds) + 1, grids.graph(scene)
+    given = [*map(graph.faces, scene.boundaries), *(graph.between(c) for c in scene.contacts if not c.perfect)]
+    for d, marks in enumerate(graph.marked((faces, number) for number, faces in enumerate(given, start=1))):
+        materials = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
+        conditions = np.moveaxis(marks, d, 0).astype(int)
+        changes = (materials[1:] != materials[:-1]) | (
+            (conditions > 0) & (np.maximum(materials[1:], materials[:-1]) > 0)
+        )
+        faces.append(np.where(changes, (conditions * count + materials[1:]) * count + materials[:-1], 0))
+    return faces
+
+
+def _longest(plane: float, marks: Features, d: int, reach: float, accuracy: float) -> float | None:
+    """The longest first interval at a plane; None where it needn't be graded."""
     s = marks.exponents[d].get(plane)
     if s is not None:
         return reach * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
-    return reach / 2 if plane in marks.planes[d] else np.inf
+    return reach / 2 if plane in marks.planes[d] else None
 
 
-def _layers_of(part: float) -> int:
-    """How many breakpoints towards an end make the first interval shorter than a part of the whole; one at least, but
-    none for no limit."""
-    return max(1, int(np.ceil(np.log(part) / np.log(RATIO) - 1e-9))) if part < np.inf else 0
+def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[float]:
+    """Breakpoints inside (a, b): one towards each feature, and more until its first interval is short enough."""
+
+    def steps(longest: float | None) -> list[float]:
+        distances: list[float] = []
+        while longest is not None and (not distances or distances[-1] > longest):
+            distances.append((distances[-1] if distances else b - a) * RATIO)
+        return distances
+
+    return [a + step for step in reversed(steps(at_a))] + [b - step for step in steps(at_b)]
 
 
-def _towards(a: float, b: float, at_a: int, at_b: int) -> list[float]:
-    """Breakpoints inside (a, b) that approach its ends geometrically."""
-    from_a = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(at_a))]
-    return from_a + [b - (b - a) * RATIO ** (k + 1) for k in range(at_b)]
+def _beyond_reach(a: float, b: float, inner: list[float], reach: float, graded: list[float]) -> list[float]:
+    """Return breakpoints inside (a, b), with one more in each interval longer than four times a reach: two reaches away
+    from the end that is next to the nearer of the ``graded`` ends."""
+    cuts = []
+    for low, high in pairwise([a, *inner, b]):
+        if high - low > 4 * reach:
+            nearer = min(graded, key=lambda end: abs((low + high) / 2 - end))
+            cuts.append(low + 2 * reach if nearer == a else high - 2 * reach)
+    return sorted([*inner, *cuts])
+
+
+def _layered(count: int, degree: int, at_a: bool, at_b: bool) -> list[int]:
+    """Degrees of intervals that shrink towards singular ends: one less at them."""
+    degrees = [degree] * count
+    for at, on in ((0, at_a), (count - 1, at_b)):
+        if on:
+            degrees[at] = max(degree - 1, min(degree, LEAST_AT_EDGE))
+    return degrees
 
 
 def shortest_of(grid: Grid) -> float:
@@ -256,7 +266,8 @@ def _cut(
         return [*(max(2, int(p - FALL * s * k)) for k in range(1, count)), max(p - 1, min(p, LEAST_AT_EDGE))]
 
     at_a, at_b = (layers(s) for s in exponents.tolist())
-    return _towards(a, b, len(at_a), len(at_b)), [*at_a[::-1], p, *at_b]
+    from_a = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(len(at_a)))]
+    return from_a + [b - (b - a) * RATIO ** (k + 1) for k in range(len(at_b))], [*at_a[::-1], p, *at_b]
 
 
 def raised(grid: Grid) -> Grid:
@@ -270,3 +281,64 @@ def raised(grid: Grid) -> Grid:
     breaks = [np.union1d(b, ((b[1:] + b[:-1]) / 2)[h]) for (b, _), h in zip(axes, halved, strict=True)]
     degrees = [np.repeat(np.minimum(p + 1, HIGHEST_DEGREE), 1 + h) for (_, p), h in zip(axes, halved, strict=True)]
     return grid.with_axes(breaks, degrees)
+
+
+def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
+    """The grid with more intervals towards each face whose temperature jumps, down to the diffusion length of the
+    earliest time of interest (s)."""
+    axes = [_layered_from(grid.breaks[d], grid.degrees[d], _lengths(scene, d, earliest)) for d in range(3)]
+    return grid.with_axes([breaks for breaks, _ in axes], [degrees for _, degrees in axes])
+
+
+def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
+    """The shortest diffusion length (m) at each plane across an axis where a temperature jumps."""
+    lengths: dict[float, float] = {}
+    for b in scene.boundaries:
+        for box in scene.boxes:
+            if b.kind == "voltage" or b.lower[d] != b.upper[d] or not _touch(b, box):
+                continue
+            material = box.material.at(scene.initial_temperature)
+            k = laws.along(material.thermal_conductivity)[d]
+            length = float(np.sqrt(k / material.heat_capacity * earliest))
+            if _jumps(b, scene.initial_temperature, k / length):
+                lengths[b.lower[d]] = min(length, lengths.get(b.lower[d], np.inf))
+    return lengths
+
+
+def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
+    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is the conductance of
+    a diffusion length."""
+    if b.kind == "temperature":
+        steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
+        return steps or _at_start(b.value) != initial
+    if bends(b):
+        return bool(faces.coefficient(b, np.array(max(initial, _at_start(b.ambient)))) > FIRM * conductance)
+    return b.kind == "convection" and _at_start(b.value) > FIRM * conductance
+
+
+def _at_start(value: float | Schedule) -> float:
+    return float(np.interp(0.0, value.times, value.values)) if isinstance(value, Schedule) else value
+
+
+def _touch(b: Boundary, box: Box) -> bool:
+    return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
+
+
+def _layered_from(
+    at: np.ndarray, initial_degrees: np.ndarray, lengths: dict[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    breaks, degrees = at.tolist(), initial_degrees.tolist()
+    for plane, length in lengths.items():
+        i = int(np.abs(np.array(breaks) - plane).argmin())
+        while i + 1 < len(breaks) and breaks[i + 1] - breaks[i] > REACH * length:
+            gap = breaks[i + 1] - breaks[i]
+            degrees[i] = max(degrees[i], DEGREE)
+            breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
+            degrees.insert(i, degrees[i])
+        while i > 0 and breaks[i] - breaks[i - 1] > REACH * length:
+            gap = breaks[i] - breaks[i - 1]
+            degrees[i - 1] = max(degrees[i - 1], DEGREE)
+            breaks.insert(i, breaks[i] - max(RATIO * gap, REACH * length / 2))
+            degrees.insert(i, degrees[i - 1])
+            i += 1
+    return np.array(breaks), np.array(degrees)

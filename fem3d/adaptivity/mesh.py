@@ -225,8 +225,10 @@ class Bricks(Mesh):
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
         reach.check_planes(scene)
-        marks = grading.features(scene, study.earliest if over_time else None)
-        return Bricks(scene, reach.first_grid(scene, accuracy, marks), accuracy, marks)
+        marks = grading.features(scene)
+        grid = reach.first_grid(scene, accuracy, marks)
+        grid = grading.graded(grid, scene, study.earliest) if over_time else grid
+        return Bricks(scene, grid, accuracy, marks)
 
     @property
     def domain(self) -> Boxes:

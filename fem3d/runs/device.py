@@ -159,8 +159,8 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
     earliest = device.control.sample_time
-    marks = grading.features(part.scene, earliest)
-    grid = reach.first_grid(part.scene, min(accuracy, reach.COARSEST), marks)
+    marks = grading.features(part.scene)
+    grid = grading.graded(reach.first_grid(part.scene, min(accuracy, reach.COARSEST), marks), part.scene, earliest)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
     short = _short(device)
