@@ -172,7 +172,6 @@ class Path:
                     return newton.correct(newton.at(below.x + share * (highest.x - below.x)), None, enough)
             except NotConvergedError as failure:
                 step /= 2
-                beyond += top > point.mu
                 if step < SHORTEST * max(length, first):
                     raise self._end(top, point, isinstance(failure, VanishedError)) from None
                 continue
