@@ -170,7 +170,7 @@ def exponent(
 @lru_cache(maxsize=1)
 def _angular() -> tuple[np.ndarray, np.ndarray]:
     """(functions, functions) twice: the stiffness and the mass matrix of a wedge of one radian; the function of the ray
-    at which it begins is first, that of the other ray last."""
+    at which it begins is first, the ray at its end last."""
     from skfem import Basis, ElementLinePp, MeshLine
     from skfem.models.poisson import laplace, mass
 

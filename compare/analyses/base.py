@@ -22,8 +22,8 @@ T = TypeVar("T")
 class Analysis(ABC, Generic[T]):
     """An optional study of a run, such as the sensitivities.
 
-    If an option requests the analysis, the pipeline calls ``prepare`` before the models are solved, and ``run``
-    afterwards unless there is a ``skip_reason``, which the plan shows, in the order of `compare.analyses.ANALYSES`.
+    The pipeline calls ``prepare`` of each analysis that an option requests before the models are solved, and
+    afterwards ``run`` of those without a ``skip_reason``, in the order of `compare.analyses.ANALYSES`.
     ``prepare`` may set ``outcome.scene``, as calibration does. The answer of a kind that has one takes ``sentence``;
     reports take ``section``, ``document`` and ``figure``.
 

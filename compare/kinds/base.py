@@ -83,7 +83,7 @@ class Kind(ABC, Generic[S]):
         """Raise SceneError for options that this scene cannot have."""
 
     def completed(self, scene: S, options: Options) -> S:
-        """Return the scene with the probes that a run adds."""
+        """Return the scene with the probes that a run adds. Raises SceneError for a scene that would report nothing."""
         return scene
 
     def declared(self, scene: S, options: Options) -> S:
@@ -92,7 +92,8 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
-        """Solve the models, by name: "fem3d", "reduced1d" unless `ask` answers it, and "single" for one span of a row.
+        """Solve the models that the options ask for and the kind has, by name: "fem3d", "reduced1d" (which `ask` adds
+        for a user's own model), and "single", 3D of one span of a row.
         Raises SceneError and ArithmeticError."""
 
     def compare(self, scene: S, options: Options) -> Outcome[S]:

@@ -43,15 +43,15 @@ def adapt(
 ) -> Answer:
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
-    Each steady level solves a(u, v) = l(v) in nested spaces of degrees p and p - 1, and in the same spaces for each
-    goal J of the study the dual problem a(v, z) = J(v), linearized about u(p) where a property follows a law. The
-    residual r = l - a(u(p-1), .) and the dual weights z_i give the contributions z_i r_i of degree p; a space of degree
-    p - 2, where there is one, gives those of degree p - 1. `Estimator` extrapolates the contributions to all later
-    degrees; their sum estimates the error of J. `goal_errors.examined` makes it at least the last change of J and adds
-    the errors that come by way of other goals, the power, iteration, extremes and heat balance. On cells,
-    `cell_mesh.corrected` then lowers or raises the errors by what earlier meshes show. Errors are relative to the
-    scales of `Study`. The next mesh has higher degrees or smaller intervals or cells where the indicators of goals are
-    largest. The transient is solved once the steady state has reached three quarters of the accuracy, or alone.
+    A level is one mesh with nested spaces of degrees p, p - 1 and, on bricks and on tetrahedra of degree 3, p - 2. Its
+    steady state is solved in each space, and in all but the lowest one the dual problem a(v, z) = J(v) of each
+    temperature and heat flow J, linearized about u(p) where a property follows a law. Potentials have dual problems of
+    the cold conductor; currents have none, except across contacts. The residual r = l - a(u(p-1), .) and the dual
+    weights z_i give the contributions z_i r_i of the last degrees, which `Estimator` extrapolates to the error of J.
+    `goal_errors.examined` completes it, with parts for currents, iteration, extremes and the heat balance among others.
+    On cells `cell_mesh.corrected` then raises or lowers errors by what earlier meshes show. Errors are relative to the
+    scales of `Study`. The next mesh is finer where the indicators of goals are largest. With both, the transient is
+    solved once the steady state has reached three quarters of the accuracy.
 
     Parameters
     ----------
@@ -61,12 +61,14 @@ def adapt(
     progress : called with lines of text, for levels and for transients after a steady state
     mesh : first mesh; by default a grid of bricks
 
-    Returns the last level. Its errors exceed the accuracy where `Mesh.refine` returns None, as meshes of cells do at
-    their limit of memory or unknowns; `Mesh.warnings` says so. Raises RunawayError if no steady state is found at the
-    whole drive (there is none, it is hotter than `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the
-    transient runs away, BeyondLawError if states stay beyond a resistivity law, TooLargeError if a mesh exceeds the
-    memory, and NumericsError if heat has no exit, refinement no longer reduces the errors, a singular edge puts the
-    accuracy out of reach, or `MOST_LEVELS` are used up.
+    Returns the last level. Its errors may exceed the accuracy where the mesh is at its limit of memory or unknowns, and
+    over time where traces would need too many rows; the errors and `Mesh.warnings` say so.
+
+    Raises RunawayError if no steady state is found at the whole drive (there is none, it is hotter than
+    `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError if states
+    stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError for any other reason,
+    such as heat without an exit, errors that no longer fall, a singular edge that puts the accuracy out of reach, an
+    iteration that does not converge, or `MOST_LEVELS`.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)

@@ -23,8 +23,8 @@ An even solution on an interval has no contribution of odd degree. Away from edg
 over every second degree, by q / (1 - q): q is the decay over two degrees of the coefficients of the solution and the
 dual solution (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
 
-On the cells of a mesh the measured rate is used: at least SLOWEST, or the theoretical rate at an edge if that is
-slower, and at most 4s at an edge of exponent s. A smooth contribution may hide an edge in the same cell, where the
+On the cells of a mesh the measured rate is used: at least SLOWEST, and at most 4s at an edge of exponent s, even if
+that is slower. A smooth contribution may hide an edge in the same cell, where the
 measured rate is then too fast. On tetrahedra the change that theory expects of later degrees is added to the values of
 quantities (`fem3d.adaptivity.nested`).
 """
@@ -109,9 +109,9 @@ class Estimator:
     """Extrapolate dual-weighted residuals in the polynomial degree, to bound the error of a goal.
 
     The dual weights z and the residual r of degree p - 1 give the contribution d_p = sum |z_i r_i| of degree p to the
-    goal, on each interval of each axis of a grid; on a mesh it is the absolute energy integral over each cell, split
-    among three axes; d_(p-1) likewise. An error q^-a after degree q has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) /
-    ((p-2)^-a - (p-1)^-a), which gives the rate a.
+    goal, on each interval of each axis of a grid; on a mesh of cells it is the absolute energy integral over each cell
+    (where a law is linearized the sum by function), split among three axes; d_(p-1) likewise. An error q^-a after
+    degree q has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) / ((p-2)^-a - (p-1)^-a), which gives the rate a.
 
     Attributes
     ----------

@@ -41,7 +41,7 @@ _CELLS = {
     "CQUAD": {4: "quad", 8: "quad8", 9: "quad9"},
 }  # fmt: skip
 _SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM")
-# Nastran has the upright edges of a hexahedron before those of its top.
+# Nastran has the upright edges of a hexahedron before the edges of its top.
 _HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 
 

@@ -108,7 +108,7 @@ class GroupedMesh:
 
 
 def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = None) -> tuple[int, np.ndarray] | None:
-    """Find the cell, among chosen ones (cells,), and the reference coordinates (3,) of a point (m).
+    """Find the cell, among chosen cells (cells,), and the reference coordinates (3,) of a point (m).
 
     Return None outside. The map of each cell near the point is inverted by Newton's method.
     """
@@ -147,7 +147,7 @@ def refine(given: GroupedMesh, times: np.ndarray) -> GroupedMesh:
     """
     mesh = given.mesh
     flat = (MeshTet if given.simplex else MeshHex)(mesh.doflocs[:, : mesh.nvertices], mesh.t)
-    # scikit-fem has all cells at the first corners of hexahedra, then all at the second ones, and so on.
+    # scikit-fem has all cells at the first corners of hexahedra, then all at the second corners, and so on.
     fine, parents = _bisected(flat, times) if given.simplex else (flat.refined(), np.tile(np.arange(given.count), 8))
     finer = fine
     if type(mesh) is not type(flat):
