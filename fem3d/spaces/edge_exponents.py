@@ -22,9 +22,9 @@ _BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) f
 
 
 def at_vertices(domain: Domain) -> np.ndarray:
-    """(2, vertices): the smallest exponents of the temperature and of the potential at the edges that end at each
-    vertex; infinite where all are regular. At a contact the smaller of the exponents with and without the contact
-    counts, as in `meshes.singular`."""
+    """(2, 3, vertices): the smallest exponents of the temperature and of the potential at the edges that end at each
+    vertex, by the axis closest to each edge's direction; infinite where all are regular. At a contact the smaller of
+    the exponents with and without the contact counts, as in `meshes.singular`."""
     mesh: Any = domain.space.mesh
     regular = np.full(mesh.edges.shape[1], np.inf)
     thermal, electric = [regular], [regular]
@@ -44,16 +44,17 @@ def at_vertices(domain: Domain) -> np.ndarray:
         sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
         given, torn = _given(domain, "voltage"), domain.electric.space.torn
         electric += [_at_edges(mesh, sigma, given, facets) for facets in ([None, torn] if len(torn) else [None])]
-    smallest = np.full((2, mesh.p.shape[1]), np.inf)
+    axis = np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
+    smallest = np.full((2, 3, mesh.p.shape[1]), np.inf)
     for at, exponents in zip(smallest, (np.min(thermal, axis=0), np.min(electric, axis=0)), strict=True):
         for end in mesh.edges:
-            np.minimum.at(at, end, exponents)
+            np.minimum.at(at, (axis, end), exponents)
     return smallest
 
 
 def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
-    """(2, cells): the smallest of exponents `at_vertices` (2, vertices) at an edge that a cell touches."""
-    at: np.ndarray = smallest[:, mesh.t].min(axis=1)
+    """(2, cells): the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
+    at: np.ndarray = smallest.min(axis=1)[:, mesh.t].min(axis=1)
     return at
 
 

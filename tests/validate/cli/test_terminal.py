@@ -7,6 +7,7 @@ import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from select import select
 
 import pytest
 
@@ -88,7 +89,9 @@ def test_a_terminal_shows_the_step_and_its_time_on_one_line(monkeypatch):
         with terminal.progress() as say:
             say("solving in 3D on level 4 with 123456 unknowns")
             time.sleep(0.6)
-        said = os.read(ours, 4096).decode()
+        said = ""
+        while select([ours], [], [], 0.2)[0]:
+            said += os.read(ours, 4096).decode()
     lines = [part.strip("\r") for part in said.split("\x1b[K")]
     assert any("solving in 3D" in line for line in lines)
     assert any("(1 s)" in line for line in lines)
