@@ -120,7 +120,7 @@ def test_a_current_that_is_switched_off_and_on_is_the_sum_of_its_pieces():
 
 @pytest.mark.long
 def test_a_given_current_with_a_rising_resistance_has_a_largest_one():
-    with pytest.raises(RunawayError, match="rises as it heats; the largest current") as caught:
+    with pytest.raises(RunawayError, match="resistance changes as it heats; the largest current") as caught:
         scene_run.solve(driven(1.02 * LIMIT))
     assert caught.value.limit == pytest.approx(LIMIT, rel=1e-4)
     assert scene_run.solve(driven(0.98 * LIMIT)).steady["mean"].value > 1000
