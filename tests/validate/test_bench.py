@@ -31,7 +31,7 @@ def test_a_file_of_something_else_is_refused(text, sentence, capsys):
 
 @pytest.mark.long
 def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
-    numbers = {"schema": 3, "quick": False, "machine": {"ngsolve": "none"}, "skips": [SKIP], "steady": WORK}
+    numbers = {"schema": 4, "quick": False, "machine": {"ngsolve": "none"}, "skips": [SKIP], "steady": WORK}
     (tmp_path / "found.json").write_text(json.dumps(numbers), encoding="utf-8")
     written = tmp_path / "page.md"
     given = ["--from", str(tmp_path / "found.json"), "--part", "skips", "--markdown", str(written)]
