@@ -217,7 +217,7 @@ def sensitivities(
         if the scene itself cannot be solved again
     """
     solver = _Solver(study, answer, rows)
-    base = solver.point(study, True)
+    base = solver.base
     steady, course = Table(), Course(solver.times, base.fine.traces, {}, {})
     profile, left_out = dict[str, np.ndarray](), dict[str, str]()
     for key, vary in keys.items():
@@ -311,21 +311,22 @@ class _Solver:
         if isinstance(study.part.scene, Scene):
             sharpest = grading.features(study.part.scene).sharpest
             self.edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-        self._first: Problems | None = None
-        self._first, self._tangents = self._moved(study), dict[int, Tangent]()
+        self._own: Problems | None = None
+        self._own, self._tangents = self._moved(study), dict[int, Tangent]()
         if answer.steady is not None and physics.heat(study.part.scene):
-            given, start = self._first, answer.steady.state.heat.field(answer.steady.state.rise)
+            given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
                 k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
 
-    def beside(self, vary: Vary, step: float, lower: bool) -> Point:
-        """Return the values of the scene whose key is larger by a relative step."""
-        return self.point(vary(step), lower)
+        self.base = self._point(study, self._own, True)
 
-    def point(self, study: Study, lower: bool) -> Point:
-        """Return the values of a scene, in the ``lower`` space too."""
-        given = self._moved(study)
+    def beside(self, vary: Vary, step: float, lower: bool) -> Point:
+        """Return the values of the scene whose key is larger by a relative step, in the ``lower`` space too."""
+        study = vary(step)
+        return self._point(study, self._moved(study), lower)
+
+    def _point(self, study: Study, given: Problems, lower: bool) -> Point:
         return Point(self._values(study, given, -1), self._values(study, given, -2) if lower else None)
 
     def _moved(self, study: Study) -> Problems:
@@ -335,13 +336,14 @@ class _Solver:
             heat.ordering.share(self._answer.heat.ordering)
             if conductor is not None and self._answer.conductor is not None:
                 conductor.ordering.share(self._answer.conductor.ordering)
-        # Beside a scene its factors are near enough to start from and to correct by.
-        for problem, first in zip(self._first.heats if self._first else (), given.heats, strict=False):
-            first.kept.tell(solve_steady=problem.solve_steady)
-        for of_first, conductor in zip(self._first.conductors if self._first else (), given.conductors, strict=False):
-            if of_first is not None and conductor is not None:
-                near = of_first.kept.get("near", lambda: None) or of_first
-                conductor.kept.tell(near=near, cold_potentials=of_first.cold_potentials)
+        if self._own is not None:
+            # The factors of the scene itself are near enough to start from and to correct by.
+            for heat, own in zip(given.heats, self._own.heats, strict=True):
+                heat.kept.tell(solve_steady=own.solve_steady)
+            for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
+                if conductor is not None and known is not None:
+                    near = known.kept.get("near", lambda: None) or known
+                    conductor.kept.tell(near=near, cold_potentials=known.cold_potentials)
         return given
 
     def _values(self, study: Study, given: Problems, level: int) -> Values:
