@@ -32,7 +32,6 @@ FINE, TURNS = 5, 6  # points along each side of a finer lattice, and how many th
 # The top of a cell may lie above its best lattice point by this fraction of the span of the function on the lattice.
 MISSED = 0.1
 CANDIDATES = 24  # parts of cells for each time, at most: as many cells may share a vertex
-IRRATIONAL = np.sqrt([2.0, 3.0, 5.0])  # no two lattice points have one product with these
 
 
 class Place(NamedTuple):
@@ -70,7 +69,8 @@ class Extreme:
         values, doubts = np.full(len(weights), -np.inf), np.zeros(len(weights))
         places = [Place(-1, np.zeros(3))] * len(weights)
         for cells, corner, sides in self._patches:
-            points = self._inside(np.array(list(product(np.linspace(0, 1, self._space.p + 2), repeat=len(sides)))))
+            points = np.array(list(product(np.linspace(0, 1, self._space.p + 2), repeat=len(sides))))
+            points = points[self._inside(points)]
             local = self._sign * fields[:, self._space.dofs[:, cells]]
             samples = np.tensordot(local, self._space.at((corner + points @ sides).T), (1, 1))
             step = max(1, AT_ONCE // samples[0].size)
@@ -110,20 +110,23 @@ class Extreme:
         ``values`` (n,), the values there, and the gains of the last lattice."""
         around = np.array(list(product(np.linspace(-1, 1, FINE), repeat=len(sides))))
         gains = np.zeros(len(functions))
+        step = max(1, AT_ONCE // (len(around) * functions.shape[1]))
         for turn in range(1, TURNS + 1):
-            _, first, group = np.unique(places @ IRRATIONAL[: len(sides)], return_index=True, return_inverse=True)
-            for k, middle in enumerate(places[first]):
-                near = self._inside(np.clip(middle + 0.5**turn * around, 0.0, 1.0))
-                members = np.flatnonzero(group == k)
-                each = functions[members] @ self._space.at((corner + near @ sides).T).T
-                best = each.argmax(axis=1)
-                gains[members] = each[np.arange(len(members)), best] - values[members]
-                values[members], places[members] = each[np.arange(len(members)), best], near[best]
+            for start in range(0, len(functions), step):
+                some = slice(start, start + step)
+                near = np.clip(places[some, None] + 0.5**turn * around, 0.0, 1.0)
+                shapes = self._space.at((corner + near @ sides).reshape(-1, 3).T)
+                each = np.einsum("nf,nmf->nm", functions[some], shapes.reshape(*near.shape[:2], -1), optimize=True)
+                each = np.where(self._inside(near), each, -np.inf)
+                best = each.argmax(axis=1)[:, None]
+                tops = np.take_along_axis(each, best, axis=1)[:, 0]
+                gains[some], values[some] = tops - values[some], tops
+                places[some] = np.take_along_axis(near, best[..., None], axis=1)[:, 0]
         return places, values, np.maximum(gains, 0.0)
 
     def _inside(self, points: np.ndarray) -> np.ndarray:
-        """The points (n, sides) that lie inside their part, a triangle or a tetrahedron on tetrahedra."""
-        return points[points.sum(axis=1) <= 1 + 1e-12] if self._simplex else points
+        """(...,): whether points (..., sides) lie in their part, a triangle or a tetrahedron on tetrahedra."""
+        return points.sum(axis=-1) <= (1 + 1e-12 if self._simplex else np.inf)
 
 
 Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
