@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -40,24 +41,27 @@ def entities(edges: np.ndarray, d: int) -> np.ndarray:
     return everywhere
 
 
-def pooled(grid: Grid, spread: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return per axis (degrees, intervals) the sums of values of edges of one degree on an interval."""
-    shapes = [(int(p.max()) + 1, len(p)) for p in grid.degrees]
-    return [
-        np.bincount(pool.ravel(), each.ravel(), shape[0] * shape[1]).reshape(shape)
-        for pool, each, shape in zip(_pools(grid), spread, shapes, strict=True)
-    ]
+def of_cells(grid: Grid) -> np.ndarray:
+    """Return (3, cells) the degrees of the cells that a box owns."""
+    at = np.argwhere(grid.solid).T
+    if grid.edges:
+        return np.array([entities(e, d)[tuple(2 * at + 1)] for d, e in enumerate(grid.edges)])
+    return np.array([degrees[i] for degrees, i in zip(grid.degrees, at, strict=True)])
 
 
-def shared(grid: Grid, sums: Sequence[np.ndarray], spread: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Distribute sums of `pooled` to the edges in proportion to a ``spread``."""
-    each = zip(_pools(grid), sums, pooled(grid, spread), spread, strict=True)
-    return [part * (whole / np.maximum(total, 1e-300)).ravel()[pool] for pool, whole, total, part in each]
+def by_interval(grid: Grid, values: np.ndarray) -> list[np.ndarray]:
+    """Return per axis (intervals,) the sums of values (3, cells) of the cells that a box owns."""
+    at = np.argwhere(grid.solid).T
+    return [np.bincount(i, v, len(p)) for i, v, p in zip(at, values, grid.degrees, strict=True)]
 
 
-def by_interval(spread: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return per axis (intervals,) the values of intervals, or the sums over their edges."""
-    return [m if m.ndim == 1 else m.sum(axis=tuple({0, 1, 2} - {d})) for d, m in enumerate(spread)]
+def by_edge(grid: Grid, values: np.ndarray) -> list[np.ndarray]:
+    """Distribute values (3, cells) along each axis equally to the four edges of each cell."""
+    at, shares = np.argwhere(grid.solid).T, [np.zeros(e.shape) for e in grid.edges]
+    for d, share in enumerate(shares):
+        for step in product(*((0, 1) if e != d else (0,) for e in range(3))):
+            np.add.at(share, tuple(at + np.array(step)[:, None]), values[d] / 4)
+    return shares
 
 
 def share_of(missing: Sequence[np.ndarray], target: float) -> float:
@@ -82,19 +86,13 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     """Refine like `grading.refined` by indicators of edges: an interval by its edges of the highest degree there, all
     other edges up to this degree."""
     share = share_of(missing, target)
-    at_top = by_interval([
-        np.where((e == _along(d, p)) & (m > share), m, 0.0)
+    at_top = [
+        np.where((e == _along(d, p)) & (m > share), m, 0.0).sum(axis=tuple({0, 1, 2} - {d}))
         for d, (e, p, m) in enumerate(zip(grid.edges, grid.degrees, missing, strict=True))
-    ])  # fmt: skip
+    ]
     # Where the indicators at the top are below the target, some intervals are refined all the same.
     most = min(target, 0.5 * sum(float(m.sum()) for m in at_top))
     return finer(grid, missing, share, grading.refined(grid, at_top, most, marks))
-
-
-def _pools(grid: Grid) -> list[np.ndarray]:
-    """Return per axis the place of each edge in `pooled`."""
-    each = enumerate(zip(grid.edges, grid.degrees, strict=True))
-    return [edges * len(p) + _along(d, np.arange(len(p))) for d, (edges, p) in each]
 
 
 def _along(d: int, values: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ from typing import Any, Self
 import numpy as np
 
 from fem3d.adaptivity import goal_errors, reach
-from fem3d.adaptivity.estimator import Estimator, worst_of
+from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.mesh import Indicators, Mesh, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
@@ -82,7 +82,7 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
     }
     parts = {n: max(part, larger.get(n, 0.0)) for n in level.goals}
     parts |= {n: min(parts[n], errors[n] / e) for n, e in level.errors.items() if n in parts and e > 0}
-    goals = {n: [parts[n] * indicator for indicator in spread] for n, spread in level.goals.items()}
+    goals = {n: parts[n] * indicators for n, indicators in level.goals.items()}
     return replace(level, errors=errors, goals=goals, record=record)
 
 
@@ -196,7 +196,7 @@ class CellMesh(Mesh):
         start = replace(self, history=(*self.history, *record))
         if not self.simplex:
             return start.refine_all()
-        by_axis = np.array(worst_of(indicators.goals))
+        by_axis = np.max(indicators.goals, axis=0)
         missing = by_axis.sum(axis=0)
         missing *= max(indicators.worst / max(float(missing.sum()), 1e-300), 1.0)
         too_much = missing > grading.share_of(missing, AIM * target)

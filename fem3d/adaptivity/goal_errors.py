@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, degree_products, total
-from fem3d.adaptivity.nested import Problems, Solution, free_functions, parts_of, solution
+from fem3d.adaptivity.estimator import Contributions, Estimator
+from fem3d.adaptivity.nested import Problems, Solution, solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.outputs import ROUNDING, Study
@@ -49,15 +49,20 @@ def steady_parts(study: Study, fine: Solution, low: Solution, duals: Duals) -> d
         to_lowest = lowest.take(heat.field(balanced))
         rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
         residuals.insert(0, balanced - heat.stiffness @ given.lifted(rise, 0))
-    return duals.thermal(residuals) | _potentials(study, given, scales)
+    fields = heat.field(np.array(residuals))
+    changes = [
+        upper.field(upper.solve_steady(upper.take(each)[: upper.free]))
+        for upper, each in zip(given.heats[1:], fields, strict=True)
+    ]
+    return duals.thermal(changes, [*fields]) | _potentials(study, given, scales)
 
 
 class Duals:
     """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all nodes, K).
 
     They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
-    Contributions are divided by the ``scales`` of the goals. ``fields`` are by goal the dual solutions (functions,) in
-    the two upper spaces, zero at fixed nodes; ``rows`` the load vectors (all nodes,).
+    The goals are divided by their ``scales``. ``rows`` are by goal the load vectors (all nodes,),
+    ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed nodes.
     """
 
     def __init__(
@@ -68,31 +73,18 @@ class Duals:
         self.probes = {name: given.domain.probes[probe] for name, probe in goals.items()}
         rows = {name: goal_row(given.heat, probe, rise) for name, probe in self.probes.items()}
         self.rows = {name: row for name, row in rows.items() if row is not None}
-        loads, fields = np.array(list(self.rows.values())) * (time or 1.0), list[np.ndarray]()
-        for heat in given.heats[1:] if self.rows else ():
-            fields.append(heat.field(heat.solve_dual(loads[:, : heat.free], time)))
-        self.fields = {name: [each[i] for each in fields] for i, name in enumerate(self.rows)}
+        loads = np.array([row * (time or 1.0) / scales[name] for name, row in self.rows.items()])
+        uppers = given.heats[1:] if self.rows else ()
+        self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
 
-    def thermal(self, residuals: Sequence[np.ndarray]) -> dict[str, Contributions]:
-        """Return the contributions to each goal from the residuals (all nodes) of the two lower spaces."""
-        given, time, parts = self.given, self.time, dict[str, Contributions]()
-        heat, space = given.heat, given.domain.space
-        depth, residual_fields = space.depth[heat.order], heat.field(np.array(residuals))
-        sizes = degree_products(heat.stiffness, self.rise, depth)
-        if time is not None:
-            sizes += degree_products(heat.mass, self.rise, depth) / time
-        free = [h.order[: h.free] for h in given.heats]
-        tested = []
-        # The linearization about a law has its heat by function only, not by cell.
-        if space.by_cells and heat.about is None and self.fields:
-            for upper, residual in zip(given.heats[1:], residual_fields, strict=True):
-                solve = upper.solve_steady if time is None else upper.solve_shifted(time)
-                change = solve((time or 1.0) * upper.take(residual)[: upper.free])
-                tested.append(nested.heat(heat, upper.field(change), time))
-        for name, dual in self.fields.items():
-            scaled = [z / self.scales[name] for z in dual]
-            parts[name] = parts_of(space, free, scaled, [*residual_fields], dual[-1] * heat.field(sizes), tested)
-        return parts
+    def thermal(self, changes: Sequence[np.ndarray], residuals: Sequence[np.ndarray]) -> dict[str, Contributions]:
+        """Return the contributions to each goal, from the changes (functions,) to the next higher space and the
+        residuals (functions,) of the two lower spaces."""
+        if not self.rows:
+            return {}
+        rise = self.given.heat.field(self.rise)
+        parts = self.given.thermal(changes, self.fields, residuals, rise, self.time)
+        return dict(zip(self.rows, parts, strict=True))
 
     def joule(self, potentials: Sequence[np.ndarray]) -> dict[str, Contributions]:
         """Return the contributions of degrees p - 1 and p to each goal by way of the Joule heat.
@@ -105,44 +97,39 @@ class Duals:
         from the error of the potential, the goal changes in proportion to the change of the current.
         """
         given, conductor = self.given, self.given.conductor
-        if conductor is None or not self.fields or not any(phi.any() for phi in potentials):
+        if conductor is None or not self.rows or not any(phi.any() for phi in potentials):
             return {}
-        heat, space = given.heat, given.domain.electric.space
+        heat = given.heat
         densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
-        residuals = [-(conductor.matrix @ phi) for phi in potentials[:-1]]
-        weights = degree_products(conductor.matrix, potentials[-1], space.depth)
         stills = []
-        for name in self.fields:
+        for name in self.rows:
             held = reading(heat, self.probes[name]).boundaries
-            stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size)))
+            still = sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size))
+            stills.append(still / self.scales[name])
         seen = []
-        for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
+        for upper, density, duals in zip(given.conductors[1:], densities, self.fields, strict=True):
             assert upper is not None
-            pairs = zip(self.fields.values(), stills, strict=True)
-            flows = np.array([conductor.on.flow(conductor.on.value(d[k] - still) * density) for d, still in pairs])
-            seen.append(upper.respond(flows))
-        tested = [nested.current(conductor, b - a) for a, b in pairwise(potentials)] if space.by_cells else []
-        parts = {}
-        for i, name in enumerate(self.fields):
-            ws = [w[i] / self.scales[name] for w in seen]
-            parts[name] = parts_of(space, free_functions(given), ws, residuals, seen[-1][i] * weights, tested)
-        return parts
+            pairs = zip(duals, stills, strict=True)
+            flows = [conductor.on.flow(conductor.on.value(dual - still) * density) for dual, still in pairs]
+            seen.append(upper.respond(np.array(flows)))
+        return dict(zip(self.rows, given.electric(seen, potentials), strict=True))
 
-    def contradictions(self, judge: Estimator) -> dict[str, Spread]:
+    def contradictions(self, judge: Estimator) -> dict[str, np.ndarray]:
         """Return indicators of each goal at edges where given temperatures contradict each other; empty without them.
 
         At any degree the jump is spread over the first interval or cell beside the edge. The error is the jump times
         the residual of the dual problem at its node, whose functions carry the dual heat of both sides: in equal parts
         to the intervals that end there, or to the cells around it.
         """
-        heat, space, spreads = self.given.heat, self.given.domain.space, {}
+        heat, indicators = self.given.heat, {}
         nodes = np.flatnonzero(heat.torn)
-        for name, row in self.rows.items() if len(nodes) else ():
-            dual = heat.take(self.fields[name][-1])
-            residual = row - heat.turned(dual) - (0.0 if self.time is None else heat.mass @ dual / self.time)
-            parts = (heat.torn * residual)[nodes] / self.scales[name]
-            spreads[name] = judge.at_vertices(space, heat.order[nodes], parts)
-        return spreads
+        for i, (name, row) in enumerate(self.rows.items() if len(nodes) else ()):
+            dual = heat.take(self.fields[-1][i])
+            stored = 0.0 if self.time is None else heat.mass @ dual / self.time
+            residual = row / self.scales[name] - heat.turned(dual) - stored
+            parts = (heat.torn * residual)[nodes]
+            indicators[name] = judge.at_vertices(self.given.domain.space, heat.order[nodes], parts)
+        return indicators
 
 
 def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
@@ -157,9 +144,9 @@ def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
 
 
-def summed(a: Mapping[str, Spread], b: Mapping[str, Spread]) -> dict[str, Spread]:
-    """Add the spreads of ``b`` to the spreads of ``a`` with the same names."""
-    return {n: [x + y for x, y in zip(spread, b[n], strict=True)] if n in b else spread for n, spread in a.items()}
+def summed(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Add the indicators of ``b`` to the indicators of ``a`` with the same names."""
+    return {name: parts + b[name] if name in b else parts for name, parts in a.items()}
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
@@ -183,22 +170,18 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
     names = [n for n, p in study.goals.items() if p in crossing or domain.probes[p].quantity == "potential"]
     if not names:
         return {}
-    *lower, fine = given.cold_potentials
-    sizes, parts = degree_products(conductor.matrix, fine.sum(axis=0), space.depth), {}
-    residuals = [(conductor.matrix @ phi.T).T.sum(axis=0) for phi in lower]
-    pairs = pairwise([*lower, fine]) if space.by_cells else ()
-    tested = [nested.current(conductor, (b - a).sum(axis=0)) for a, b in pairs]
+    potentials = [phi.sum(axis=0) for phi in given.cold_potentials]
+    rows = []
     for name in names:
         probe = domain.probes[study.goals[name]]
         if probe.name in crossing:
-            row = conductor.crossing_row(probe.name)
+            rows.append(conductor.crossing_row(probe.name) / scales[name])
         elif probe.reduce == "mean":
-            row = domain.mean(probe, domain.live)
+            rows.append(domain.mean(probe, domain.live) / scales[name])
         else:
-            row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)
-        duals = [upper.respond(row) / scales[name] for upper in given.conductors[1:] if upper is not None]
-        parts[name] = parts_of(space, free_functions(given), duals, residuals, duals[-1] * scales[name] * sizes, tested)
-    return parts
+            rows.append(extreme(domain, probe, domain.live).where(potentials[-1]).row(space) / scales[name])
+    duals = [upper.respond(np.array(rows)) for upper in given.conductors[1:] if upper is not None]
+    return dict(zip(names, given.electric(duals, potentials), strict=True))
 
 
 Errors = dict[str, float]
@@ -234,7 +217,7 @@ class Level:
     low: Solution
     scales: Errors
     errors: Errors
-    goals: dict[str, Spread]
+    goals: dict[str, np.ndarray]
     least: Errors = field(default_factory=dict)
     extrapolated: bool = False
     record: Record | None = None
@@ -270,11 +253,11 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     by_current = {name: estimator.indicators(each) for name, each in joule.items()}
     goals = {"power": power} | with_current(summed(goals, torn), by_current, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    if given.domain.space.by_cells and estimator.extrapolates:
-        thermal = {name: each for name, each in parts.items() if name in duals.fields}
-        current = joule | {name: each for name, each in parts.items() if name not in duals.fields}
+    if estimator.extrapolates:
+        thermal = {name: each for name, each in parts.items() if name in duals.rows}
+        current = joule | {name: each for name, each in parts.items() if name not in duals.rows}
         better, doubts = nested.extrapolated(study, given, fine, low, scales, thermal, current, estimator)
-        doubts |= {name: doubts[name] + Estimator.bound(spread) * scales[name] for name, spread in torn.items()}
+        doubts |= {name: doubts[name] + Estimator.bound(each) * scales[name] for name, each in torn.items()}
     else:
         better, doubts = fine, {}
     changed = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
@@ -285,7 +268,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
             errors[name] = factor * change + Estimator.bound(power) * scale
             continue
         # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
-        own = total(parts[name].last) + total(joule.get(name, electric).last)
+        own = parts[name].size + joule.get(name, electric).size
         errors[name] = max(change, Estimator.bound(goals[name]) * scale + factor * max(change - own * scale, 0.0))
     # An error far below the largest error of any rise is chance, as where odd degrees contribute nothing.
     largest = max((errors[name] / scales[name] for name in study.rises), default=0.0)
@@ -300,14 +283,16 @@ def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float
     return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
 
 
-def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
+def with_current(
+    goals: Mapping[str, np.ndarray], joule: Mapping[str, np.ndarray], power: np.ndarray
+) -> dict[str, np.ndarray]:
     """Add to the indicators of goals the indicators of their Joule heat, or else of the power."""
     return summed(goals, {name: joule.get(name, power) for name in goals})
 
 
-def _factor(goals: Mapping[str, Spread], parts: Mapping[str, Contributions], estimator: Estimator) -> float:
+def _factor(goals: Mapping[str, np.ndarray], parts: Mapping[str, Contributions], estimator: Estimator) -> float:
     """Return the error of all goals together over the contributions of the last degree, at least 1."""
-    last = sum(total(each.last) for each in parts.values())
+    last = sum(each.size for each in parts.values())
     error = sum(map(Estimator.bound, goals.values()))
     return max(1.0, min(error / last, estimator.largest_factor)) if last > 0 else 1.0
 

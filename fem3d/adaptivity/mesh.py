@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.adaptivity import goal_errors, nested, reach, trace_errors
-from fem3d.adaptivity.estimator import Estimator, Spread, total, worst_of
+from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
@@ -52,12 +52,12 @@ class Indicators(NamedTuple):
 
     Attributes
     ----------
-    goals: of each goal, relative to its scale.
+    goals: (3, cells) of each goal, relative to its scale.
     worst: the largest relative error.
     record: estimates of the level, for the correction of later levels.
     """
 
-    goals: Sequence[Spread]
+    goals: Sequence[np.ndarray]
     worst: float
     record: Record | None = None
 
@@ -254,8 +254,11 @@ class Bricks(Mesh):
         return given
 
     def refine(self, indicators: Indicators, target: float) -> Bricks | None:
-        missing = worst_of(indicators.goals)
-        missing = [m * max(indicators.worst / max(total(missing), 1e-300), 1.0) for m in missing]
+        spread = edgewise.by_edge if self.grid.edges else edgewise.by_interval
+        goals = [spread(self.grid, goal) for goal in indicators.goals]
+        missing = [np.max(each, axis=0) for each in zip(*goals, strict=True)]
+        size = sum(float(m.sum()) for m in missing)
+        missing = [m * max(indicators.worst / max(size, 1e-300), 1.0) for m in missing]
         if self.aim is not None:
             # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
             share = edgewise.share_of(missing, AIM * target / (2 * edgewise.FALLS))

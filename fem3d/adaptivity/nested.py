@@ -8,96 +8,29 @@ with the degree p (Gui and Babuska, Numer. Math. 49, 1986), with a factor that k
 reading further in the same direction. The exponent s gives the ratio to its last change; energies are extrapolated
 likewise (Szabo and Babuska, Finite Element Analysis, Wiley 1991, section 4.3). Each cell has its own exponent, and its
 own dual-weighted contribution to the change.
-
-On bricks contributions are separated by function, because the functions of one interval are nearly orthogonal. On flat
-tetrahedra they are not, and contributions cancel. There the energy product of the difference of two spaces' fields with
-a dual solution is integrated over each cell, which is independent of the basis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity.estimator import Contributions, Estimator, degree_products, every_second
+from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble, film
+from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
 from fem3d.solution.steady import SteadyState, solve_steady
-from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.mapped import Interface
+from fem3d.spaces.integrals import Space
 from scenes import physics
-from scenes.model import bends
 
-Tested = Callable[[np.ndarray], np.ndarray]
-"""From a dual solution (functions,) to the product of each cell, in parts of its sign for the three axes (3, cells)."""
 SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy; powers see the square of it
-
-
-def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:
-    """Split the sum of the products (3, cells) of slopes and of other products ``besides`` into (3, cells) parts, in
-    proportion to the absolute products of slopes."""
-    sizes = np.abs(products)
-    total = np.maximum(sizes.sum(axis=0), 1e-300)
-    parts: np.ndarray = (products.sum(axis=0) + besides) * np.where(total > 1e-300, sizes / total, 1 / 3)
-    return parts
-
-
-def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested:
-    """Integrate k grad u . grad v over each cell for a ``change`` u (functions,) of the rise, with films and, half on
-    each side, contacts; for a step of ``time`` (s) plus rho c u v / time."""
-    domain = problem.domain
-    on = domain.space.on(np.arange(len(domain.body)))
-    flux = domain.per_cell("thermal_conductivity")[..., None] * on.weights * on.gradient(change)
-    stored = 0.0
-    if time is not None:
-        stored = domain.per_cell("heat_capacity")[:, None] * on.weights * on.value(change) / time
-    passing = []
-    for b in domain.scene.boundaries:
-        h = film(domain, b)[0] if bends(b) else b.value if b.kind == "convection" else 0.0
-        if h:
-            faces = domain.faces(b)
-            passing.append((faces.value, h * faces.areas * faces.value(change), faces.cells[None]))
-    for joint in domain.contacts:
-        if joint.contact.thermal_resistance:
-            face, pairs = Interface.inside(domain.space, joint.facets), domain.space.mesh.f2t[:, joint.facets]
-            crossing = face.one.areas * face.jump(change) / joint.contact.thermal_resistance
-            passing.append((face.jump, crossing, pairs))
-
-    def tested(dual: np.ndarray) -> np.ndarray:
-        besides = np.zeros(len(domain.body))
-        if time is not None:
-            besides += (stored * on.value(dual)).sum(axis=1)
-        for value, heat, sides in passing:
-            for cells in sides:
-                besides += np.bincount(cells, (heat * value(dual)).sum(axis=1) / len(sides), len(besides))
-        return _parts((flux * on.gradient(dual)).sum(axis=2), besides)
-
-    return tested
-
-
-def current(conductor: Conductor, change: np.ndarray) -> Tested:
-    """Integrate sigma grad u . grad v over each cell of the cold conductor for a ``change`` u (functions,) of the
-    potential, with contacts, half on each side."""
-    on: Any = conductor.on
-    count = len(conductor.heat.domain.body)
-    flux = on.weights * on.gradient(change) / conductor.cold
-
-    def tested(dual: np.ndarray) -> np.ndarray:
-        products, rows = np.zeros((3, count)), (flux * on.gradient(dual)).sum(axis=2)
-        products[:, conductor.cells] = rows[:, : len(conductor.cells)]
-        return _parts(products, on.beside(rows[0], count) if isinstance(on, Paths) else 0.0)
-
-    return tested
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,12 +57,6 @@ class Problems:
     def follows(self) -> bool:
         """Whether a property follows the temperature by a law."""
         return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
-
-    @property
-    def bricks(self) -> BrickSpace:
-        """The space on a grid of bricks; each function belongs to one interval per axis."""
-        assert isinstance(self.domain.space, BrickSpace)
-        return self.domain.space
 
     def driven(self, factor: float) -> Problems:
         """Scale the voltages by a factor, or all heat loads and given values if there is no conductor."""
@@ -163,30 +90,89 @@ class Problems:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
+    def thermal(
+        self,
+        changes: Sequence[np.ndarray],
+        duals: Sequence[np.ndarray],
+        residuals: Sequence[np.ndarray],
+        rise: np.ndarray,
+        time: float | None,
+    ) -> list[Contributions]:
+        """Return the contributions to goals by conduction at the initial temperature, and for a step of ``time`` (s) by
+        the stored heat; arguments as for `contributions`."""
+        domain, weights = self.domain, added([h.order[: h.free] for h in self.heats], duals)
+        capacity = np.zeros(len(domain.body)) if time is None else domain.per_cell("heat_capacity") / time
+        properties = domain.per_cell("thermal_conductivity"), capacity
+        return contributions(domain.space, properties, changes, weights, residuals, rise)
+
+    def electric(
+        self, duals: Sequence[np.ndarray], potentials: Sequence[np.ndarray], whole: bool = False
+    ) -> list[Contributions]:
+        """Return the contributions to goals by the current of the cold conductor, for ``potentials`` (functions,) in
+        each space; ``whole`` takes the dual solutions in all functions."""
+        domain, conductor = self.domain, self.conductor
+        assert conductor is not None
+        weights = duals if whole else added([c.free for c in self.conductors if c is not None], duals)
+        conductivity = 1 / np.where(domain.live, domain.per_cell("resistivity"), np.inf)
+        changes = [upper - lower for lower, upper in pairwise(potentials)]
+        residuals = [-(conductor.matrix @ lower) for lower in potentials[:-1]]
+        properties = conductivity, np.zeros(len(domain.body))
+        return contributions(domain.electric.space, properties, changes, weights, residuals, potentials[-1])
+
     @cached_property
     def electric_parts(self) -> Contributions:
         """Relative contributions of degrees p - 1 and p to the power of the cold conductor."""
-        space, conductor = self.domain.electric.space, self.conductor
-        if conductor is None:
-            none = space.spread(np.empty(0, int), np.empty(0))
-            return Contributions(none, none, space.pooled(none))
-        potentials = self.cold_potentials
-        powers = [max(float(np.einsum("cn,cn->", phi, (conductor.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
-        if space.by_cells:
-            # The power changes by the square of the change of the potential.
-            return signed_parts([
-                np.abs(np.sum([current(conductor, c)(c) for c in phi - lower], axis=0) / power)
-                for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
-            ])  # fmt: skip
-        products = [
-            (phi * (conductor.matrix @ lower.T).T).sum(axis=0) / power
-            for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
-        ]
-        sizes = sum(
-            (v * degree_products(conductor.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size)
-        )
-        # The power changes by the square of the potential's change: no terms cancel.
-        return parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
+        conductor, nothing = self.conductor, np.zeros((3, len(self.domain.body)))
+        total = Contributions(nothing, nothing, np.zeros((3, *nothing.shape)))
+        if conductor is not None:
+            powers = [max(float(np.sum(phi * (conductor.matrix @ phi.T).T)), 1e-300) for phi in self.cold_potentials]
+            for channel in zip(*self.cold_potentials, strict=True):
+                # The power changes by the square of the change of the potential: no terms cancel.
+                pairs = zip(pairwise(channel), powers[1:], strict=True)
+                (parts,) = self.electric([(b - a)[None] / power for (a, b), power in pairs], channel, whole=True)
+                total = Contributions(*(a + b for a, b in zip(total, parts, strict=True)))
+        return total
+
+
+def added(free: Sequence[np.ndarray], duals: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return dual solutions (goals, functions) in the functions that each space adds to the next lower one."""
+    weights = [np.zeros_like(dual) for dual in duals]
+    for weight, dual, (lower, upper) in zip(weights, duals, pairwise(free), strict=True):
+        new = upper[np.isin(upper, lower, invert=True, kind="table")]
+        weight[:, new] = dual[:, new]
+    return weights
+
+
+def contributions(
+    space: Space,
+    properties: tuple[np.ndarray, np.ndarray],
+    changes: Sequence[np.ndarray],
+    weights: Sequence[np.ndarray],
+    residuals: Sequence[np.ndarray],
+    solution: np.ndarray,
+) -> list[Contributions]:
+    """Return the contributions of degrees p - 1 and p to each goal, zero for p - 1 if there are two spaces only.
+
+    A cell contributes the energy product of the change of the solution and the dual weight. The cells share in
+    proportion the rest of the product of residual and dual weight: by films, contacts, and laws of the temperature.
+
+    Parameters
+    ----------
+    properties: conductivity (cells,) or (3, cells), and capacity (cells,).
+    changes, residuals: (functions,) from each space to the next, and of each space but the highest.
+    weights: (goals, functions) parts of the dual solutions in each space but the lowest.
+    solution: (functions,) in the highest space.
+    """
+    parts = []
+    for change, weight, residual in zip(changes, weights, residuals, strict=True):
+        energies = space.energies(*properties, change, weight)
+        rest, sizes = np.abs(weight @ residual - energies.sum(axis=(1, 2))), np.abs(energies).sum(axis=(1, 2))
+        parts.append((1 + rest / np.maximum(sizes, 1e-300))[:, None, None] * energies)
+    before, last = parts if len(parts) > 1 else (np.zeros_like(parts[0]), parts[0])
+    by_degree = [np.where(space.depth == depth, solution, 0.0) for depth in (1, 2, 3)]
+    nothing = np.zeros((1, *last.shape[1:]))
+    own = [space.energies(*properties, u, u[None]) if u.any() else nothing for u in by_degree]
+    return [Contributions(*each, np.concatenate(own)) for each in zip(before, last, strict=True)]
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
@@ -230,46 +216,6 @@ def solution(study: Study, given: Problems, level: int = -1, start: np.ndarray |
     return Solution(state, out, study.steady(out))
 
 
-def free_functions(given: Problems) -> list[np.ndarray]:
-    """Return the free functions of the potential in each space."""
-    return [conductor.free for conductor in given.conductors if conductor is not None]
-
-
-def parts_of(
-    space: Any,
-    free: Sequence[np.ndarray],
-    duals: Sequence[np.ndarray],
-    residuals: Sequence[np.ndarray],
-    sizes: np.ndarray,
-    tested: Sequence[Tested] = (),
-) -> Contributions:
-    """Return the contributions to one goal, from the ``free`` functions of each space, lowest first; ``duals`` and
-    ``residuals`` of the space below (functions,) are of the two upper spaces, on cells replaced by changes to be
-    ``tested``; ``sizes`` is the fine dual solution times `estimator.degree_products`."""
-    new = [upper[np.isin(upper, lower, invert=True, kind="table")] for lower, upper in pairwise(free)]
-    if not tested:
-        products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
-        *lower, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
-        before = lower[-1] if lower else [np.zeros_like(x) for x in last]
-        ratios = every_second(space, free[-1], sizes[free[-1]])
-        return Contributions(before, last, ratios)
-    products = []
-    for at, dual, of_change in zip(new, duals, tested, strict=True):
-        added = np.zeros(len(dual))
-        added[at] = dual[at]
-        products.append(of_change(added))
-    return signed_parts(products)
-
-
-def signed_parts(products: Sequence[np.ndarray]) -> Contributions:
-    """Return the contributions on cells, from products (3, cells) of each degree; zero for the degree before if the
-    spaces are only of degrees 1 and 2."""
-    last = [*np.abs(products[-1])]
-    nothing = [np.zeros_like(x) for x in last]
-    before = [*np.abs(products[-2])] if len(products) > 1 else nothing
-    return Contributions(before, last, nothing, products[-1].sum(axis=0))
-
-
 def extrapolated(
     study: Study,
     given: Problems,
@@ -291,7 +237,7 @@ def extrapolated(
     known = study.extrapolated and not given.follows and given.heat.about is None
     kinds, power = ((heat, False), (current, True)), given.electric_parts
     every = [(parts.last, electric) for goals, electric in kinds for parts in goals.values()] + [(power.last, True)]
-    sizes = [(np.sum(last, axis=0), electric) for last, electric in every]
+    sizes = [(np.abs(last).sum(axis=0), electric) for last, electric in every]
     together = np.sum([[*estimator.later(size, electric), size.sum()] for size, electric in sizes], axis=0)
     mean, mean_doubt = together[:2] / max(together[2], 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
@@ -300,7 +246,7 @@ def extrapolated(
         expected = doubt = 0.0
         for goals, electric in kinds:
             if name in goals:
-                signed = goals[name].signed * scales[name]
+                signed = goals[name].last.sum(axis=0) * scales[name]
                 other -= float(signed.sum())
                 by_goal = estimator.later(signed, electric)
                 expected, doubt = expected + by_goal[0], doubt + by_goal[1]

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity.estimator import Spread
 from fem3d.spaces.size import Size, foreseen
 from meshes import edgewise, grading
 from meshes import grid as grids
@@ -85,7 +84,7 @@ def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
         )
 
 
-def check_edges(grid: Grid, marks: Features, goals: Iterable[Spread], accuracy: float) -> None:
+def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accuracy: float) -> None:
     """Raise NumericsError where edges put an accuracy out of reach.
 
     The error at an edge of exponent s is proportional to the length of its layer to the power 2 s, whatever else is
@@ -94,8 +93,8 @@ def check_edges(grid: Grid, marks: Features, goals: Iterable[Spread], accuracy: 
     """
     shortest, longest, kept = grading.shortest_of(grid), LAYER * _narrowest(grid, marks), 0.0
     for goal in goals:
-        left = 0.0
-        for breaks, near, indicator in zip(grid.breaks, marks.near(grid), edgewise.by_interval(goal), strict=True):
+        left, by_interval = 0.0, edgewise.by_interval(grid, goal)
+        for breaks, near, indicator in zip(grid.breaks, marks.near(grid), by_interval, strict=True):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
             at = np.isfinite(s) & (lengths < longest)
             left += float((indicator[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])).sum())

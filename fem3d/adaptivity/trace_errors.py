@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem3d.adaptivity import goal_errors
-from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, total
+from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import (
     KNOTS,
@@ -52,7 +52,7 @@ class Response:
     imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
     transient: AnyResponse
     generations: int  # of fields
-    goals: list[Spread] = field(default_factory=list)
+    goals: list[np.ndarray] = field(default_factory=list)
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # of the relative errors, in the traces' units
     between: float = 0.0  # the largest relative error of straight lines between rows
@@ -143,7 +143,7 @@ class Comparison:
         self.pairs = [*pairwise([march.traces, *lower])]
         self.changes = [distance(fine, low) for fine, low in self.pairs]
 
-    def errors(self, steady_errors: Mapping[str, float]) -> tuple[dict[str, float], list[Spread]]:
+    def errors(self, steady_errors: Mapping[str, float]) -> tuple[dict[str, float], list[np.ndarray]]:
         """Return the error of each trace in its unit, and the indicators of the power and of all goals.
 
         By the mesh it is the largest of the lower space's change, the indicators of its goal and its steady error;
@@ -157,13 +157,14 @@ class Comparison:
             goal = study.trace_goals.get(name, name)
             of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
             at_rest = max(of_it or steady_errors.values(), default=0.0)
-            of_space = max(self.changes[0][name], at_rest * scale, Estimator.bound(goals.get(name, [])) * scale)
+            by_goal = Estimator.bound(goals[name]) if name in goals else 0.0
+            of_space = max(self.changes[0][name], at_rest * scale, by_goal * scale)
             of_current = 0.0 if steady_errors else Estimator.bound(joule.get(name, power)) * scale
             doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
             errors[name] = of_space + of_current + march.gaps[name] + doubt
         return errors, [power, *goal_errors.with_current(goals, joule, power).values()]
 
-    def _indicators(self) -> dict[str, Spread]:
+    def _indicators(self) -> dict[str, np.ndarray]:
         """Return the indicators of each thermal trace; none where one lower space is enough.
 
         The indicators of each rise are scaled by the ratio of the lower spaces' changes to the contributions, at least
@@ -176,11 +177,11 @@ class Comparison:
             return {}
         goals, parts = self._remains()
         for name in set(study.trace_rises) & set(parts):
-            before = total(parts[name].before)
-            both = (total(parts[name].last) + before) * march.scales[name]
+            before = float(np.abs(parts[name].before).sum())
+            both = (parts[name].size + before) * march.scales[name]
             changed = sum(change[name] for change in self.changes) / len(self.changes)
             factor = (2 if before else 1) * changed / max(both, 1e-300)
-            goals[name] = [max(factor, 1.0) * each for each in goals[name]]
+            goals[name] = max(factor, 1.0) * goals[name]
         return goals
 
     def _when_worst(self) -> np.ndarray:
@@ -204,23 +205,23 @@ class Comparison:
         scales = goal_errors.of_part(study.part, study.trace_goals, self.march.scales)
         return goal_errors.Duals(study.trace_goals, given, last, scales, study.end).joule(potentials)
 
-    def _remains(self) -> tuple[dict[str, Spread], dict[str, Contributions]]:
+    def _remains(self) -> tuple[dict[str, np.ndarray], dict[str, Contributions]]:
         """Return for each thermal trace the largest indicators at some times (s), with their contributions; each time
         counts from the last bend or jump of the inputs."""
         study, given = self.study, self.given
         heat, goals, times = given.heat, study.trace_goals, self._when_worst()
         own_scales = goal_errors.of_part(study.part, goals, self.march.scales)
         rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate((self.march.answer, *self.lesser))]
-        spreads, worst = dict[str, Spread](), dict[str, Contributions]()
+        spreads, worst = dict[str, np.ndarray](), dict[str, Contributions]()
         knots = np.append(0.0, heat.inputs.knots(study.end))
         for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
             fine, low = rises[0][i], rises[1][i]
             # Without the lowest space, assume equal contributions of both degrees.
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
             steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
-            apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
+            residuals = [heat.field(heat.stiffness @ u + heat.mass @ u / time) for u in steps]
             duals = goal_errors.Duals(goals, given, fine, own_scales, time)
-            parts = duals.thermal(apart)
+            parts = duals.thermal([heat.field(u) for u in steps], residuals)
             smooth = {name: self.judge.indicators(each) for name, each in parts.items()}
             for name, remains in goal_errors.summed(smooth, duals.contradictions(self.judge)).items():
                 if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):

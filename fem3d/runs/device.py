@@ -15,14 +15,14 @@ from typing import Any, Literal
 import numpy as np
 
 from fem3d.adaptivity import reach
-from fem3d.adaptivity.estimator import Spread, left, total
+from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import TIME_SHARE
-from fem3d.adaptivity.nested import Problems, problems
+from fem3d.adaptivity.nested import Problems, added, contributions, problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected
 from fem3d.runs.differences import Point, Table, Values, difference, move
 from fem3d.solution.tangent import TIGHT
 from fem3d.spaces.domain import boxes
-from meshes import grading, symmetry
+from meshes import edgewise, grading, symmetry
 from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.device import Device, External
@@ -252,29 +252,32 @@ def _scales(device: Device, run: March) -> dict[str, float]:
 
 def _refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
     """The grid refined where the last degree changed the responses; ``over`` is the error over the accuracy."""
-    missing = _missing(given, fine, low)
-    size = total(missing)
+    missing = _missing(grid, given, fine, low)
+    size = sum(float(m.sum()) for m in missing)
     return grading.refined(grid, [m * (over / size) for m in missing], 1.0, marks)
 
 
-def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
+def _missing(grid: Grid, given: Problems, fine: Projected, low: Projected) -> list[np.ndarray]:
     """The error of the lower space's responses by interval, for the worst of the loads and shifts.
 
     A film's power acts where its resistance is measured, so that a load F is the goal too: the last degree adds
-    x (F - A y) to F x, summed over the functions that the lower space's solution y lacks.
+    x (F - A y) to F x in the functions that the lower space's solution y lacks.
     """
-    heat, space = given.heat, given.bricks
-    lower = given.heats[1]
-    new = slice(lower.free, heat.free)
-    worst = [np.zeros(len(d)) for d in space.grid.degrees]
+    heat, lower, domain = given.heat, given.heats[1], given.domain
+    free = [h.order[: h.free] for h in (lower, heat)]
+    worst = [np.zeros(len(d)) for d in grid.degrees]
     for solve, solve_low, shift in zip(fine.space.solves, low.space.solves, fine.shifts, strict=True):
         for load, load_low in zip(fine.loads, low.loads, strict=True):
             x = solve(load[: heat.free])
             y = given.lifted(solve_low(load_low[: lower.free]), 1)[: heat.free]
             residual = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
-            parts = (x * residual)[new] / float(load[: heat.free] @ x)
-            worst = [np.maximum(a, b) for a, b in zip(
-                worst, space.spread(heat.order[new], parts), strict=True)]  # fmt: skip
+            weights = added(free, [heat.field(x)[None] / float(load[: heat.free] @ x)])
+            properties = shift * domain.per_cell("thermal_conductivity"), domain.per_cell("heat_capacity")
+            (parts,) = contributions(
+                domain.space, properties, [heat.field(x - y)], weights, [heat.field(residual)], heat.field(x)
+            )
+            intervals = edgewise.by_interval(grid, np.abs(parts.last))
+            worst = [np.maximum(a, b) for a, b in zip(worst, intervals, strict=True)]
     return worst
 
 

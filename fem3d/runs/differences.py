@@ -43,6 +43,7 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import orthonormal
 from fem3d.solution.tangent import Tangent
 from fem3d.solution.transient import Base, Krylov
+from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain, box_cells, boxes, groups
 from meshes import grading
 from meshes.grouped.check import Placed
@@ -76,7 +77,7 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     if isinstance(scene, MeshScene):
         return groups(Placed(scene, domain.placed.mesh), domain.space.p)
     maps = [_planes(part.scene, scene, axis) for axis in range(3)]
-    if domain.space.by_cells:
+    if not isinstance(domain.space, BrickSpace):
         mesh = domain.space.mesh
         points = np.array([np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
         return box_cells(scene, replace(mesh, doflocs=points), domain.space.p)

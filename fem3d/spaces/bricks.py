@@ -7,7 +7,6 @@ zero. All cells are axis-parallel, so every matrix is the reference matrix scale
 from __future__ import annotations
 
 from functools import cached_property, lru_cache, partial
-from itertools import product
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
@@ -28,6 +27,7 @@ from fem3d.spaces.element import (
     modes,
     products,
     rule,
+    separate,
     side,
 )
 from fem3d.spaces.integrals import Space, entities, halves
@@ -102,29 +102,17 @@ class BrickSpace(Space):
             unit[partners] = unit[functions]
         return unit
 
-    def slots(self, d: int, position: np.ndarray) -> np.ndarray:
-        """(n,): the number of the interval, or of the edge, along an axis at some places (n, 3)."""
-        at = position // 2
-        return np.ravel_multi_index(tuple(at.T), self.grid.edges[d].shape) if self.grid.edges else at[:, d]
-
-    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """Distribute error parts of functions (n,) over their intervals, or edges, per axis, equally among the axes
-        of their degree. Absolute values are added: a sum of parts that cancel can be small by chance, and refinement
-        would stop at such a sum."""
-        position = self.position[functions]
-        axes = position % 2 == 1
-        share, spreads = np.abs(parts) / np.maximum(axes.sum(axis=1), 1), []
-        for d, degrees in enumerate(self.grid.finest):
-            # Of a face or a cell the edges along the axis at either end of the others.
-            steps = list(product(*((-1, 1) if e != d else (0,) for e in range(3)))) if self.grid.edges else [(0, 0, 0)]
-            along = axes[:, d]
-            slots = [self.slots(d, position[along] + step * axes[along]) for step in steps]
-            parts_of_each = np.tile(share[along] / len(steps), len(steps))
-            spreads.append(np.bincount(np.concatenate(slots), parts_of_each, degrees.size).reshape(degrees.shape))
-        return spreads
-
-    def pooled(self, spread: list[np.ndarray]) -> list[np.ndarray]:
-        return edgewise.pooled(self.grid, spread) if self.grid.edges else spread
+    def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Divide the energy among the axes along which each function of v is of a degree above 1, equally."""
+        volume, energies, along = self.h.prod(axis=0), np.empty((len(v), 3, self.h.shape[1])), modes(self.p) > 1
+        scale = np.concatenate([k * volume / self.h**2, [c * volume]])
+        shares = np.where(along.any(axis=1), along.T / np.maximum(along.sum(axis=1), 1), 1 / 3)
+        for cells in self._classes:
+            at, matrices = self.dofs[:, cells], separate(self.p, self._highest(cells))
+            flow = sum(by * (matrix @ u[at]) for by, matrix in zip(scale[:, cells], matrices, strict=True))
+            for energy, each in zip(energies, v, strict=True):
+                energy[:, cells] = shares @ (flow * each[at])
+        return energies
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so both travel through one conversion as a complex number.

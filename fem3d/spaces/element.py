@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.sparse import csr_array
 from skfem import BilinearForm, LinearForm
 from skfem.element import ElementH1
 from skfem.helpers import dot, grad
@@ -141,6 +142,13 @@ def local(p: int, degrees: Degrees) -> Local:
     full = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
     r, c = np.nonzero((full != 0).any(axis=0))
     return Local(at[r], at[c], full[:, r, c])
+
+
+@lru_cache(maxsize=512)
+def separate(p: int, degrees: Degrees) -> tuple[csr_array, ...]:
+    """(functions, functions) four times: the entries of `local` as matrices."""
+    one, shape = local(p, degrees), (len(modes(p)), len(modes(p)))
+    return tuple(csr_array((values, (one.rows, one.columns)), shape=shape) for values in one.entries)
 
 
 @BilinearForm

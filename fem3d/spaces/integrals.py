@@ -103,22 +103,15 @@ class Space(ABC):
     def nested(self) -> tuple[np.ndarray, ...]:
         """Which functions (functions,) are in each lower space that this one holds, the lowest first, and in itself."""
 
-    by_cells = False
-    """Whether errors of readings are estimated by cell (`fem3d.adaptivity.nested`), or by function."""
-
     @property
     @abstractmethod
     def depth(self) -> np.ndarray:
         """(functions,): how far the degree can be lowered with each still in the space; more than any for vertices."""
 
     @abstractmethod
-    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """Distribute the error ``parts`` (n,) of some functions (n,) over the intervals, edges or cells of each
-        (`fem3d.adaptivity.estimator.Spread`)."""
-
-    def pooled(self, spread: list[np.ndarray]) -> list[np.ndarray]:
-        """Return a spread, summed over pieces too small for a meaningful convergence rate."""
-        return spread
+    def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(n, 3, cells): the integral of k grad u . grad v + c u v over each cell, divided among the axes, for u
+        (functions,) and v (n, functions), k (cells,) or (3, cells) along the axes, and c (cells,)."""
 
     @property
     @abstractmethod

@@ -73,8 +73,6 @@ class MappedSpace(Space):
     """The space on scikit-fem's ``mesh``, of the highest degree or a lower one on tetrahedra, whose vertices are in
     ascending order."""
 
-    by_cells = True
-
     def __init__(self, mesh: Any, degree: int = 3) -> None:
         simplex = len(mesh.t) == 4
         self.mesh, self.p = mesh, degree if simplex else 2
@@ -101,15 +99,17 @@ class MappedSpace(Space):
     def unit(self) -> np.ndarray:
         return (self.depth > self.p).astype(float)
 
-    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """Distribute error parts of functions (n,) equally over their axes and cells: (cells,) for each axis.
-        Absolute values are added, as in `BrickSpace.spread`."""
-        shares: Any = np.bincount(functions, np.abs(parts), self.size)
-        # The error of a function beyond a face counts at its partner on the face.
-        for on_face, partners in self.beyond.values():
-            shares[on_face] += shares[partners]
-        shares = shares / np.maximum(np.bincount(self.dofs.ravel(), minlength=self.size), 1)
-        return [shares[self.dofs].sum(axis=0) / 3] * 3
+    def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Divide the energy among the axes in proportion to the products of the slopes along them."""
+        on = self.on(np.arange(self.dofs.shape[1]))
+        flux, stored = np.asarray(k)[..., None] * on.weights * on.gradient(u), c[:, None] * on.weights * on.value(u)
+        energies = np.empty((len(v), 3, len(on.weights)))
+        for energy, each in zip(energies, v, strict=True):
+            along = (flux * on.gradient(each)).sum(axis=2)
+            sizes, whole = np.abs(along), along.sum(axis=0) + (stored * on.value(each)).sum(axis=1)
+            total = sizes.sum(axis=0)
+            energy[:] = whole * np.where(total > 0, sizes / np.maximum(total, 1e-300), 1 / 3)
+        return energies
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so one elimination order suits both.

@@ -108,9 +108,9 @@ def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(see
     """An edge of exponent 1/3 in a film thinner than the cells beside it; one of 1/2 in half of a scene."""
     hard = drawn(f"boxes {seed}")
     found = invariants.solve(hard.scene)
-    assert 0.01 < invariants.compared(hard, found, 10.0)[0] < 0.8
+    assert 0.01 < invariants.compared(hard, found, 30.0)[0] < 0.8
     less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
-    assert invariants.compared(hard, less, 10.0)[0] > 1
+    assert invariants.compared(hard, less, 30.0)[0] > 1
 
 
 @pytest.mark.long
@@ -259,7 +259,7 @@ def level(values: dict[str, float], estimates: dict[str, float]) -> Level:
     """Return a level with these values and estimates of their errors."""
     fine: Any = SimpleNamespace(quantities=values)
     problems: Any = None
-    goals = {n: [np.full(4, e / 4)] for n, e in estimates.items()}
+    goals = {n: np.full((1, 4), e / 4) for n, e in estimates.items()}
     nothing = dict.fromkeys(values, 0.0)
     return Level(problems, fine, fine, dict.fromkeys(values, 1.0), estimates, goals, nothing)
 
