@@ -120,10 +120,3 @@ def coarsest(scene: Scene) -> Grid:
     """Return the grid whose only breakpoints are the planes of a scene."""
     planes = graph(scene).planes
     return Grid(planes, tuple(np.ones(len(p) - 1, dtype=int) for p in planes), scene.boxes)
-
-
-def between(f2t: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the facets between some cells (cells,) and others, by the two cells ``f2t`` (2, facets) of each facet."""
-    inside = np.flatnonzero(f2t[1] >= 0)
-    pairs = f2t[:, inside]
-    return inside[(one[pairs] & other[pairs[::-1]]).any(axis=0)]

@@ -121,7 +121,7 @@ def _passing(scene: Scene) -> list[np.ndarray]:
         if b.kind == "heat_flux" and b.value != 0.0:
             through.append(b)
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
-            (d,), sides = graph.flat(b.lower, b.upper), graph.sides(graph.faces(b))
+            (d,), sides = graph.flat(b.lower, b.upper), graph.f2t[:, graph.faces(b)]
             film: Any = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
             boxes = [scene.boxes[n] for n in np.unique(graph.owner.ravel()[sides[sides >= 0]])]
             k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in boxes]

@@ -23,6 +23,7 @@ from meshes.grid import Grid
 from meshes.grouped.check import Placed
 from meshes.grouped.model import GroupedMesh, locate
 from scenes import laws
+from scenes.free.graph import between
 from scenes.model import (
     FLOWS,
     Boundary,
@@ -384,9 +385,9 @@ def with_contacts(domain: D) -> D:
     if not contacts and not behind:
         return domain
     f2t, live = space.mesh.f2t, domain.live
-    every = [Joint(c, grids.between(f2t, *map(domain.part, c.between))) for c in contacts]
+    every = [Joint(c, between(f2t, *map(domain.part, c.between))) for c in contacts]
     joints = [joint for joint in every if len(joint.facets)]
-    alive = grids.between(f2t, live, live)
+    alive = between(f2t, live, live)
     thermal = _every(j.facets for j in joints if j.contact.thermal_resistance)
     electric = np.intersect1d(_every(j.facets for j in joints if j.contact.electrical_resistance), alive)
     beyond = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}

@@ -11,15 +11,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from meshes.grid import between
 from meshes.grouped.model import GroupedMesh, locate
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.free import rules
 from scenes.free.graph import CellGraph
-from scenes.model import FLOWS, Contact, GroupBoundary, GroupProbe, Material, MeshScene, is_zero
+from scenes.model import FLOWS, GroupBoundary, GroupProbe, Material, MeshScene, is_zero
 
 CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"
 
@@ -143,6 +140,12 @@ class Placed(CellGraph):
         """Material of each body."""
         return [body.material for body in self.scene.bodies]
 
+    @property
+    def f2t(self) -> np.ndarray:
+        """(2, facets) the cells beside each facet, -1 for none."""
+        cells: np.ndarray = self.mesh.mesh.f2t
+        return cells
+
     @cached_property
     def solid(self) -> np.ndarray:
         """True for each cell (cells,)."""
@@ -174,19 +177,10 @@ class Placed(CellGraph):
         """Return the facets of the group of a condition or a flat probe."""
         return self.mesh.surfaces[item.group or ""][0]
 
-    def sides(self, faces: np.ndarray) -> np.ndarray:
-        """Return (2, facets) the cells beside each facet, -1 for none."""
-        cells: np.ndarray = self.mesh.mesh.f2t[:, faces]
-        return cells
-
     def nodes(self, faces: np.ndarray) -> np.ndarray:
         """Return (corners, facets) the corners of each facet."""
         corners: np.ndarray = self.mesh.mesh.facets[:, faces]
         return corners
-
-    def between(self, contact: Contact) -> np.ndarray:
-        """Return the facets of a contact."""
-        return between(self.mesh.mesh.f2t, *map(self.part, contact.between))
 
     def covered(self, probe: GroupProbe, mask: np.ndarray) -> np.ndarray:
         """Return (places,) whether each place of a probe, its point, facets or cells, touches a chosen cell."""
@@ -203,16 +197,6 @@ class Placed(CellGraph):
             b for b in self.scene.boundaries
             if (b.kind == "voltage") == electric and np.isin(self.acting(b), facets).any()
         ]  # fmt: skip
-
-    def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
-        """Return (cells,) labels of the chosen cells that facets join, except the facets ``cuts``; 0 elsewhere."""
-        f2t = self.mesh.mesh.f2t
-        joins = np.setdiff1d(np.arange(f2t.shape[1]), [] if cuts is None else cuts).astype(int)
-        a, b = f2t[:, joins[(f2t[:, joins] >= 0).all(axis=0) & mask[f2t[:, joins]].all(axis=0)]]
-        graph = coo_array((np.ones(len(a), bool), (a, b)), shape=(self.mesh.count, self.mesh.count))
-        labels, numbers = connected_components(graph, directed=False)[1], np.zeros(self.mesh.count, int)
-        numbers[mask] = 1 + np.unique(labels[mask], return_inverse=True)[1]
-        return numbers
 
     def explain_separation(self, sentence: str) -> str:
         """Return a refusal with the count of parts and of corners that are not joined, where there are any."""

@@ -26,34 +26,22 @@ class CellGraph(ABC):
     Attributes
     ----------
     scene : a `Scene` or a `MeshScene`
+    f2t : (2, faces) the solid cells beside each face, -1 for none
+    solid, conducting, heated : (cells,) whether each cell belongs to the solid, conducts, has a heat source
+    part_names : names of all boxes, or of all volume groups
     part_word, place_word, side_key : the word for a part and for a place in a scene file, and the key that names the
         part in which a probe is read
     """
 
     scene: Any
+    f2t: Any
+    solid: Any
+    conducting: Any
+    heated: Any
+    part_names: Any
     part_word: ClassVar[str]
     place_word: ClassVar[str]
     side_key: ClassVar[str]
-
-    @property
-    @abstractmethod
-    def solid(self) -> np.ndarray:
-        """Whether each cell (cells,) belongs to the solid."""
-
-    @property
-    @abstractmethod
-    def conducting(self) -> np.ndarray:
-        """Whether each cell (cells,) conducts electricity."""
-
-    @property
-    @abstractmethod
-    def heated(self) -> np.ndarray:
-        """Whether each cell (cells,) has a heat source."""
-
-    @property
-    @abstractmethod
-    def part_names(self) -> list[str]:
-        """Names of all boxes, or of all volume groups."""
 
     @abstractmethod
     def part(self, name: str) -> np.ndarray:
@@ -64,24 +52,36 @@ class CellGraph(ABC):
         """Return the faces of a condition or of a flat probe."""
 
     @abstractmethod
-    def sides(self, faces: np.ndarray) -> np.ndarray:
-        """Return (2, faces) the cells beside each face, -1 for none."""
-
-    @abstractmethod
     def nodes(self, faces: np.ndarray) -> np.ndarray:
         """Return (corners, faces) the corners of each face."""
-
-    @abstractmethod
-    def between(self, contact: Contact) -> np.ndarray:
-        """Return the faces of a contact."""
 
     @abstractmethod
     def covered(self, probe: Any, mask: np.ndarray) -> np.ndarray:
         """Return (places,) whether each place of a probe, its point, faces or cells, touches a chosen cell."""
 
-    @abstractmethod
+    @cached_property
+    def _inner(self) -> np.ndarray:
+        """The faces with a cell on either side."""
+        return np.flatnonzero((self.f2t[0] >= 0) & (self.f2t[1] >= 0))
+
+    def between(self, contact: Contact) -> np.ndarray:
+        """Return the faces of a contact, none where one of its parts is missing."""
+        if not set(self.part_names) >= set(contact.between):
+            return np.empty(0, int)
+        return between(self.f2t, *map(self.part, contact.between))
+
     def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
         """Return (cells,) labels of the chosen cells that faces join, except the faces ``cuts``; 0 elsewhere."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        faces = np.setdiff1d(self._inner, [] if cuts is None else cuts, assume_unique=True)
+        number, count = np.cumsum(mask, dtype=np.int32) - 1, int(mask.sum())
+        first, second = number[self.f2t[:, faces[mask[self.f2t[:, faces]].all(axis=0)]]]
+        graph = coo_array((np.ones(len(first), bool), (first, second)), shape=(count, count))
+        labels = np.zeros(len(mask), np.int32)
+        labels[mask] = 1 + connected_components(graph, directed=False)[1]
+        return labels
 
     def names(self, mask: np.ndarray) -> list[str]:
         """Return the boxes or volume groups with some of the chosen cells."""
@@ -89,13 +89,13 @@ class CellGraph(ABC):
 
     def bordering(self, faces: np.ndarray, mask: np.ndarray) -> np.ndarray:
         """Return (faces,) whether each face is a side of a chosen cell."""
-        cells = self.sides(faces)
+        cells = self.f2t[:, faces]
         touches: np.ndarray = ((cells >= 0) & mask[cells]).any(axis=0)
         return touches
 
     def exposed(self, faces: np.ndarray) -> np.ndarray:
         """Return (faces,) whether each face has solid on one side only."""
-        solid = self.sides(faces) >= 0
+        solid = self.f2t[:, faces] >= 0
         return solid[0] ^ solid[1]
 
     def acting(self, boundary: Any) -> np.ndarray:
@@ -109,7 +109,7 @@ class CellGraph(ABC):
         """Return the labels of the parts on which some conditions act."""
         touched = set[int]()
         for b in boundaries:
-            cells = self.sides(self.acting(b))
+            cells = self.f2t[:, self.acting(b)]
             touched |= set(labels[cells[cells >= 0]].tolist())
         return touched - {0}
 
@@ -164,6 +164,13 @@ class CellGraph(ABC):
         labels = self.parts(self.solid)
         exits = self.touched(labels, filter(physics.is_exit, self.scene.boundaries))
         return len(exits) == labels.max(initial=0)
+
+
+def between(f2t: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the faces between some cells (cells,) and others, by the two cells ``f2t`` (2, faces) of each face."""
+    inside = np.flatnonzero((f2t >= 0).all(axis=0))
+    pairs = f2t[:, inside]
+    return inside[(one[pairs] & other[pairs[::-1]]).any(axis=0)]
 
 
 Pair = tuple[Any, Any]

@@ -2,7 +2,7 @@
 
 Planes closer than 1e-9 of the extent along their axis are one. A cell has its number in the order of the array of
 owners. Of the faces, number 3 v + d lies across the axis d at the plane of the vertex v, its corner with the lowest
-coordinates; edge 3 v + d leads along the axis d from the vertex v.
+coordinates.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from scenes.errors import SceneError, listed
 from scenes.free.graph import CellGraph
-from scenes.model import ROUNDING, Boundary, Box, Contact, Point, Probe, Scene, is_zero
+from scenes.model import ROUNDING, Boundary, Box, Point, Probe, Scene, is_zero
 
 VOID = -1  # The owner of a cell outside the solid.
 _MOST_CELLS = 10_000_000
@@ -38,18 +38,14 @@ class Grid(CellGraph):
         """The lengths (m) along the axes that count as nothing."""
         return tuple(ROUNDING * float(p[-1] - p[0]) for p in self.planes)
 
-    @cached_property
-    def _numbers(self) -> dict[str, int]:
-        return {box.name: number for number, box in enumerate(self.scene.boxes)}
+    @property
+    def part_names(self) -> list[str]:
+        """Names of the boxes."""
+        return [box.name for box in self.scene.boxes]
 
     def _owned(self, boxes: Sequence[bool]) -> np.ndarray:
         """Whether each cell (cells,) is owned by one of the chosen boxes."""
         return np.array([*boxes, False])[self.owner.ravel()]
-
-    @property
-    def part_names(self) -> list[str]:
-        """Names of the boxes."""
-        return list(self._numbers)
 
     @cached_property
     def solid(self) -> np.ndarray:
@@ -68,11 +64,21 @@ class Grid(CellGraph):
 
     def part(self, name: str) -> np.ndarray:
         """Return whether each cell (cells,) belongs to a box."""
-        return self.owner.ravel() == self._numbers[name]
+        return self._owned([box.name == name for box in self.scene.boxes])
 
     def names(self, mask: np.ndarray) -> list[str]:
         """Return the boxes with some of the chosen cells."""
         return [self.scene.boxes[number].name for number in np.unique(self.owner.ravel()[mask & self.solid]).tolist()]
+
+    @cached_property
+    def f2t(self) -> np.ndarray:
+        """(2, faces) the solid cell below and the one above each face, -1 for none."""
+        number = np.full(self.owner.shape, VOID, np.int32)
+        number.ravel()[self.solid] = np.flatnonzero(self.solid)
+        around = np.pad(number, 1, constant_values=VOID)
+        above = around[1:, 1:, 1:]
+        below = around[:-1, 1:, 1:], around[1:, :-1, 1:], around[1:, 1:, :-1]
+        return np.stack([np.stack([cell, above]) for cell in below], axis=-1).reshape(2, -1)
 
     def span(self, axis: int, lower: float, upper: float) -> tuple[int, int]:
         """Return the range of planes between two coordinates of the scene, clipped to the grid."""
@@ -108,7 +114,7 @@ class Grid(CellGraph):
         if flat or not probe.boxes:
             return np.asarray(chosen.any(axis=flat)).ravel()
         owner = np.pad(self.owner, 1, constant_values=VOID)[tuple(window)]
-        return chosen[np.isin(owner, [self._numbers[name] for name in probe.boxes])]
+        return chosen[np.isin(owner, [n for n, box in enumerate(self.scene.boxes) if box.name in probe.boxes])]
 
     def faces(self, item: Boundary | Probe) -> np.ndarray:
         """Return the faces in a flat box, none where it misses the grid."""
@@ -124,49 +130,11 @@ class Grid(CellGraph):
     def _shape(self) -> tuple[int, ...]:
         return tuple(len(p) for p in self.planes)
 
-    def sides(self, faces: np.ndarray) -> np.ndarray:
-        """Return (2, faces) the solid cell below and the one above each face, -1 for none."""
-        at, axis, shape = np.array(np.unravel_index(faces // 3, self._shape)), faces % 3, np.array(self.owner.shape)
-        cells = []
-        for step in (1, 0):
-            place = at - step * (axis == np.arange(3)[:, None])
-            inside = ((place >= 0) & (place < shape[:, None])).all(axis=0)
-            cell = np.ravel_multi_index(tuple(np.where(inside, place, 0)), self.owner.shape)
-            cells.append(np.where(inside & self.solid[cell], cell, -1))
-        return np.array(cells)
-
-    def _across(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The two axes in the plane of each face, and the step of the vertices' numbers along each."""
-        first, second = (faces + 1) % 3, (faces + 2) % 3
-        steps = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
-        return first, second, steps[first], steps[second]
-
     def nodes(self, faces: np.ndarray) -> np.ndarray:
         """Return (4, faces) the corners of each face."""
-        _, _, along, up = self._across(faces)
-        return faces // 3 + np.array([np.zeros_like(along), along, up, along + up])
-
-    def edges(self, faces: np.ndarray) -> np.ndarray:
-        """Return (4, faces) the edges of each face."""
-        (first, second, along, up), corner = self._across(faces), faces // 3
-        return 3 * np.array([corner, corner + up, corner, corner + along]) + np.array([first, first, second, second])
-
-    def between(self, contact: Contact) -> np.ndarray:
-        """Return the faces between two boxes, none where one of them is missing."""
-        if not self._numbers.keys() >= set(contact.between):
-            return np.empty(0, int)
-        one, other = (self._numbers[name] for name in contact.between)
-        box = self.scene.boxes[one]
-        window = [self.span(d, box.lower[d], box.upper[d]) for d in range(3)]
-        start = [max(first - 1, 0) for first, _ in window]
-        owner, faces = self.owner[tuple(slice(a, last + 1) for a, (_, last) in zip(start, window, strict=True))], []
-        for axis in range(3):
-            low, high = (np.moveaxis(owner, axis, 0)[part] for part in (slice(None, -1), slice(1, None)))
-            pairs = ((low == one) & (high == other)) | ((low == other) & (high == one))
-            at = np.array(np.nonzero(np.moveaxis(pairs, 0, axis))) + np.array(start)[:, None]
-            at[axis] += 1
-            faces.append(3 * np.ravel_multi_index(tuple(at), self._shape) + axis)
-        return np.concatenate(faces)
+        steps = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
+        along, up = steps[(faces + 1) % 3], steps[(faces + 2) % 3]
+        return faces // 3 + np.array([0 * along, along, up, along + up])
 
     def marked(self, marks: Iterable[tuple[np.ndarray, float]]) -> list[np.ndarray]:
         """Return per axis (planes along it, cells along the others, axes in order) the mark of each face, 0 for none.
@@ -182,30 +150,6 @@ class Grid(CellGraph):
     def jumps(self, key: str) -> list[np.ndarray]:
         """Return `marked` of the "thermal_resistance" or the "electrical_resistance" of contacts."""
         return self.marked((self.between(c), getattr(c, key)) for c in self.scene.contacts)
-
-    def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
-        """Return (cells,) labels from 1 on of the sets of chosen cells that faces join, except the faces ``cuts``."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        inside, number = mask.reshape(self.owner.shape), np.cumsum(mask, dtype=np.int32).reshape(self.owner.shape) - 1
-        pairs = []
-        for axis in range(3):
-            low, high = (np.moveaxis(inside, axis, 0)[part] for part in (slice(None, -1), slice(1, None)))
-            joined = low & high
-            if cuts is not None:
-                at = np.array(np.unravel_index(cuts[cuts % 3 == axis] // 3, self._shape))
-                # The face across an axis at its plane i lies between the cells i - 1 and i along it.
-                at = at[:, (at[axis] > 0) & (at[axis] < inside.shape[axis])]
-                joined[at[axis] - 1, *np.delete(at, axis, axis=0)] = False
-            first, second = (np.moveaxis(number, axis, 0)[part] for part in (slice(None, -1), slice(1, None)))
-            pairs.append(np.stack([first[joined], second[joined]]))
-        rows, columns = np.concatenate(pairs, axis=1)
-        count = int(mask.sum())
-        graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
-        labels = np.zeros(len(mask), np.int32)
-        labels[mask] = 1 + connected_components(graph, directed=False)[1]
-        return labels
 
 
 def grid_of(scene: Scene) -> Grid:

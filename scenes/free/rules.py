@@ -84,7 +84,7 @@ def check_boundaries(graph: CellGraph) -> None:
             if _jumps(contact, electrode) and np.isin(faces, graph.between(contact)).any():
                 where = f"{name} lies on contact {quoted(contact.name)}, which has two sides"
                 raise SceneError(f"{where}: give {place} elsewhere, or leave the contact out")
-        sides = graph.sides(faces)
+        sides = graph.f2t[:, faces]
         if electrode and b.contact_resistance and (graph.conducting[sides] & (sides >= 0)).all(axis=0).any():
             raise SceneError(
                 f"{name} behind a contact_resistance has conductors on both sides: give {place} on a surface"
@@ -176,7 +176,7 @@ def check_side(graph: CellGraph, probe: Any, parts: tuple[str, ...], side: np.nd
         if not _jumps(contact, probe.quantity == "potential"):
             continue
         beside = np.zeros(len(graph.solid), bool)
-        beside[graph.sides(graph.between(contact))] = True
+        beside[graph.f2t[:, graph.between(contact)]] = True
         one, other = (graph.covered(probe, beside & graph.part(part)) for part in contact.between)
         if (one & other).any():
             first, second = map(quoted, contact.between)
@@ -241,7 +241,7 @@ def checked(scene: Scene) -> Scene:
         name = f"boundary {quoted(b.name)}"
         if len(grid.flat(b.lower, b.upper)) != 1:
             raise SceneError(f"{name} is not flat: give corners that are equal along exactly one of x, y, z")
-        if not (grid.sides(grid.faces(b)) >= 0).any():
+        if not (grid.f2t[:, grid.faces(b)] >= 0).any():
             raise SceneError(f"{name} touches no solid: give corners on a face of a box, or inside one")
     for probe in scene.probes:
         _check_probe(grid, probe)
@@ -272,7 +272,7 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
         raise SceneError(f"{asks}: give lower and upper corners that are equal along exactly one of x, y, z")
     faces, electric = grid.faces(probe), probe.quantity == "current"
     wanted = faces[grid.bordering(faces, grid.conducting if electric else grid.solid)]
-    below, above = grid.sides(wanted) >= 0
+    below, above = grid.f2t[:, wanted] >= 0
     # Inside the solid a flow counts along the axis, on a condition that faces along the axis against it.
     for b in grid.scene.boundaries if (below & above).any() else ():
         if (b.kind == "voltage") == electric and np.isin(wanted[below & ~above], grid.faces(b)).any():
@@ -284,13 +284,19 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
     # both boundaries together is finite.
     held = [(b, grid.acting(b)) for b in grid.scene.boundaries if b.kind == "temperature" and not electric]
     for (a, of_a), (b, of_b) in combinations(held, 2):
-        edges = np.intersect1d(np.intersect1d(grid.edges(of_a), grid.edges(of_b)), grid.edges(wanted))
-        around = [of[np.isin(grid.edges(of), edges).any(axis=0)] for of in (of_a, of_b)]
+        edges = np.intersect1d(np.intersect1d(_edges(grid, of_a), _edges(grid, of_b)), _edges(grid, wanted))
+        around = [of[np.isin(_edges(grid, of), edges).any(axis=0)] for of in (of_a, of_b)]
         if a.value != b.value and not np.isin(np.concatenate(around), wanted).all():
             raise SceneError(
                 f"{name} reaches the edge at which boundaries {quoted(a.name)} and {quoted(b.name)} meet with "
                 "different temperatures, where infinite heat flows: leave a gap between them, or cover both or neither"
             )
+
+
+def _edges(grid: Grid, faces: np.ndarray) -> np.ndarray:
+    """(4, faces): a number of each edge of each face, made of its two corners."""
+    corners = grid.nodes(faces)
+    return corners[[0, 0, 1, 2]] * grid.f2t.shape[1] + corners[[1, 2, 3, 3]]
 
 
 def tidy(grid: Grid) -> Scene:
