@@ -18,7 +18,7 @@ from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import Problems, added, contributions, problems
-from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected
+from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
 from fem3d.runs.differences import Point, Table, Values, difference, move
 from fem3d.solution.tangent import TIGHT
 from fem3d.spaces.domain import boxes
@@ -27,6 +27,7 @@ from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.device import Device, External
 from scenes.errors import NumericsError, SceneError
+from scenes.model import ROUNDING
 from scenes.result import Estimate
 from scenes.varied import neighbour, numbers
 from statespace import stability
@@ -35,22 +36,9 @@ from statespace.march import March, march
 from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
 from statespace.stability import Shielding, Stability, assess, gains, plant, steady
 
-LATEST, LONGEST = 0.2, 20.0
-"""Shifts lie between the sample time and this part of the slowest response; of a device sampled so slowly that the two
-are close, they are that many sample times apart."""
-GENERATIONS, MORE, MOST = 8, 2, 20
-FEWEST, MOST_NODES = 4, 12
-START, AFTER = 60, 60
-"""Samples of a short run before and after its outer step, by which meshes, fields and nodes are judged."""
-FALLING = 0.25
-"""The least ratio that is assumed of what the last degree took away to what the degree before did: as odd and even
-degrees take turns, a single ratio may be small by chance. A quarter was measured for the regular part of such a
-solution."""
 MOST_LEVELS = 12
-AHEAD = 6.0
-"""A refinement aims at an error so many times below the accuracy: one more level costs more than some more unknowns."""
-ROUNDING = 1e-13
-"""Relative rounding error of a power in the difference of two steady states, each iterated to that."""
+SAMPLES = 60
+"""Samples of a short run before its outer step, and as many after it, by which meshes, fields and nodes are judged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,28 +49,25 @@ class Model:
     ----------
     fine, low, fewer : Modal
         The model, the model of the next lower space, and the fine model with fewer fields.
-    beyond : dict
-        By quantity the error over the distance of the lower space.
     by_fewer : dict
         By quantity the relative error of fewer fields and nodes.
     nodes : int
         Unknown heats between samples.
     edges : float
         The error of steady values over the distance of the lower space, which singular edges decide.
-    structures : (Structure, Structure)
-        The structures of both spaces.
+    structure : Structure
+        The problems of the solved part.
     """
 
     device: Device
     fine: Modal
     low: Modal
-    beyond: dict[str, float]
+    fewer: Modal
     by_fewer: dict[str, float]
     nodes: int
     edges: float
     details: dict[str, Any]
-    structures: tuple[Structure, Structure]
-    fewer: Modal
+    structure: Structure
 
     def steady(self, device: Device, external: float | None = None) -> Steady:
         """The steady state at an outer temperature (K; by default the final one)."""
@@ -98,13 +83,8 @@ class Model:
 
     def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
         """The estimated errors of a steady state's quantities, in their units."""
-        _, errors = self._with_errors(lambda modal: asdict(steady(modal, device, external)))
-        return {q: errors[q] for q in QUANTITIES}
-
-    def _with_errors(self, read: Callable[[Modal], dict[str, float]]) -> tuple[dict[str, float], dict[str, float]]:
-        """Return steady values of the model, and their errors by the lower space, with rounding."""
-        values, low = read(self.fine), read(self.low)
-        return values, {q: self.edges * abs(v - low[q]) + 1e-9 * abs(v) for q, v in values.items()}
+        fine, low = (asdict(steady(modal, device, external)) for modal in (self.fine, self.low))
+        return {q: self.edges * abs(fine[q] - low[q]) + ROUNDING * abs(fine[q]) for q in QUANTITIES}
 
     @cached_property
     def shielding(self) -> tuple[Shielding, dict[str, float]]:
@@ -114,7 +94,7 @@ class Model:
         models, device = (self.fine, self.low, self.fewer), self.device
         fine, low, fewer = (asdict(stability.shielding(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
-        rounding, part = ROUNDING * power, DEPARTS * device.accuracy_3d
+        rounding, part = 1e3 * np.finfo(float).eps * power, DEPARTS * device.accuracy_3d
         errors = {
             name: 2 * self.edges * abs(value - low[name]) + abs(value - fewer[name]) + part * abs(value) + rounding
             for name, value in fine.items()
@@ -131,9 +111,8 @@ class Model:
         """
         runs = [march(modal, self.nodes, device, _steps(device), meter, start) for modal in (self.fine, self.low)]
         scale, apart = _scales(device, runs[0]), runs[0].distance(runs[1])
-        space = {q: self.beyond[q] * apart[q] for q in _NAMES}
         rest = {q: self.by_fewer[q] * scale[q] for q in _NAMES}
-        errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
+        errors, parts = {q: apart[q] + rest[q] for q in _NAMES}, {"space": apart, "states and time": rest}
         before, after = self.steady(device, device.external.initial_temperature), self.steady(device)
         result, lower = (
             device_result(
@@ -152,34 +131,29 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     """The few states of a device's structure, on a mesh and in as many fields as an accuracy takes: of temperatures
     relative to the set rise, of steady powers relative to themselves, from the second sample on.
 
-    Each level refines whatever has more than its share of the error: the mesh, the fields or the nodes in time.
+    The distances from the model of the next lower space, with two generations of fields fewer and with two nodes fewer
+    in time are the errors. Each level refines whatever has more than its share of the accuracy: the mesh three
+    quarters, fields and nodes an eighth each.
 
-    Raises NumericsError where the accuracy is not reached with the most of each.
+    Raises NumericsError where the accuracy is not reached within `MOST_LEVELS`.
     """
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
     earliest = device.control.sample_time
     marks = grading.features(part.scene)
-    grid = grading.graded(reach.first_grid(part.scene, min(accuracy, reach.COARSEST), marks), part.scene, earliest)
+    # The distance from the lower space is some four times the error that it bounds.
+    rough = reach.first_grid(part.scene, min(accuracy, reach.COARSEST) / 4, marks)
+    grid = grading.graded(rough, part.scene, earliest)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
-    short = _short(device)
-    generations, nodes = GENERATIONS, FEWEST
-    slowest = LONGEST * earliest
     given = problems(boxes(part.scene, grid), accuracy)
-    for number in range(1, MOST_LEVELS):
+    generations, nodes = 10, 4
+    for number in range(1, MOST_LEVELS + 1):
         say(f"level {number}: {given.heat.size} unknowns")
-        shifts = (earliest, max(LATEST * slowest, LONGEST * earliest))
-        projections, structures = list[Projected](), list[Structure]()
-        for heat, conductor in zip(given.heats[::-1], given.conductors[::-1], strict=True):
-            assert conductor is not None
-            structures.append(Structure(device, heat, conductor, part.copies))
-            projections.append(projected(structures[-1], shifts, generations, accuracy))
-        fine, low, lowest = projections
-        slowest = float(1 / fine.modal.rates[0])
-        distances, remaining = _judged(device, short, fine, low, lowest, nodes)
-        space = max(remaining[q] * distances["low"][q] for q in _JUDGED)
-        fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("fewer", "nodes"))
+        nested = structures(device, given, part.copies)
+        fine, low = (projected(structure, generations, accuracy) for structure in nested[:2])
+        distances = _judged(device, fine, low, nodes)
+        space, fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("low", "fewer", "nodes"))
         if space + fields + between <= accuracy:
             details = {
                 "unknowns": given.heat.size, "states": fine.modal.count, "responses": fine.modal.responses,
@@ -188,18 +162,12 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
             edges = max(float(left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
-            return Model(
-                device, fine.modal, low.modal, remaining, missed, nodes, edges, details, (structures[0], structures[1]),
-                fine.fewer,
-            )  # fmt: skip
-        more_fields = fields > accuracy / 2 and generations < MOST
-        more_nodes = between > accuracy / 4 and nodes < MOST_NODES
-        if space > accuracy / 2:
-            grid = _refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
+            return Model(device, fine.modal, low.modal, fine.fewer, missed, nodes, edges, details, fine.structure)
+        if space > 0.75 * accuracy:
+            grid = _refined(grid, given, fine, low, 2 * space / accuracy, marks)
             given = problems(boxes(part.scene, grid), accuracy)
-        elif number > 1 and not (more_fields or more_nodes):
-            break  # the same level again would find the same
-        generations, nodes = generations + MORE * more_fields, nodes + 2 * more_nodes
+        generations += 2 * (fields > accuracy / 8)
+        nodes += 2 * (between > accuracy / 8)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
 
 
@@ -208,35 +176,29 @@ _JUDGED = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
 
 def _short(device: Device) -> Device:
     """The same device with its outer step soon after the start, and the end soon after that."""
-    h, external = device.control.sample_time, device.external
+    external = device.external
     final = external.final_temperature
     if final == external.initial_temperature:
         final -= device.set_rise
-    step = External(external.initial_temperature, final, START * h)
-    return replace(device, external=step, end_time=(START + AFTER) * h)
+    step = SAMPLES * device.control.sample_time
+    return replace(device, external=External(external.initial_temperature, final, step), end_time=2 * step)
 
 
-def _judged(
-    device: Device, short: Device, fine: Projected, low: Projected, lowest: Projected, nodes: int
-) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
-    """Distances of the models with lower spaces, fewer fields and fewer nodes, for each quantity relative to its scale,
-    in a short run and in the steady state; and for each quantity the error over the distance of the lower space."""
-    modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
-    runs = [march(modal, n, short, _steps(device)) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
-    scale = _scales(device, runs[0])
-    distances = {}
-    for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
-        apart = runs[a].distance(runs[b])
-        one, two = (steady(modals[i], device) for i in (a, b))
+def _judged(device: Device, fine: Projected, low: Projected, nodes: int) -> dict[str, dict[str, float]]:
+    """Distances from the models of the lower space, with fewer fields and with fewer nodes, for each quantity relative
+    to its scale, in a short run and in the steady state."""
+    short, state = _short(device), steady(fine.modal, device)
+    run = march(fine.modal, nodes, short, _steps(device))
+    others = {"low": (low.modal, nodes), "fewer": (fine.fewer, nodes), "nodes": (fine.modal, nodes - 2)}
+    scale, distances = _scales(device, run), dict[str, dict[str, float]]()
+    for name, (modal, count) in others.items():
+        apart = run.distance(march(modal, count, short, _steps(device)))
         distances[name] = {q: apart[q] / scale[q] for q in _NAMES}
         for q in ("sink_power_W", "sensor_power_W"):
-            size = max(abs(getattr(one, q)), 1e-3 * scale[q])
-            distances[name][q] = max(distances[name][q], abs(getattr(one, q) - getattr(two, q)) / size)
-    remaining = {}
-    for q in _NAMES:
-        ratio = max(distances["low"][q] / max(distances["lowest"][q], 1e-300), FALLING)
-        remaining[q] = min(ratio / (1 - ratio), 1.0) if ratio < 1 else 1.0
-    return distances, remaining
+            size = max(abs(getattr(state, q)), 1e-3 * scale[q])
+            off = abs(getattr(state, q) - getattr(steady(modal, device), q)) / size
+            distances[name][q] = max(distances[name][q], off)
+    return distances
 
 
 def _steps(device: Device) -> float:
@@ -266,7 +228,7 @@ def _missing(grid: Grid, given: Problems, fine: Projected, low: Projected) -> li
     heat, lower, domain = given.heat, given.heats[1], given.domain
     free = [h.order[: h.free] for h in (lower, heat)]
     worst = [np.zeros(len(d)) for d in grid.degrees]
-    for solve, solve_low, shift in zip(fine.space.solves, low.space.solves, fine.shifts, strict=True):
+    for solve, solve_low, shift in zip(fine.solves, low.solves, fine.shifts, strict=True):
         for load, load_low in zip(fine.loads, low.loads, strict=True):
             x = solve(load[: heat.free])
             y = given.lifted(solve_low(load_low[: lower.free]), 1)[: heat.free]
@@ -276,8 +238,7 @@ def _missing(grid: Grid, given: Problems, fine: Projected, low: Projected) -> li
             (parts,) = contributions(
                 domain.space, properties, [heat.field(x - y)], weights, [heat.field(residual)], heat.field(x)
             )
-            intervals = edgewise.by_interval(grid, np.abs(parts.last))
-            worst = [np.maximum(a, b) for a, b in zip(worst, intervals, strict=True)]
+            worst = list(map(np.maximum, worst, edgewise.by_interval(grid, np.abs(parts.last))))
     return worst
 
 
@@ -292,7 +253,7 @@ class Solved:
     def exported(self) -> Whole:
         """The model to export, and its closed loop."""
         model, base = self.model, self.runs.base
-        others = [(model.low, max(model.edges, *model.beyond.values())), (model.fewer, 1.0)]
+        others = [(model.low, model.edges), (model.fewer, 1.0)]
         return Whole(
             f"{base.device.name}, in 3D", base.device, model.fine, base.result, model.steady_errors(base.device), others
         )
@@ -325,19 +286,13 @@ def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -
 
     ``keys`` are the keys to differentiate by, instead of all. Quantities that are zero are left out.
     """
-    domain, part, accuracy = (
-        model.structures[0].heat.domain,
-        symmetry.reduce(device.scene()),
-        TIGHT * device.accuracy_3d,
-    )
+    domain, part, accuracy = model.structure.heat.domain, symmetry.reduce(device.scene()), TIGHT * device.accuracy_3d
 
     def point(key: str, step: float, lower: bool) -> Point:
         other = neighbour(device, key, step) if key else device
         given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy)
         values = []
-        for heat, conductor in list(zip(given.heats, given.conductors, strict=True))[: -2 - lower : -1]:
-            assert conductor is not None
-            structure = Structure(other, heat, conductor, part.copies)
+        for structure in structures(other, given, part.copies)[: 1 + lower]:
             base = structure.base()
             state = steady(structure.modal(base.project(base.fields), base.patterns, accuracy), other)
             values.append(Values({q: float(getattr(state, q)) for q in FOLLOWED}))

@@ -10,13 +10,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from fem3d.adaptivity.nested import Problems
 from fem3d.problems.conductors import law
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Pattern
+from fem3d.runs.projection import slowest
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
 from scenes.device import SUBSTRATE, Device
@@ -151,6 +154,12 @@ class Structure:
         return np.array([conducted, conducted]), np.array([below, below - whole])
 
 
+def structures(device: Device, problems: Problems, copies: int) -> list[Structure]:
+    """Return the structures of nested spaces, the finest one first."""
+    pairs = zip(problems.heats[::-1], problems.conductors[::-1], strict=True)
+    return [Structure(device, heat, conductor, copies) for heat, conductor in pairs if conductor is not None]
+
+
 def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarray:
     """(n, k): a root of the states' Gramian for both powers and the outer temperatures, each of the size that brings
     its film to a rise of 1 K. (Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, section 4.3.)"""
@@ -175,22 +184,26 @@ def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, l
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """The model of a structure in some generations of fields, the model with two fewer, and the space of the fields,
-    with loads (W, each all nodes) and shifts (s)."""
+    """The model of a structure in some generations of fields, and the model with two fewer.
 
+    The fields answer ``loads`` (W, each all nodes) at ``shifts`` (s), by ``solves``.
+    """
+
+    structure: Structure
     loads: list[np.ndarray]
-    shifts: tuple[float, ...]
-    space: Krylov
+    shifts: tuple[float, float]
+    solves: list[Any]
     modal: Modal
     fewer: Modal
 
 
-def projected(structure: Structure, shifts: Sequence[float], generations: int, accuracy: float) -> Projected:
-    """A structure projected on the fields of some shifts (s), which take turns."""
-    base = structure.base()
+def projected(structure: Structure, generations: int, accuracy: float) -> Projected:
+    """Project a structure on fields of two shifts, which take turns: the sample time and the slowest response."""
+    base, earliest = structure.base(), structure.device.control.sample_time
+    shifts = earliest, max(earliest, slowest(structure.heat))
     space = Krylov(base, *shifts)
     reduced = base.project(space.fields(generations))
     kept = reduced.states - min(space.dropped(generations, 2), reduced.states - 1)
     fewer = reduced.changed(np.eye(reduced.states, kept))
     whole, less = (structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer))
-    return Projected(base.loads, tuple(shifts), space, whole, less)
+    return Projected(structure, base.loads, shifts, space.solves, whole, less)
