@@ -18,16 +18,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.sink_checks import from_first
-from compare.verdict import Check
+from compare.verdict import Check, spread
 from scenes.checks import FIRST_TIME
 from scenes.formats import difference_text, percent, quantity, signed
-from scenes.model import UNITS, AnyScene, Probe, Scene
+from scenes.model import UNITS, AnyScene, Scene
+from scenes.result import Estimate
 from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from reduced1d.network.solution import Place
-    from scenes.result import Estimate, Result
+    from scenes.result import Result
     from scenes.sink import Sink
 
 
@@ -41,10 +42,10 @@ WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 EXPLAINED = 2 / 3
 """Assumptions explain a difference where their parts are at least this share of it."""
 REST = "what lines cannot say"
+COARSER = 20
+"""Joints are measured in 3D at so many times the scene's accuracy: their part of a difference is far below it."""
 FELT = 1e-3
 """Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
-LEAST = 0.02
-"""Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
 
 
 def _size(claim: Check) -> str:
@@ -297,7 +298,7 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
 
     3D is solved once more, with probes of the mean temperatures and flows at all joints.
     """
-    from fem3d.runs.scene import observe
+    from fem3d.runs.scene import solve as solve_3d
     from reduced1d.network.lines import layout
     from reduced1d.network.solution import places, solve
 
@@ -305,25 +306,16 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)
     joints = places(shape)
-    probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
-    by_hand = {name: estimate.value for name, estimate in solve(replace(shape, scene=probed)).steady.items()}
-    flows = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
-             for kind in ("heat_flow", "current")}  # fmt: skip
-    joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * flows[p.flow.quantity]]
-
-    def needed(values: dict[str, float]) -> list[Probe]:
-        # The dual problems improve these values: joints near the threshold may come to be felt.
-        return _probes([place for place, _, _ in _changes(scene, joints, values, by_hand, FELT / 2)])
-
-    in_3d = observe(scene, _probes(joints), needed)
-    bounded = [place for place in joints if place.flow.name in in_3d]
-    values_3d = {name: estimate.value for name, estimate in in_3d.items()}
+    probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
+    probed = replace(shape, scene=replace(shape.scene, probes=(*shape.scene.probes, *probes.values())))
+    joined = replace(scene, probes=(*scene.probes, *probes.values()), accuracy=COARSER * scene.accuracy)
+    in_3d = solve_3d(joined).steady
     results, measured, names, unsure = [network.steady], list[tuple[tuple[str, int], float]](), list[str](), []
-    for place, resistance, change in _changes(scene, bounded, values_3d, by_hand):
+    for place, resistance, doubt in _felt(scene, joints, in_3d, solve(probed).steady):
         measured.append((place.key, resistance))
         results.append(solve(replace(shape, measured=tuple(measured))).steady)
         names.append(place.called)
-        unsure.append(_uncertainty(place, resistance, change, in_3d))
+        unsure.append(doubt)
     phrases = {name: f"the joint {name}, by 3D's resistance in its place" for name in names}
     phrases[REST] = f"{REST}, after all joints"
     results.append(fem3d.steady)
@@ -337,42 +329,37 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     return Budget(network.model, tuple(splits), (), None, {}, sentence(phrases, splits))
 
 
-def _probes(joints: list[Place]) -> list[Probe]:
-    """Return the probes of both sides and of the flow of each joint."""
-    probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
-    return list(probes.values())
+def _felt(
+    scene: Scene, joints: Sequence[Place], in_3d: Mapping[str, Estimate], by_hand: Mapping[str, Estimate]
+) -> list[tuple[Place, float, float]]:
+    """The joints that change the network, the largest first: 3D's resistance (K/W or ohm), and its error over its
+    change, at most 1."""
 
+    def resistance(one: float, other: float, flow: float) -> float:
+        return (one - other) / flow
 
-def _changes(
-    scene: Scene, joints: list[Place], in_3d: dict[str, float], by_hand: dict[str, float],
-    least: float = FELT,
-) -> list[tuple[Place, float, float]]:  # fmt: skip
-    """The joints whose change of drop is felt, the largest first, with 3D's resistance and its change (K/W or ohm)."""
-
-    def drop(place: Place, values: dict[str, float]) -> float:
-        if place.other is not None:
-            return values[place.one.name] - values[place.other.name]
-        assert place.given is not None
-        b = scene.boundaries[place.given]
-        return values[place.one.name] - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
-
-    rows, largest = [], {"temperature": 0.0, "potential": 0.0}
+    rows: list[tuple[float, Place, float, float]] = []
+    largest = {"temperature": 0.0, "potential": 0.0}
     for place in joints:
-        flow, flow_by_hand = place.sign * in_3d[place.flow.name], place.sign * by_hand[place.flow.name]
-        if not flow:
+        kind, (three, hand) = place.one.quantity, (_sides(scene, place, steady) for steady in (in_3d, by_hand))
+        base = scene.initial_temperature if kind == "temperature" else 0.0
+        largest[kind] = max(largest[kind], abs(three["one"].value - base))
+        if abs(three["flow"].value) <= three["flow"].error or not hand["flow"].value:
             continue
-        resistance = drop(place, in_3d) / flow
-        change = resistance - drop(place, by_hand) / flow_by_hand
-        base = scene.initial_temperature if place.one.quantity == "temperature" else 0.0
-        largest[place.one.quantity] = max(largest[place.one.quantity], abs(in_3d[place.one.name] - base))
-        rows.append((abs(change * flow), place, resistance, change))
-    felt = [row for row in rows if row[0] > least * largest[row[1].one.quantity] > 0]
-    felt.sort(key=lambda row: -row[0] / largest[row[1].one.quantity])
-    return [row[1:] for row in felt]
+        measured, drawn = (resistance(**{name: e.value for name, e in sides.items()}) for sides in (three, hand))
+        if change := abs(measured - drawn):
+            doubt = min(spread(resistance, three) / change, 1.0)
+            rows.append((change * abs(three["flow"].value), place, place.sign * measured, doubt))
+    parts = [(drop / (largest[place.one.quantity] or 1.0), place, r, doubt) for drop, place, r, doubt in rows]
+    return [row[1:] for row in sorted(parts, key=lambda row: -row[0]) if row[0] > FELT]
 
 
-def _uncertainty(place: Place, resistance: float, change: float, in_3d: dict[str, Estimate]) -> float:
-    """The error bound of 3D's resistance of a joint as a part of its change, at most 1."""
-    flow = in_3d[place.flow.name]
-    error = sum(in_3d[side.name].error for side in (place.one, place.other) if side is not None)
-    return min((error + abs(resistance) * flow.error) / abs(flow.value * change), 1.0) if change else 1.0
+def _sides(scene: Scene, place: Place, steady: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """The temperatures or potentials on both sides of a joint, and its flow."""
+    if place.other is not None:
+        other = steady[place.other.name]
+    else:
+        boundary = scene.boundaries[place.given]  # type: ignore[index] # A joint without another side has a boundary.
+        value: Any = boundary.ambient if boundary.kind == "convection" else boundary.value
+        other = Estimate(float(value), 0.0)
+    return {"one": steady[place.one.name], "other": other, "flow": steady[place.flow.name]}

@@ -6,7 +6,7 @@ the plan and the result.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -31,51 +31,10 @@ from scenes import physics
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError, listed
 from scenes.free import structure
 from scenes.free.graph import CellGraph
-from scenes.model import AnyScene, Boundary, GroupBoundary, MeshScene, Point, Probe, Scene, Value
+from scenes.model import AnyScene, Boundary, GroupBoundary, MeshScene, Point, Scene, Value
 from scenes.result import Estimate, Result, Step, Traces
 from scenes.units import TIME
 from statespace import channels
-
-
-def observe(
-    scene: Scene, probes: Sequence[Probe], chosen: Callable[[dict[str, float]], Collection[Probe]] | None = None
-) -> dict[str, Estimate]:
-    """Solve the steady state of a scene of boxes and read further probes on its last mesh.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene; its own probes decide where the mesh is refined.
-    probes : sequence of Probe
-        Further probes, whose error bounds do not refine the mesh.
-    chosen : callable, optional
-        Takes all values and returns the needed further probes (default: all), each at the cost of a dual problem.
-
-    Returns
-    -------
-    dict
-        Value and error bound of the scene's and of the chosen probes by name.
-
-    Raises
-    ------
-    RunawayError, NumericsError
-        Where the steady state does not exist or is not reached.
-    """
-    every = replace(scene, probes=(*scene.probes, *probes))
-    study, whole = (probe_quantities.study(scene, part_of(every, uncut)) for uncut in (False, True))
-    study, mesh = choice.choose(replace(study, field=None), replace(whole, field=None))
-    answer = adapt(study, False, mesh=mesh)
-    values = probe_quantities.study(every, study.part).steady(answer.fine.out)
-    needed = probes if chosen is None else chosen({name: float(value) for name, value in values.items()})
-    full = probe_quantities.study(replace(scene, probes=(*scene.probes, *needed)), study.part)
-    problems = answer.mesh.problems()
-    fine = replace(answer.fine, quantities=full.steady(answer.fine.out))
-    problems.states[len(problems.heats) - 1] = fine.state
-    level = answer.mesh.examine(full, problems, fine)
-    if level is None:
-        raise NumericsError("the errors of the further probes are not known: a lower degree has no steady state")
-    return {name: Estimate(float(v), level.errors[name]) for name, v in level.fine.quantities.items()}
-
 
 LOOKED_AT = 9  # times of a run at which rises are compared with the ends of tables
 
@@ -125,7 +84,6 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
     study = probe_quantities.study(scene, part_of(scene, whole))
     if isinstance(scene, MeshScene):
         return study, on_file(scene)
-    from fem3d.adaptivity import choice
 
     every = probe_quantities.study(scene, part_of(scene, True))
     return choice.choose(study, every, over_time=not scene.steady)
