@@ -48,20 +48,18 @@ FELT = 1e-3
 """Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
 
 
-def _size(claim: Check) -> str:
-    """Return "6.6 % low at the peak", with the error where that matters, or a bound where the sign is open."""
-    when = "" if claim.time is None else f" (at {quantity(claim.time, 's', 3)})"
-    size, u_num = abs(claim.difference), claim.u_num
-    if size <= u_num:
-        limit = ", all that 3D is known to," if claim.verdict == "unresolved" else ""
-        return f"within {bound(_most(claim))}{limit} of 3D at {claim.title}{when}"
-    text = difference_text(size, u_num, "give or take").removeprefix("+") if 10 * u_num > size else percent(size)
-    return f"{text} {'low' if claim.difference < 0 else 'high'} at {claim.title}{when}"
+def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], str] = lambda _: "") -> str:
+    """Return the sentences about a model ``who``; ``why`` names the causes of some claims.
 
-
-def _most(claim: Check) -> float:
-    """A bound of its size."""
-    return abs(claim.difference) + claim.u_num
+    A claim is a check with its place in a sentence as the title, and a detail, or nothing, as ``because``. A difference
+    over time that is the steady one again is not repeated.
+    """
+    steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
+    more = [each for each in course if each.verdict != "agrees" and not _repeats(each, steady)]
+    if not steady:
+        return f"{who} is up to {_list(more)}{why(more)}." if more else f"{who} is {_list(course)} over time."
+    said = f"{who} is {_list(steady)} in the steady state{why(steady)}."
+    return said + f" On the way it is up to {_list(more)}, relative to the final rise{why(more)}." * bool(more)
 
 
 def _repeats(claim: Check, steady: Sequence[Check]) -> bool:
@@ -72,42 +70,31 @@ def _repeats(claim: Check, steady: Sequence[Check]) -> bool:
     return abs(claim.difference) <= MORE * abs(rest.difference) + claim.u_num + rest.u_num
 
 
-def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], str] = lambda _: "") -> str:
-    """Return the sentences about a model ``who``; ``why`` names the causes of some claims.
-
-    A claim is a check with its place in a sentence as the title, and a detail, or nothing, as ``because``.
-    """
-    steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
-    far = [each for each in course if each.verdict != "agrees" and not _repeats(each, steady)]
-    said = [f"{who} is {_list(steady, '')} in the steady state{why(steady)}"] if steady else []
-    if far:
-        start = "On the way it is" if steady else f"{who} is"
-        said.append(f"{start} up to {_list(far, ', relative to the final rise' * bool(steady))}{why(far)}")
-    elif course and all(each.verdict == "agrees" for each in claims):
-        most, before = (max(map(_most, some), default=0.0) for some in (course, steady))
-        near = "no farther" if most <= before else f"within {bound(most)} of {'the final rise' if steady else '3D'}"
-        said = [f"{said[0]}, and {near} on the way" if steady else f"{who} is {near} at {_places(course)} over time"]
-    return f"{'. '.join(said)}."
-
-
-def _places(claims: Sequence[Check]) -> str:
-    return " and ".join(each.title for each in claims) if len(claims) <= SHOWN else f"{len(claims)} quantities"
-
-
-def _list(claims: Sequence[Check], ending: str) -> str:
-    """Up to three claims, the largest first where there are more, and the bound of the rest."""
+def _list(claims: Sequence[Check]) -> str:
+    """The largest claims that differ, up to three, with a detail, and the bound of the others; two claims in full."""
     agree = [each for each in claims if each.verdict == "agrees"]
-    if len(agree) == len(claims) and (len(claims) > 2 or all(abs(each.difference) <= each.u_num for each in claims)):
-        return f"within {bound(max(map(_most, claims)))} of 3D at {_places(claims)}"
-    shown = list(claims)
-    if len(claims) > 2:
-        shown = sorted((each for each in claims if each not in agree), key=lambda each: -abs(each.difference))[:SHOWN]
-    rest = [each for each in claims if each not in shown]
-    near = [_most(each) for each in rest if each in agree]
-    said = " and ".join(map(_size, shown)) + ending
-    said += next((f": {each.because}" for each in shown if each.because), "")
-    said += f", {len(rest) - len(near)} more differ" * (len(near) < len(rest))
-    return said + (f", the rest within {bound(max(near))}" if near else "")
+    if len(claims) <= 2:
+        agree = [each for each in agree if abs(each.difference) <= each.u_num]
+    largest = sorted((each for each in claims if each not in agree), key=lambda each: -abs(each.difference))[:SHOWN]
+    shown = [each for each in claims if each in largest]
+    said = " and ".join(map(_size, shown)) + next((f": {each.because}" for each in shown if each.because), "")
+    hidden = len(claims) - len(agree) - len(shown)
+    said += f", {hidden} more differ" * bool(hidden)
+    if not agree:
+        return said
+    limit = bound(max(abs(each.difference) + each.u_num for each in agree))
+    places = " and ".join(each.title for each in agree) if len(agree) <= SHOWN else f"{len(agree)} quantities"
+    return f"{said}{' and ' * bool(shown)}within {limit} of 3D at {places}"
+
+
+def _size(claim: Check) -> str:
+    """Return "6.6 % low at the peak", with the error where that matters, or a bound where the sign is open."""
+    when = "" if claim.time is None else f" (at {quantity(claim.time, 's', 3)})"
+    size, u_num = abs(claim.difference), claim.u_num
+    if size <= u_num:
+        return f"within {bound(size + u_num)}, all that 3D is known to, of 3D at {claim.title}{when}"
+    text = difference_text(size, u_num, "give or take").removeprefix("+") if 10 * u_num > size else percent(size)
+    return f"{text} {'low' if claim.difference < 0 else 'high'} at {claim.title}{when}"
 
 
 def bound(ratio: float) -> str:

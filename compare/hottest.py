@@ -25,14 +25,14 @@ Hottest = tuple[float, float | None]
 
 
 def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
-    """Return the warnings of a sink's run, of 3D where it is solved."""
+    """Return the warnings of a sink's run, of 3D where it is solved; 1D has the silicon's peak alone."""
     if fem3d is not None:
         return past(sink.materials, fem3d.details["fields"], moments(fem3d.traces))
     if reduced1d is None:
         return ()
     # A step's response is nowhere hotter than the steady state.
-    peak, end = (np.array([reduced1d.steady[key].value]) for key in ("peak_rise_K", "end_rise_K"))
-    return warnings(sink.materials if sink.spans == 1 else [sink.silicon], _in_1d(sink, [None], peak, end))
+    peak = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
+    return warnings([sink.silicon], {sink.silicon.name: (peak, None)})
 
 
 def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
@@ -41,25 +41,11 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
     mean, k = result.sink_K - sink.room_temperature, sink.silicon.thermal_conductivity
     end = end_rise_from_equivalent(mean, anchor_series_resistance(sink), k, sink.cross_section, sink.length)
     outside = np.where(times < external.step_time, external.initial_temperature, external.final_temperature)
-    polymer = np.max([result.sink_K, result.sensor_K, outside], axis=0)
-    reached = _in_1d(sink, times.tolist(), end + 1.5 * (mean - end), end)
-    reached |= {device.gold.name: _hottest(result.sensor_K, times.tolist())}
-    reached |= {device.pdms.name: _hottest(polymer, times.tolist())}
-    return warnings((sink.silicon, sink.oxide, device.gold, device.pdms), reached)
-
-
-def _in_1d(sink: Sink, times: Sequence[float | None], peak: np.ndarray, end: np.ndarray) -> dict[str, Hottest]:
-    """The beam's middle, and the top of an oxide block, from the rises of peak and end (times,)."""
-    plain = sink.plain
-    oxide = sink.oxide_thickness / (plain.oxide.thermal_conductivity * sink.oxide_length * sink.oxide_width)
-    # Eq 14: the rise falls by the silicon's part of the anchor resistance on the way to the oxide.
-    rises = {sink.silicon.name: peak, sink.oxide.name: end * oxide / anchor_series_resistance(plain)}
-    return {name: _hottest(sink.room_temperature + rise, times) for name, rise in rises.items()}
-
-
-def _hottest(temperatures: np.ndarray, times: Sequence[float | None]) -> Hottest:
-    at = int(np.argmax(temperatures))
-    return (float(temperatures[at]), times[at])
+    hottest = {
+        sink.silicon: sink.room_temperature + end + 1.5 * (mean - end), device.gold: result.sensor_K,
+        device.pdms: np.max([result.sink_K, result.sensor_K, outside], axis=0),
+    }  # fmt: skip
+    return warnings(hottest, {m.name: (float(T.max()), float(times[T.argmax()])) for m, T in hottest.items()})
 
 
 def excess(
