@@ -21,14 +21,13 @@ from compare.outcome import Outcome
 from compare.verdict import Check, Definitions, against_3d, relative, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.equations import anchor_series_resistance
-from scenes import laws
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate, Result
 from scenes.sink import Sink, different
 
-NOTABLE = 0.005
-"""The heating is called uneven where it changes along the beam by more than this part."""
+NO_PARABOLA = "heating, cooling or conductivity vary along the beam, or the flow near its ends is not one-dimensional"
+"""Reasons why the profile is no parabola."""
 INPUTS = {
     "current": "current_A", "peak": "peak_rise_K", "end": "end_rise_K", "mean": "mean_rise_K", "flow": "end_flow_W",
     "resistance": "anchor_resistance_K_per_W",
@@ -48,9 +47,7 @@ ROW = {
 """Words and steady quantities of a row of spans, by the ends of its checks' ids; the highest span is an innermost."""
 
 
-def equation(
-    name: str, title: str, key: str, note: str | Callable[[Outcome[Sink]], str]
-) -> Callable[[Callable[..., float]], Callable[..., float]]:  # fmt: skip
+def equation(name: str, title: str, key: str, note: str) -> Callable[[Callable[..., float]], Callable[..., float]]:
     """Register a formula f(sink, *quantities of 3D) as the check of the steady 3D quantity ``key``.
 
     The arguments' names choose the quantities (`INPUTS`), whose errors count. ``note`` says why both differ.
@@ -61,43 +58,21 @@ def equation(
 
         @CHECKS.check(name, *EQUATION)
         def make(outcome: Outcome[Sink]) -> Check:
-            inputs = {argument: outcome.solved.steady[INPUTS[argument]] for argument in arguments}
-            measured = outcome.solved.steady[key]
+            steady, sink, unit = outcome.solved.steady, outcome.scene.plain, unit_of(key)
+            inputs = {argument: steady[INPUTS[argument]] for argument in arguments}
 
             def off(measured: float, **values: float) -> float:
-                return relative(formula(outcome.scene.plain, **values), measured)
+                return relative(formula(sink, **values), measured)
 
-            predicted = formula(outcome.scene.plain, **{name: estimate.value for name, estimate in inputs.items()})
-            u_num, unit = spread(off, {**inputs, "measured": measured}), unit_of(key)
-
-            def reason() -> str:
-                values = f"{quantity(predicted, unit)} against {quantity(measured.value, unit)} in 3D"
-                return f"{values}: {note if isinstance(note, str) else note(outcome)}"
-
-            difference = relative(predicted, measured.value)
-            return Check(title, predicted, measured.value, unit, difference, u_num, reason, relative_to="the 3D value")
+            predicted = formula(sink, **{argument: estimate.value for argument, estimate in inputs.items()})
+            measured, error = steady[key].value, spread(off, {**inputs, "measured": steady[key]})
+            reason = f"{quantity(predicted, unit)} against {quantity(measured, unit)} in 3D: {note}"
+            difference = relative(predicted, measured)
+            return Check(title, predicted, measured, unit, difference, error, reason, relative_to="the 3D value")
 
         return formula
 
     return register
-
-
-def not_parabolic(outcome: Outcome[Sink]) -> str:
-    """Name the heating or cooling that varies along the beam, and so bends the profile away from a parabola."""
-    sink, steady = outcome.scene.plain, {key: e.value for key, e in outcome.solved.steady.items()}
-    a = sink.silicon.temperature_coefficient
-    reference = 1 + a * (sink.room_temperature - sink.silicon.reference_temperature)
-    hot = (reference + a * steady["peak_rise_K"]) / (reference + a * steady["end_rise_K"])
-    causes = [f"the heating at the peak is {percent(hot)} of that at the ends"] * (abs(hot - 1) > NOTABLE)
-    film = (sink.convection_coefficient + sink.gap_coefficient) * sink.length * sink.width * steady["mean_rise_K"]
-    if film:
-        causes.append(f"the gas takes {percent(film / (2 * steady['end_flow_W'] + film))} of the beam's heat")
-    if sink.electrodes == "pad-edge":
-        causes.append("the current crowds where it enters the beam")
-    if laws.varies(law := outcome.scene.silicon.thermal_conductivity):
-        ends = [laws.at(law, sink.room_temperature + rise) for rise in (steady["peak_rise_K"], 0.0)]
-        causes.append(f"the beam conducts at its peak {percent(ends[0] / ends[1])} of its value at room temperature")
-    return " and ".join(causes) or "the heat flow is not one-dimensional near the ends"
 
 
 @equation("eq12", "power from I, peak, end", "power_W", "eq 12 takes the parabola's mean, and no heat of the pads")
@@ -107,7 +82,7 @@ def eq12(sink: Sink, current: float, peak: float, end: float) -> float:
     return equations.power(current, peak - end, end, rho, a, sink.length, sink.cross_section)
 
 
-@equation("eq13", "mean rise from peak, end", "mean_rise_K", not_parabolic)
+@equation("eq13", "mean rise from peak, end", "mean_rise_K", NO_PARABOLA)
 def eq13(sink: Sink, peak: float, end: float) -> float:
     """2/3 dT0 + dT_end."""
     return equations.equivalent_rise(peak - end, end)
@@ -122,25 +97,19 @@ def eq14(sink: Sink) -> float:
     return anchor_series_resistance(sink)
 
 
-@equation("eq16", "end's heat from peak, end", "end_flow_W", not_parabolic)
+@equation("eq16", "end's heat from peak, end", "end_flow_W", NO_PARABOLA)
 def eq16(sink: Sink, peak: float, end: float) -> float:
     """4 k A_c dT0 / L, by the parabola's slope."""
     return equations.end_flow(peak - end, sink.silicon.thermal_conductivity, sink.cross_section, sink.length)
 
 
-def _with_measured_resistance(outcome: Outcome[Sink]) -> str:
-    steady = outcome.solved.steady
-    end = eq18_measured(outcome.scene.plain, steady["mean_rise_K"].value, steady["anchor_resistance_K_per_W"].value)
-    return f"with the 3D resistance the same equation gives {quantity(end, 'K')}"
-
-
-@equation("eq18", "end from mean, eq 14's R", "end_rise_K", _with_measured_resistance)
+@equation("eq18", "end from mean, eq 14's R", "end_rise_K", "eq 14's resistance is off; see eq18_measured")
 def eq18(sink: Sink, mean: float) -> float:
     """The end rise by the mean rise and eq 14's resistance."""
     return eq18_measured(sink, mean, anchor_series_resistance(sink))
 
 
-@equation("eq18_measured", "end from mean, 3D's R", "end_rise_K", not_parabolic)
+@equation("eq18_measured", "end from mean, 3D's R", "end_rise_K", NO_PARABOLA)
 def eq18_measured(sink: Sink, mean: float, resistance: float) -> float:
     """The same with the 3D anchor resistance."""
     k = sink.silicon.thermal_conductivity
@@ -194,11 +163,8 @@ def fig5(outcome: Outcome[Sink]) -> Check:
     distance = float(np.sqrt(np.trapezoid((rise - fitted) ** 2, y) / outcome.scene.plain.length))
     error = 2 * max(outcome.solved.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
     i, off = int(np.argmax(np.abs(rise - fitted))), share(Estimate(distance, error), Estimate(dT0, error))
-
-    def reason() -> str:
-        most = f"up to {signed(float(rise[i] - fitted[i]), 'K')} at y = {quantity(float(y[i]) * 1e6, 'um', 3)}"
-        return f"{most}: {not_parabolic(outcome)}"
-
+    most = f"up to {signed(float(rise[i] - fitted[i]), 'K')} at y = {quantity(float(y[i]) * 1e6, 'um', 3)}"
+    reason = f"{most}: {NO_PARABOLA}"
     return Check(
         "parabola's misfit, of dT0", 0.0, distance, "K", off.value, off.error, reason,
         relative_to="dT0, the 3D peak less the end rise",
