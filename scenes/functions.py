@@ -1,20 +1,20 @@
-"""Kinds of value that depend on something: on time, on the temperature, on a face's surroundings; and contacts."""
+"""Kinds of value that depend on something: on time, on the temperature, on a face's surroundings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 from scenes.errors import SceneError, quoted
 from scenes.kinds import INSTANT, Kind, Quantity, only
 from scenes.laws import PowerLaw, Property, Table
 from scenes.model import ROUNDING, Schedule, Value
-from scenes.parameters import quantity
-from scenes.units import NUMBER, PLAIN, TEMPERATURE, Dimension, UnitError
+from scenes.units import NUMBER, TEMPERATURE
 
 _ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
+_LEAST = 1e-9  # of a law, in SI units, where one value may be zero
 EXPONENT = Quantity(NUMBER, 0.0, 20.0, signed=True)  # larger ones are slips
 
 
@@ -82,8 +82,8 @@ class Following(Kind):
         return f"{self.quantity.form}, {{value, at, exponent}} or {{temperatures = [...], values = [...]}}{axes}"
 
     def read(self, path: str, given: object) -> Property:
-        # An insulator has no law and no axes.
-        positive = replace(self.quantity, word=None)
+        # An insulator has no law and no axes, and a law is nowhere zero.
+        positive = replace(self.quantity, word=None, lower=self.quantity.lower or _LEAST)
         if isinstance(given, Mapping):
             example = f'{{value = "{self.quantity.dimension.example}", at = "293 K", exponent = -1.3}}'
             if {"temperatures", "values"} & set(given):
@@ -117,14 +117,17 @@ class Following(Kind):
 
 @dataclass(frozen=True)
 class Surroundings(Kind):
-    """A table with a face's coefficient, under a ``name``, and the ambient temperature, which may vary in time where
-    its kind allows. ``quantity`` is the coefficient's; ``law`` its kind where it may follow the face's temperature."""
+    """A table with a face's ``coefficient``, under a ``name``, and the ambient temperature, each of its kind."""
 
     name: str
-    quantity: Quantity
+    coefficient: Quantity | Following
     ambient: Varying | Quantity
     example: str
-    law: Following | None = None
+
+    @property
+    def quantity(self) -> Quantity:
+        """The quantity of the coefficient."""
+        return self.coefficient.quantity if isinstance(self.coefficient, Following) else self.coefficient
 
     @property
     def form(self) -> str:
@@ -134,49 +137,14 @@ class Surroundings(Kind):
         if not isinstance(given, Mapping):
             raise self.refusal(path, given, "is not a table")
         only(path, given, (self.name, "ambient"))
-        for name in (self.name, "ambient"):
+        values = list[Any]()
+        for name, kind, example in (self.name, self.coefficient, self.example), ("ambient", self.ambient, '"293 K"'):
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {self.form}")
-        coefficient = given[self.name]
-        if isinstance(coefficient, Mapping) and (self.law is None or "times" in coefficient):
-            raise SceneError(f"{path}.{self.name} may not vary in time: give one, such as {self.example}")
-        if isinstance(given["ambient"], Mapping) and isinstance(self.ambient, Quantity):
-            raise SceneError(f'{path}.ambient may not vary in time: give one temperature, such as "293 K"')
-        kind = self.law if self.law is not None and isinstance(coefficient, Mapping) else self.quantity
-        ambient: Any = self.ambient.read(f"{path}.ambient", given["ambient"])
-        return kind.read(f"{path}.{self.name}", coefficient), ambient
+            if not isinstance(kind, Varying) and isinstance(given[name], Mapping) and "times" in given[name]:
+                raise SceneError(f"{path}.{name} may not vary in time: give one, such as {example}")
+            values.append(kind.read(f"{path}.{name}", given[name]))
+        return values[0], values[1]
 
     def write(self, value: Any) -> Any:
-        return {self.name: (self.law or self.quantity).write(value[0]), "ambient": self.ambient.write(value[1])}
-
-
-class Resistance(NamedTuple):
-    """The resistance of a contact times its area, and the dimension of the unit that it was given in, if any."""
-
-    value: float
-    dimension: Dimension | None
-
-
-@dataclass(frozen=True)
-class ContactResistance(Kind):
-    """The resistance of a contact times its area: of heat, of current, or of either where more than one of the
-    ``quantities`` is possible. Their lower bound excludes zero, which is a perfect contact."""
-
-    quantities: tuple[Quantity, ...]
-
-    @property
-    def form(self) -> str:
-        return "; or ".join(q.form for q in self.quantities)
-
-    def read(self, path: str, given: object) -> Resistance:
-        try:
-            value, powers = quantity(given) if isinstance(given, str) else (given, None)
-        except UnitError:
-            value, powers = None, None
-        matching = next((q for q in self.quantities if q.dimension.powers == powers), None)
-        perfect = value == 0 and not isinstance(value, bool) and (matching is not None or powers in (None, PLAIN))
-        resistance = 0.0 if perfect else (matching or self.quantities[0]).read(path, given) or 0.0
-        return Resistance(resistance, matching.dimension if matching else None)
-
-    def show(self, value: Any) -> str:
-        return self.quantities[0].show(value)
+        return {self.name: self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}

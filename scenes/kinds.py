@@ -67,8 +67,8 @@ def plain(value: Any) -> Any:
 class Quantity(Kind):
     """A number in SI units, text with a unit, or an expression, between two bounds that are themselves allowed.
 
-    ``signed`` bounds the magnitude instead, either sign being allowed. ``note`` ends the description, where the bounds
-    need a reason.
+    ``signed`` bounds the magnitude instead, either sign being allowed, and ``or_zero`` allows 0 below the bounds.
+    ``note`` ends the description, where the bounds need a reason.
     """
 
     dimension: Dimension
@@ -77,6 +77,7 @@ class Quantity(Kind):
     signed: bool = False
     word: str | None = None
     note: str = ""
+    or_zero: bool = False
 
     @property
     def form(self) -> str:
@@ -92,7 +93,8 @@ class Quantity(Kind):
         value, fault = self.number(given)
         if not fault and not math.isfinite(value):
             fault = "is not a finite number"
-        if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
+        within = self.lower <= (abs(value) if self.signed else value) <= self.upper
+        if not fault and not within and not (self.or_zero and value == 0):
             fault = "is out of range"
         if fault:
             computed = f"= {self.dimension.show(value)} " if value and is_expression(given) else ""

@@ -63,7 +63,8 @@ class Schema:
     """The keys of one type of scene in the order of writing, and the keys of repeated tables (``lists``).
 
     ``required`` are the keys without a default of each table. ``called`` names the type in messages, ``example`` is a
-    setting. Among keys that end alike the key in the ``main`` section wins.
+    setting. Among keys that end alike the key in the ``main`` section wins. ``beside_voltage`` has the keys of another
+    kind in an item with a voltage.
     """
 
     keys: tuple[Key, ...]
@@ -72,6 +73,7 @@ class Schema:
     called: str = "a scene file"
     example: str = "sink.width=20um"
     main: str = ""
+    beside_voltage: Mapping[str, Kind] = field(default_factory=dict)
 
     @cached_property
     def paths(self) -> dict[str, Key]:
@@ -119,6 +121,11 @@ class Schema:
         _refuse_twins(values)
         return values | {SECTION: Parameters.of(names, flat)} if names else values
 
+    def kind(self, table: str, key: str, item: Mapping[str, object]) -> Kind:
+        """Return the kind of a key of an item of a table."""
+        kind = self.lists[table][key]
+        return self.beside_voltage.get(key, kind) if "voltage" in item else kind
+
     def _items(self, table: str, given: object) -> tuple[Item, ...]:
         if not isinstance(given, (list, tuple)) or not all(isinstance(item, Mapping) for item in given):
             raise SceneError(f"{table} must be a list of tables: start each with [[{table}]]")
@@ -126,7 +133,7 @@ class Schema:
         for number, item in enumerate(given, 1):
             name, label = label_of(table, number, item)
             only(label, item, tuple(kinds))
-            values = {key: kinds[key].read(f"{label}.{key}", value) for key, value in item.items()}
+            values = {key: self.kind(table, key, item).read(f"{label}.{key}", value) for key, value in item.items()}
             _refuse_twins(values, f"{label}.")
             for key in self.required[table]:
                 if key not in values:

@@ -18,8 +18,8 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws, physics
-from scenes.free.tables import CURRENT_CONTACT, LISTS
-from scenes.functions import EXPONENT, ContactResistance, Following, Resistance, Surroundings
+from scenes.free.tables import LISTS
+from scenes.functions import EXPONENT, Following, Surroundings
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.laws import PowerLaw, Table
@@ -180,12 +180,10 @@ def parts(kind: Any, value: Any) -> Iterator[tuple[str, float, Quantity, Change]
         case Schedule() | Table():
             largest = max(value.values, key=abs)
             yield "", largest, kind.quantity, lambda f: replace(value, values=tuple(f * v for v in value.values))
-        case Resistance():
-            yield "", value.value, kind.quantities[0], lambda factor: value._replace(value=factor * value.value)
         case (coefficient, ambient) if isinstance(kind, Surroundings):
             for end, number, quantity, times in parts(kind.ambient, ambient):
                 yield f".ambient{end}", number, quantity, _along(value, 1, times)
-            for end, number, quantity, times in parts(kind.law or kind.quantity, coefficient):
+            for end, number, quantity, times in parts(kind.coefficient, coefficient):
                 yield f".{kind.name}{end}", number, quantity, _along(value, 0, times)
         case (_, _, _) if isinstance(kind, Following):
             powers = [law for law in value if isinstance(law, PowerLaw)] if kind.proportional else []
@@ -253,11 +251,9 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
     for table in ("material", "boundary", "contact", scene.heated[0]):
         for n, item in enumerate(values.get(table, ())):
             for key, value in item.values.items():
-                kind = schema.lists[table][key]
+                kind = schema.kind(table, key, item.values)
                 if table == "material" and not _matters(scene, item, key):
                     continue
-                if key == "contact_resistance" and {"voltage", "current"} & set(item.values):
-                    kind = ContactResistance((CURRENT_CONTACT,))
                 for end, number, quantity, times in parts(kind, value):
                     name = f"{table}.{item.name}.{key}{end}"
                     numbers[name] = Number(float(number), quantity, partial(changed, table, n, key, times))

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 from scenes import functions, laws, physics
 from scenes import model as m
-from scenes import units as d
 from scenes.errors import SceneError, did_you_mean, quoted, unknown
 from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
@@ -72,7 +71,7 @@ def _complete(scene: S, values: Values, folder: str) -> S:
     """The scene with its contacts and its sections [scene], [run], [model] and [checks]."""
     contacts = []
     for item in values.get("contact", ()):
-        resistances = {key: item.values[key].value for key in RESISTANCES if key in item.values}
+        resistances = {key: item.values[key] for key in RESISTANCES if key in item.values}
         if not resistances:
             raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave it out")
         contacts.append(m.Contact(item.name, item.values["between"], **resistances))
@@ -178,27 +177,22 @@ def _condition(item: Item) -> dict[str, Any]:
     value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     condition = {"kind": kind, "value": value, "ambient": ambient}
     series, contact = item.values.get("series_resistance"), item.values.get("contact_resistance")
-    dimensions = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}
-    for key, given, fits in (
-        ("series_resistance", None if series is None else f"{series:g} ohm", ["voltage"]),
-        ("contact_resistance", None if contact is None else f"{contact.value:g}", [*dimensions]),
+    for key, given, unit, fits in (
+        ("series_resistance", series, " ohm", ["voltage"]),
+        ("contact_resistance", contact, "", ["temperature", "voltage"]),
     ):
         if given is not None and kind not in fits:
             where = f"give it beside a {' or a '.join(fits)}, or leave it out"
-            raise SceneError(f"{item.label}.{key} = {given} stands beside a {kind}: {where}")
+            raise SceneError(f"{item.label}.{key} = {given:g}{unit} stands beside a {kind}: {where}")
     if kind == "current":
         return {"kind": "voltage", "value": value, "series_resistance": math.inf}
     if series:
         condition["series_resistance"] = series
-    if contact is None:
+    if not contact:
         return condition
-    if contact.dimension not in (None, dimensions[kind]):
-        unit, right = f"{contact.dimension.unit} is {contact.dimension.name}", dimensions[kind]
-        path = f"{item.label}.contact_resistance = {contact.value:g} {unit}"
-        raise SceneError(f'{path} beside a {kind}: give {right.name} such as "{right.example}"')
-    if contact.value and kind == "temperature":
-        condition |= {"kind": "convection", "value": 1 / contact.value, "ambient": value}
-    return condition | ({"contact_resistance": contact.value} if contact.value else {})
+    if kind == "temperature":
+        condition |= {"kind": "convection", "value": 1 / contact, "ambient": value}
+    return condition | {"contact_resistance": contact}
 
 
 def _reading(item: Item) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 from scenes import functions as ck
@@ -34,10 +35,9 @@ CONDITIONS: dict[str, ck.Varying | ck.Surroundings] = {
     "heat_flux": ck.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
     "convection": ck.Surroundings(
         "coefficient",
-        k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12),
+        Following(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12)),
         ck.Varying(k.KELVIN),
         '"10 W/(m2 K)"',
-        Following(k.Quantity(d.CONVECTION_COEFFICIENT, 1e-9, 1e12)),
     ),
     "radiation": ck.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),
     "voltage": ck.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
@@ -49,11 +49,12 @@ RADIATION = " radiation"
 # The least are found at interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
 # m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
 _PERFECT = ", or 0 for a perfect contact"
-HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
-CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
+HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT, or_zero=True)
+CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT, or_zero=True)
+_BESIDE_VOLTAGE = {"contact_resistance": CURRENT_CONTACT}
 SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)  # a larger one is a given current
 _BESIDE: dict[str, k.Kind] = {
-    "contact_resistance": ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT)),
+    "contact_resistance": replace(HEAT_CONTACT, note=f"{_PERFECT}; in ohm m2 beside a voltage"),
     "series_resistance": SERIES,
 }
 """The keys beside a boundary's temperature or voltage."""
@@ -108,8 +109,8 @@ LISTS: dict[str, dict[str, k.Kind]] = {
     "contact": {
         "name": k.LABEL,
         "between": k.Items(k.LABEL, "boxes", '["a", "b"]', 2),
-        "thermal_resistance": ck.ContactResistance((HEAT_CONTACT,)),
-        "electrical_resistance": ck.ContactResistance((CURRENT_CONTACT,)),
+        "thermal_resistance": HEAT_CONTACT,
+        "electrical_resistance": CURRENT_CONTACT,
     },
 }
 """The tables that a file may have several of, such as [[material]]."""
@@ -125,7 +126,7 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 
 BOXES = Schema(
     (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
-    LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4",
+    LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4", beside_voltage=_BESIDE_VOLTAGE,
 )  # fmt: skip
 """The schema of a free scene of boxes."""
 
@@ -144,7 +145,7 @@ ON_MESH = Schema(
         "material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",),
         "contact": ("between",),
     },
-    "a scene on a mesh", "run.accuracy=1e-4",
+    "a scene on a mesh", "run.accuracy=1e-4", beside_voltage=_BESIDE_VOLTAGE,
 )  # fmt: skip
 """The schema of a scene with a [mesh]: groups in place of boxes and corners."""
 

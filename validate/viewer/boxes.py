@@ -183,7 +183,7 @@ def _condition(boundary: Boundary) -> str:
     if isinstance(kind, Surroundings):
         what = "emissivity " * (kind.name == "emissivity")
         if isinstance(boundary.value, Law):
-            shown = cut((kind.law or kind.quantity).show(boundary.value), CHARACTERS // 2)
+            shown = cut(kind.coefficient.show(boundary.value), CHARACTERS // 2)
         else:
             shown = _value(boundary.value, kind.quantity)
         return f"{what}{shown} to {_value(boundary.ambient, KELVIN)}"
