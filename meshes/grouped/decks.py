@@ -195,15 +195,14 @@ def _faces(
 def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Return points translated by the first three numbers of an *INSTANCE, then turned about the axis through the two
     points that follow, by the angle in degrees at the end."""
+    from scipy.spatial.transform import Rotation
+
     points = points + (motion[:3] if len(motion) >= 3 else 0.0)
     if len(motion) < 10:
         return points
-    a, b, angle = motion[3:6], motion[6:9], np.radians(motion[9])
-    axis = (b - a) / np.linalg.norm(b - a)
-    r = points - a
-    # Rodrigues' rotation formula.
-    along = np.outer(r @ axis, axis) * (1 - np.cos(angle))
-    return a + r * np.cos(angle) + np.cross(axis, r) * np.sin(angle) + along
+    a, b = motion[3:6], motion[6:9]
+    turn = Rotation.from_rotvec(motion[9] * (b - a) / np.linalg.norm(b - a), degrees=True)
+    return np.asarray(a + turn.apply(points - a))
 
 
 def read_nastran(text: str) -> MeshData:
@@ -313,38 +312,29 @@ def _in_basic_system(
 
     A system has the kind "R", "C" or "S" and three points: its origin, a point on its z axis, and one in its xz plane.
     """
-    frames = dict[int, tuple[np.ndarray, np.ndarray] | None]()
+    frames: dict[int, tuple[np.ndarray, np.ndarray] | None] = {0: (np.zeros(3), np.eye(3))}
 
-    def place(corner: _Corner, name: str) -> np.ndarray:
-        if not isinstance(corner, int):
-            return transform(*corner, name)
-        if corner not in grids:
+    def place(corner: _Corner) -> np.ndarray:
+        if isinstance(corner, int) and corner not in grids:
             raise MeshFileError(f"a CORD1 card names GRID {corner}, which is not in the file")
-        return transform(*grids[corner], f"GRID {corner}")
-
-    def transform(system: int, at: np.ndarray, name: str) -> np.ndarray:
-        if system == 0:
-            return at
-        if system not in systems:
-            raise MeshFileError(
-                f"{name} is in coordinate system {system}, which no CORD1 or CORD2 card defines: export in the basic "
-                "one"
-            )
-        r, (first, second) = at[0], np.radians(at[1:])
-        if systems[system][0] == "C":
+        system, at = grids[corner] if isinstance(corner, int) else corner
+        origin, axes = frame(system)
+        kind, r, (first, second) = systems[system][0] if system else "R", at[0], np.radians(at[1:])
+        if kind == "C":
             at = np.array([r * np.cos(first), r * np.sin(first), at[2]])
-        elif systems[system][0] == "S":
+        elif kind == "S":
             direction = [np.sin(first) * np.cos(second), np.sin(first) * np.sin(second), np.cos(first)]
             at = r * np.array(direction)
-        origin, axes = frame(system)
         return origin + at @ axes
 
     def frame(system: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the origin and the axes, as rows, of a system."""
         name = f"coordinate system {system}"
         if system not in frames:
+            if system not in systems:
+                raise MeshFileError(f"no CORD1 or CORD2 card defines {name} of a GRID: export in the basic one")
             frames[system] = None
-            a, b, c = (place(corner, name) for corner in systems[system][1])
+            a, b, c = map(place, systems[system][1])
             z, y = b - a, np.cross(b - a, c - a)
             if not np.linalg.norm(y) > 0:
                 raise MeshFileError(f"the three points of {name} lie on a line")
@@ -355,4 +345,4 @@ def _in_basic_system(
             raise MeshFileError(f"{name} is defined in itself: export in the basic one")
         return known
 
-    return {number: place(number, "") for number in grids}
+    return {number: place(number) for number in grids}

@@ -177,13 +177,12 @@ def read(path: Path, unit: float) -> GroupedMesh:
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells = cells[first]
-    _refuse_broken(points, cells, path)
     mesh = _made(points, cells, name)
     if name in _INVERSION:
         inverted = np.asarray((_determinants(mesh) < 0).all(axis=1))[:, None]
         cells = np.where(inverted, cells[:, _INVERSION[name]], cells)
         mesh = _made(points, cells, name)
-    _refuse_inverted(mesh, path)
+    _refuse_degenerate(mesh, path)
     if KINDS[name][0] == 4:
         # With the vertices of each cell in ascending order an edge has one direction in all its cells.
         mesh = replace(mesh, t=np.sort(mesh.t, axis=0))
@@ -202,6 +201,7 @@ def _members(blocks: list[Block]) -> dict[str, np.ndarray]:
     return {name: np.concatenate(parts) for name, parts in groups.items()}
 
 
+@np.errstate(all="ignore")
 def _made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
     """Make scikit-fem's mesh of cells (m, nodes) in meshio's order; its vertices are the corners, sorted. Hexahedra of
     20 nodes get 7 more, which give the same shape with 27 nodes."""
@@ -285,29 +285,7 @@ def _kind(data: MeshData, path: Path) -> str:
     return names[0]
 
 
-def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
-    """Refuse coordinates that are no numbers, cells that have a node twice, and nodes that all lie in one plane."""
-    shown = f"mesh.file: {quoted(path)}"
-    used = np.unique(cells)
-    unknown = used[~np.isfinite(points[used]).all(axis=1)]
-    if len(unknown):
-        raise SceneError(
-            f"{shown} has {len(unknown)} nodes whose coordinates are no finite numbers, the first is the file's node "
-            f"{unknown[0] + 1} in order: mesh again"
-        )
-    ordered = np.sort(cells, axis=1)
-    twice = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
-    if len(twice):
-        near = ", ".join(f"{float(c):.4g} m" for c in points[cells[twice[0]]].mean(axis=0))
-        raise SceneError(
-            f"{shown} has {len(twice)} cells of {len(cells)} with a node twice, the first at [{near}]: mesh again"
-        )
-    # The least of the extents along the axes in which the nodes extend most.
-    extents = np.linalg.svd(points[used] - points[used].mean(axis=0), compute_uv=False)
-    if not extents[-1] > ROUNDING * extents[0]:
-        raise SceneError(f"{shown} is flat, its nodes lie in one plane: give a mesh of volumes")
-
-
+@np.errstate(all="ignore")  # of cells that are refused
 def _determinants(mesh: Any) -> np.ndarray:
     """Return (cells, points) the determinants of the maps of cells at their nodes and middles, positive in order."""
     reference = mesh.elem().doflocs.T
@@ -317,17 +295,16 @@ def _determinants(mesh: Any) -> np.ndarray:
     return np.asarray((1 if len(mesh.t) == 4 else -1) * np.linalg.det(jacobians))
 
 
-def _refuse_inverted(mesh: Any, path: Path) -> None:
+def _refuse_degenerate(mesh: Any, path: Path) -> None:
+    """Refuse cells that are inverted or flat, as with a node twice, or that have coordinates that are no numbers."""
     determinants = _determinants(mesh)
-    size = np.abs(determinants).max(axis=1)
-    wrong = np.flatnonzero(determinants.min(axis=1) <= 1e-9 * np.where(size > 0, size, 1.0))
+    wrong = np.flatnonzero(~(determinants.min(axis=1) > ROUNDING * np.abs(determinants).max(axis=1)))
     if len(wrong):
-        at = mesh.doflocs[:, mesh.t[:, wrong[0]]].mean(axis=1)
-        near = ", ".join(f"{float(c):.4g} m" for c in at)
-        curved = mesh.doflocs.shape[1] > mesh.nvertices
+        near = ", ".join(f"{float(c):.4g} m" for c in mesh.doflocs[:, mesh.t[:, wrong[0]]].mean(axis=1))
+        curved = ", with more or less curved cells there" if mesh.doflocs.shape[1] > mesh.nvertices else ""
         raise SceneError(
-            f"mesh.file: {quoted(path)} has {len(wrong)} inverted or flat cells of {mesh.t.shape[1]}, the first at "
-            f"[{near}]: mesh again" + (", with more or less curved cells there" if curved else "")
+            f"mesh.file: {quoted(path)} has {len(wrong)} inverted or flat cells of {mesh.t.shape[1]} (or with a node "
+            f"twice, or without finite coordinates), the first at [{near}]: mesh again{curved}"
         )
 
 

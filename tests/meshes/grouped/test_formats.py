@@ -196,7 +196,7 @@ def test_nastran_forms_are_read(form, tmp_path):
 SELF_MADE = small("CORD2R", 4, 4, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
 NASTRAN_REFUSED = {
     "include": (deck("INCLUDE 'nodes.bdf'\n"), "line 4 has an INCLUDE: put the included file in its place"),
-    "unknown system": (deck(grids(4)), "GRID 1 is in coordinate system 4, which no CORD1 or CORD2 card defines"),
+    "unknown system": (deck(grids(4)), "no CORD1 or CORD2 card defines coordinate system 4 of a GRID"),
     "system in itself": (deck(grids(4) + SELF_MADE), "coordinate system 4 is defined in itself"),
     "no axes": (
         deck(grids(4) + small("CORD2R", 4, "", *[0.0] * 9)),

@@ -234,11 +234,11 @@ def test_what_is_no_mesh_is_refused_in_a_sentence(cell, tmp_path):
 
     for value in (np.nan, np.inf):
         said = broken(path, cell, lambda mesh, value=value: mesh.points.__setitem__((3, 1), value))
-        assert "has 1 nodes whose coordinates are no finite numbers, the first is the file's node 4" in said
+        assert "or without finite coordinates" in said
     for at in (2, slice(None)):
         said = broken(path, cell, lambda mesh, at=at: mesh.points.__setitem__((slice(None), at), 1.0))
-        assert "is flat, its nodes lie in one plane: give a mesh of volumes" in said
-    assert "with a node twice, the first at [" in broken(path, cell, repeat)
+        assert "inverted or flat cells" in said
+    assert "with a node twice" in broken(path, cell, repeat)
 
     def collapse(mesh: Any) -> None:
         cells = next(block.data for block in mesh.cells if block.dim == 3)
