@@ -166,21 +166,19 @@ def _moved(scene: Any, keys: Sequence[str], logarithms: np.ndarray) -> Any:
 
 def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
     """Return the quantities in 3D at times (s), or at rest. SceneError for a key that has no derivative."""
-    from compare import slopes as slopes_
+    from compare.slopes import in_3d
 
     if scene.kind == "sink":
         from fem3d.runs.sink import solve as solve_sink
 
         result = solve_sink(scene)
-        slopes = slopes_.sink_3d(scene, result, keys)
     else:
         from fem3d.runs.scene import solve
 
-        result = solve(scene, lambda _: None, whole=True)
-        slopes = slopes_.free_3d(scene, result, keys)
-    left_out = next((key for key in keys if key in slopes.left_out), None)
-    if left_out is not None:
-        raise SceneError(f"--calibrate {left_out}: {slopes.left_out[left_out]}")
+        result = solve(scene, whole=True)
+    slopes = in_3d(scene, result, keys)
+    if left_out := [key for key in keys if key in slopes.left_out]:
+        raise SceneError(f"--calibrate {left_out[0]}: {slopes.left_out[left_out[0]]}")
     names = result.steady if np.isinf(times[-1]) else result.over_time.values
     values = {name: simulated(result, name, times)[0] for name in names}
     return values, {key: {name: np.nan_to_num(slopes.at(key, name, times)) for name in names} for key in keys}

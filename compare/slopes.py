@@ -132,53 +132,77 @@ def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
     return tuple(f"no sensitivity to or of {', '.join(names)}: {why}" for why, names in together.items())
 
 
-def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Slopes:
-    """Return the slopes of a sink's 3D result, with ``profile`` also along the beam."""
+def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Slopes:
+    """Return the slopes of a 3D result of a sink, with ``profile`` also along the beam, or of a free scene solved
+    whole. Raises NumericsError."""
     from fem3d.runs import sensitivities
 
-    found = sensitivities.of_sink(sink, result, keys, profile)
-    sizes = {name: e.value for name, e in result.steady.items()}
-    slopes = Slopes(sizes, dict(found.steady), left_out=found.left_out, profile=found.profile)
-    if (course := found.course) is None or result.traces is None:
-        return slopes
-    relative = {key: {n: v / course.traces[n] for n, v in by.items()} for key, by in course.values.items()}
-    traces = _traces(sink, course.values, [name for name in course.traces if name.endswith("_K")])
-    return replace(slopes, times=course.times, traces=traces, table=_table(course.times, relative, "fem3d"))
-
-
-def sink_1d(sink: Sink, result: Result, times: np.ndarray | None) -> Slopes:
-    """The slopes of a 1D model of the ladder; of traces only for the paper's, as another one costs a plate for each."""
-    from reduced1d import slopes
-
-    name = "paper" if result.model in PAPERS else result.model
-    over_time = times if name == "paper" else None
-    steady, relative = slopes.of_sink(sink, name, numbers(sink), over_time)
-    exact = {key: {n: Estimate(v, 0.0) for n, v in by_name.items()} for key, by_name in steady.items()}
-    made = Slopes({name: e.value for name, e in result.steady.items()}, exact)
-    if over_time is None or result.traces is None:
-        return made
-    thermal = [name for name in result.traces.values if name.endswith("_K")]
-    rises = {n: np.interp(over_time, result.traces.time, v) - sink.room_temperature * (n in thermal)
-             for n, v in result.traces.values.items()}  # fmt: skip
-    course = {key: {n: v * rises[n] for n, v in by_name.items()} for key, by_name in relative.items()}
-    traces, table = _traces(sink, course, thermal), _table(over_time, relative, "reduced1d")
-    return replace(made, times=over_time, traces=traces, table=table)
-
-
-def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Slopes:
-    """The slopes of a free scene's probes in 3D, solved whole. Raises NumericsError."""
-    from fem3d.runs import sensitivities
-
-    found = sensitivities.of_scene(scene, result, keys)
-    sizes, steady = {name: e.value for name, e in found.values.items()}, found.course is None
-    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
-    shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in found.steady}
-    slopes = Slopes(sizes, dict(found.steady), shift, steady, left_out=found.left_out)
+    if scene.kind == "sink":
+        found = sensitivities.of_sink(scene, result, keys, profile)
+        slopes = Slopes({name: e.value for name, e in result.steady.items()}, dict(found.steady))
+        thermal = [name for name in (result.traces.values if result.traces else ()) if name.endswith("_K")]
+    else:
+        found = sensitivities.of_scene(scene, result, keys)
+        thermal, steady = thermal_probes(scene), found.course is None
+        shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in found.steady}
+        slopes = Slopes({name: e.value for name, e in found.values.items()}, dict(found.steady), shift, steady)
+    slopes = replace(slopes, left_out=found.left_out, profile=found.profile)
     if (course := found.course) is None:
         return slopes
-    top = {name: float(course.times[np.abs(course.traces[name]).argmax()]) for name in sizes}
-    traces, table = _traces(scene, course.values, thermal), _table(course.times, course.values, "fem3d")
-    return replace(slopes, times=course.times, traces=traces, table=table, top=top)
+    largest = {} if slopes.steady else {name: int(np.abs(course.traces[name]).argmax()) for name in slopes.sizes}
+    sizes = course.traces if slopes.steady else {}
+    return replace(
+        slopes, times=course.times, traces=_traces(scene, course.values, thermal),
+        table=_table(course.times, course.values, "fem3d", sizes),
+        top={name: float(course.times[row]) for name, row in largest.items()},
+    )  # fmt: skip
+
+
+def thermal_probes(scene: AnyScene) -> list[str]:
+    """Return the names of the probes of temperatures."""
+    return [probe.name for probe in scene.probes if probe.quantity == "temperature"]
+
+
+def central(
+    solve: Callable[[Any], Mapping[str, Any]], scene: Any, keys: Iterable[str]
+) -> dict[str, dict[str, Any]]:  # fmt: skip
+    """Return d Q / d ln key by key and quantity of a model that is solved to rounding, by central differences."""
+    slopes = {}
+    for key in keys:
+        more, less = (solve(neighbour(scene, key, step)) for step in (STEP, -STEP))
+        slopes[key] = {name: (value - less[name]) / (2 * STEP) for name, value in more.items()}
+    return slopes
+
+
+def _exact(sizes: dict[str, float], slopes: Mapping[str, Mapping[str, float]]) -> Slopes:
+    """Logarithmic slopes without error; quantities that are zero have none."""
+    relative = {k: {n: Estimate(v / sizes[n], 0.0) for n, v in by.items() if sizes[n]} for k, by in slopes.items()}
+    return Slopes(sizes, relative)
+
+
+def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence[str] | None = None) -> Slopes:
+    """Return the slopes of a 1D model of the ladder by all or some keys.
+
+    Traces, at times (s), have slopes in the paper's model only, as another one costs a plate for each key.
+    """
+    from reduced1d import ladder
+
+    name, chosen = "paper" if result.model in PAPERS else result.model, keys or numbers(sink)
+    thermal = [n for n in (result.traces.values if result.traces else ()) if n.endswith("_K")]
+
+    def at_rest(changed: Sink) -> dict[str, float]:
+        return {n: e.value for n, e in ladder.solve(changed, name, steady_only=True).steady.items()}
+
+    def rises(changed: Sink) -> dict[str, np.ndarray]:
+        traces = ladder.solve(changed, name, times=times).over_time.values
+        return {n: v - changed.room_temperature * (n in thermal) for n, v in traces.items()}
+
+    slopes = _exact({n: e.value for n, e in result.steady.items()}, central(at_rest, sink, chosen))
+    if name != "paper" or times is None or result.traces is None:
+        return slopes
+    course = central(rises, sink, chosen)
+    traces, table = _traces(sink, course, thermal), _table(times, course, "reduced1d", rises(sink))
+    return replace(slopes, times=times, traces=traces, table=table)
 
 
 def _traces(scene: Any, rises: Mapping[str, Mapping[str, np.ndarray]], thermal: Sequence[str]) -> Course:
@@ -187,10 +211,15 @@ def _traces(scene: Any, rises: Mapping[str, Mapping[str, np.ndarray]], thermal: 
     return {key: {n: v + moves[key] * (n in thermal) for n, v in by.items()} for key, by in rises.items()}
 
 
-def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], model: str) -> dict[str, np.ndarray]:
-    """The columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>."""
-    columns = {f"{model}_{name}_by_{key}": v for key, by_name in course.items() for name, v in by_name.items()}
-    return {"time_s": times} | columns
+def _table(times: np.ndarray, course: Course, model: str, sizes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>, relative to ``sizes`` if given."""
+    columns = {"time_s": times}
+    for key, by_name in course.items():
+        for name, slope in by_name.items():
+            size = sizes.get(name, np.ones(1))
+            column = np.divide(slope, size, out=np.zeros_like(slope), where=size != 0)
+            columns[f"{model}_{name}_by_{key}"] = column
+    return columns
 
 
 def base_moves(scene: Any, key: str, steady: bool) -> float:
@@ -206,11 +235,11 @@ def base_moves(scene: Any, key: str, steady: bool) -> float:
 
 
 def device_1d(device: Device, result: Result) -> Slopes:
-    """The slopes of the device's steady state in 1D."""
-    from reduced1d import slopes
+    """Return the slopes of the device's steady state in 1D."""
+    from reduced1d.device.lumped import steady
 
-    exact = {k: {n: Estimate(v, 0.0) for n, v in by.items()} for k, by in slopes.of_device(device).items()}
-    return Slopes({name: e.value for name, e in result.steady.items()}, exact)
+    sizes = {name: e.value for name, e in result.steady.items()}
+    return _exact(sizes, central(lambda d: {n: getattr(steady(d), n) for n in sizes}, device, numbers(device)))
 
 
 def device_3d(device: Device, result: Result, model: DeviceModel, keys: Sequence[str] | None) -> Slopes:
@@ -229,7 +258,7 @@ def own_model(
     Logarithmic slopes of a free scene over time are at the instant at which the 3D quantity ``in_3d`` is largest.
     """
     chosen, steady = list(keys), in_3d is None or in_3d.steady
-    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"] if scene.kind == "free" else []
+    thermal = thermal_probes(scene) if scene.kind == "free" else []
     slopes = Slopes({}, {key: {} for key in chosen}, steady=steady)
     base = 0.0
     if thermal:

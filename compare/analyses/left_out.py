@@ -230,13 +230,12 @@ def _of_sink(sink: Sink) -> tuple[Sink, Solve]:
 def _of_device(device: Device) -> tuple[Sink, Solve]:
     """The sink of a device, and the device's solver in 3D."""
     from fem3d.runs.device import model
-    from reduced1d.slopes import OF_DEVICE
     from scenes.validity import check
 
     def solve(sink: Sink) -> dict[str, Estimate]:
         changed = check(replace(device, sink=sink))
         states = model(changed, changed.accuracy_3d)
         steady, errors = states.steady(changed), states.steady_errors(changed)
-        return {name: Estimate(getattr(steady, name), errors[name]) for name in OF_DEVICE}
+        return {name: Estimate(getattr(steady, name), errors[name]) for name in kind_of(device).quantities(device)}
 
     return device.sink, solve

@@ -37,10 +37,10 @@ class DeviceKind(Kind[Device]):
     traces = "a row per controller sample"
 
     def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
-        from compare.verdict import unit_of
-        from reduced1d.slopes import OF_DEVICE
+        """Return all but the temperatures, which the controllers fix."""
+        from compare.quantities import OF_A_DEVICE
 
-        return {name: (called, unit_of(name)) for name, called in OF_DEVICE.items()}
+        return {name: words for name, words in OF_A_DEVICE.items() if words[1] != "K"}
 
     def declared(self, scene: Device, options: Options) -> Device:
         return scene if options.meter is None else replace(scene, expected_to_differ=None)
@@ -54,12 +54,11 @@ class DeviceKind(Kind[Device]):
         """The 1D runs."""
         with progress.stage("imports"):
             from reduced1d.device import design as designs
-            from reduced1d.slopes import OF_DEVICE
             from scenes.result import Estimate, Result
         slow, steps = self.runs_for(scene, options, "figure11"), self.runs_for(scene, options, "figure12", "figure13")
         with progress.stage("device"):
             made = designs.make(scene, options.scheme, options.meter, slow, steps, progress)
-        exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in OF_DEVICE}
+        exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in self.quantities(scene)}
         return {"reduced1d": Result("reduced1d", exact, None, {"runs": made})}
 
     def solve(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:

@@ -128,7 +128,7 @@ class FreeKind(Kind[AnyScene]):
         from compare import slopes
 
         scene, reduced1d = outcome.scene, outcome.reduced1d
-        made = {"fem3d": slopes.free_3d(scene, outcome.solved, keys)}
+        made = {"fem3d": slopes.in_3d(scene, outcome.solved, keys)}
         if reduced1d is not None:
             model, followed = reduced1d.details["own_model"], made["fem3d"].relative
             made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, outcome.solved, made["fem3d"])

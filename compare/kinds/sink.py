@@ -159,10 +159,10 @@ class SinkKind(Kind[Sink]):
         if reduced1d is not None and reduced1d.traces is not None:
             times = reduced1d.traces.time[1:]
         if fem3d is not None:
-            made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, profile=uncertain and sink.spans == 1)
+            made["fem3d"] = slopes.in_3d(sink, fem3d, keys, profile=uncertain and sink.spans == 1)
             times = made["fem3d"].times
             if "single" in outcome.results and uncertain:
-                made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"], keys)
+                made["single"] = slopes.in_3d(replace(sink, spans=1), outcome.results["single"], keys)
         if reduced1d is not None and fem3d is not None and (model := outcome.own_model) is not None:
             made["reduced1d"] = slopes.own_model(model, sink, reduced1d, numbers(sink), fem3d, None)
         elif reduced1d is not None:

@@ -11,14 +11,15 @@ from compare.kinds.device import DeviceKind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.checks import claimed, off_by
+from compare.slopes import device_1d
 from compare.verdict import Check, judged
 from reduced1d.device.design import solve
-from reduced1d.device.lumped import largest_eigenvalue
+from reduced1d.device.lumped import largest_eigenvalue, steady
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.result import Result
+from scenes.result import Estimate, Result
 from statespace.result import Run, Runs, sampled_slowly, settling
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
@@ -173,3 +174,22 @@ def test_a_mode_that_is_gone_within_a_sample_has_a_rate():
     assert rates == sorted(rates, reverse=True)
     assert np.isfinite(rates).all()
     assert rates[2] == 0
+
+
+def test_the_sensor_pays_for_the_polymer_alone():
+    """With both elements at the set temperature the sensor's power is k A / t (T_set - T_outside)."""
+    device = Device()
+    state = steady(device)
+    result = Result("reduced1d", {name: Estimate(getattr(state, name), 0.0) for name in ("sensor_power_W", "sensor_V")})
+    found = device_1d(device, result).relative
+    power = {key: of["sensor_power_W"].value for key, of in found.items()}
+    outside = device.external.final_temperature
+    expected = {
+        "materials.pdms.thermal_conductivity": 1.0, "device.polymer_thickness": -1.0, "sink.length": 1.0,
+        "sink.width": 1.0, "materials.gold.thermal_conductivity": 0.0,
+        "external.final_temperature": -outside / (device.control.set_temperature - outside),
+    }  # fmt: skip
+    assert {key: power[key] for key in expected} == pytest.approx(expected, abs=1e-6)
+    # V is the root of power times resistance, and that is as long as the film.
+    voltage = found["sink.length"]["sensor_V"].value
+    assert voltage == pytest.approx(1.0, abs=1e-6)

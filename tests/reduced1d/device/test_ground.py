@@ -12,7 +12,6 @@ from reduced1d.device import design
 from reduced1d.device.design import make
 from reduced1d.device.lumped import DEGREE, largest_eigenvalue, lump, modes, steady
 from reduced1d.device.schemes import solve_accurate
-from reduced1d.slopes import of_device
 from scenes.device import Device, External
 from scenes.errors import SceneError
 from statespace import circuit
@@ -149,20 +148,3 @@ def test_a_sensor_that_lost_its_current_stays_without():
 def test_the_papers_scheme_refuses_it():
     with pytest.raises(SceneError, match=r"control\.ground_resistance = 0\.01 needs the accurate scheme"):
         make(replace(grounded(Device(), 1e-2), end_time=0.01), "paper", None, False, False, lambda _: None)
-
-
-def test_the_sensor_pays_for_the_polymer_alone():
-    """With both elements at the set temperature the sensor's power is k A / t (T_set - T_outside)."""
-    device = Device()
-    found = of_device(device)
-    power = {key: of["sensor_power_W"] for key, of in found.items()}
-    outside = device.external.final_temperature
-    expected = {
-        "materials.pdms.thermal_conductivity": 1.0, "device.polymer_thickness": -1.0, "sink.length": 1.0,
-        "sink.width": 1.0, "materials.gold.thermal_conductivity": 0.0,
-        "external.final_temperature": -outside / (device.control.set_temperature - outside),
-    }  # fmt: skip
-    assert {key: power[key] for key in expected} == pytest.approx(expected, abs=1e-6)
-    # V is the root of power times resistance, and that is as long as the film.
-    voltage = found["sink.length"]["sensor_V"]
-    assert voltage == pytest.approx(1.0, abs=1e-6)

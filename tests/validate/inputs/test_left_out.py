@@ -10,9 +10,10 @@ import pytest
 import compare
 from compare.analyses import left_out
 from compare.analyses.left_out import CONDUCTIVITY, conduction
+from compare.kinds import KINDS
 from compare.outcome import Outcome
 from fem3d.runs.sink import solve
-from reduced1d.slopes import OF_DEVICE
+from scenes.device import Device
 from scenes.errors import NumericsError, RunawayError
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
@@ -121,7 +122,6 @@ def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch):
     """With its states of 3D taken from 1D, which has gas and air as a sink does."""
     from fem3d.runs import device as of_3d
     from reduced1d.device.lumped import steady as in_1d
-    from scenes.device import Device
 
     class Model:
         def __init__(self, device: Device, accuracy: float) -> None:
@@ -132,7 +132,7 @@ def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch):
             return in_1d(device)
 
         def steady_errors(self, device: Device) -> dict[str, float]:
-            return dict.fromkeys(OF_DEVICE, 0.0)
+            return dict.fromkeys(KINDS["device"].quantities(Device()), 0.0)
 
     monkeypatch.setattr(of_3d, "model", Model)
     found = left_out.study(Device(), lambda _: None)

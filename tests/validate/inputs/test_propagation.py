@@ -12,7 +12,7 @@ from compare.options import Options
 from compare.outcome import Outcome
 from compare.report.table import Style
 from compare.sink_checks import fig5
-from compare.slopes import Slopes, sink_3d
+from compare.slopes import Slopes, in_3d, sink_1d
 from compare.testing import assert_reduction_agrees
 from fem3d.runs import sink as sink_run
 from reduced1d.ladder import solve
@@ -36,9 +36,7 @@ def other(sink: Sink) -> Result:
 
 def of_both(sink: Sink, uncertain: Uncertain) -> Propagated:
     """The propagation through the paper's model and the other one, by exact slopes."""
-    from reduced1d import slopes
-
-    own = slopes.of_sink(sink, "paper", uncertain.relative)[0]
+    one = solve(sink, steady_only=True)
     theirs = {
         key: {
             name: float(np.log(e.value / less.steady[name].value)) / 2e-5 for name, e in more.steady.items()
@@ -46,13 +44,10 @@ def of_both(sink: Sink, uncertain: Uncertain) -> Propagated:
         for key in uncertain.relative
         for more, less in [(other(varied(sink, key, 1 + 1e-5)), other(varied(sink, key, 1 - 1e-5)))]
     }  # fmt: skip
-    models = {"fem3d": (other(sink), theirs), "reduced1d": (solve(sink, steady_only=True), own)}
-    slopes_by_model = {
-        model: Slopes({n: e.value for n, e in result.steady.items()},
-                      {key: {n: Estimate(v, 0.0) for n, v in of.items()} for key, of in by.items()})
-        for model, (result, by) in models.items()
-    }  # fmt: skip
-    return sensitivities.propagated(uncertain, slopes_by_model)
+    relative = {key: {n: Estimate(v, 0.0) for n, v in of.items()} for key, of in theirs.items()}
+    three = Slopes({n: e.value for n, e in other(sink).steady.items()}, relative)
+    keys = list(uncertain.relative)
+    return sensitivities.propagated(uncertain, {"fem3d": three, "reduced1d": sink_1d(sink, one, None, keys)})
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +150,7 @@ def test_the_profile_is_followed():
         return fig5(Outcome(other, results={"fem3d": sink_run.solve(other, transient=False)})).difference
 
     solved = sink_run.solve(sink, transient=False)
-    slopes = sink_3d(sink, solved, profile=True)
+    slopes = in_3d(sink, solved, profile=True)
     for key in ("sink.length", "environment.convection_coefficient"):
         expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
         moved = [(varied(sink, key, 1 + h), slopes.moved(solved, key, h)) for h in (1e-4, -1e-4)]

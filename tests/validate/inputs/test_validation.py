@@ -15,7 +15,6 @@ from compare.fitting import Fit, Modelled, fit_scene, keys_of
 from compare.outcome import Outcome
 from compare.slopes import sink_1d
 from reduced1d.ladder import solve
-from reduced1d.slopes import of_sink
 from scenes.errors import SceneError
 from scenes.keys import SINK
 from scenes.loading import load
@@ -108,11 +107,9 @@ def test_refused(given):
 
 
 def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """Traces of the paper's 1D model, and their derivatives, of rises by their logarithms."""
-    traces = solve(sink, times=times).over_time.values
-    rises = {name: values - sink.room_temperature * name.endswith("_K") for name, values in traces.items()}
-    relative = of_sink(sink, "paper", keys, times)[1]
-    return traces, {key: {name: rises[name] * slope for name, slope in of.items()} for key, of in relative.items()}
+    """Traces of the paper's 1D model, and their derivatives by the logarithms of keys."""
+    result = solve(sink, times=times)
+    return result.over_time.values, sink_1d(sink, result, times, keys).traces
 
 
 def fitting_data(truth: Sink, seed: int) -> Data:
