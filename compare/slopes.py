@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -176,7 +175,7 @@ def central(
 
 def _exact(sizes: dict[str, float], slopes: Mapping[str, Mapping[str, float]]) -> Slopes:
     """Logarithmic slopes without error; quantities that are zero have none."""
-    relative = {k: {n: Estimate(v / sizes[n], 0.0) for n, v in by.items() if sizes[n]} for k, by in slopes.items()}
+    relative = {k: {n: Estimate(v / sizes[n], 0.0) for n, v in by.items() if sizes.get(n)} for k, by in slopes.items()}
     return Slopes(sizes, relative)
 
 
@@ -239,7 +238,12 @@ def device_1d(device: Device, result: Result) -> Slopes:
     from reduced1d.device.lumped import steady
 
     sizes = {name: e.value for name, e in result.steady.items()}
-    return _exact(sizes, central(lambda d: {n: getattr(steady(d), n) for n in sizes}, device, numbers(device)))
+
+    def at_rest(changed: Device) -> dict[str, float]:
+        state = steady(changed)
+        return {name: getattr(state, name) for name in sizes}
+
+    return _exact(sizes, central(at_rest, device, numbers(device)))
 
 
 def device_3d(device: Device, result: Result, model: DeviceModel, keys: Sequence[str] | None) -> Slopes:
@@ -257,78 +261,56 @@ def own_model(
 
     Logarithmic slopes of a free scene over time are at the instant at which the 3D quantity ``in_3d`` is largest.
     """
-    chosen, steady = list(keys), in_3d is None or in_3d.steady
-    thermal = thermal_probes(scene) if scene.kind == "free" else []
-    slopes = Slopes({}, {key: {} for key in chosen}, steady=steady)
-    base = 0.0
-    if thermal:
+    chosen, course, times = list(keys), result.traces, None
+    left_out, values, changes, traces = dict[str, str](), dict[str, float](), Course(), Course()
+    if steady := in_3d is None or in_3d.steady:
+        values = {name: e.value for name, e in result.steady.items()}
+        changes = follow(model, scene, chosen, None, fem3d, left_out) if values else {}
+    if course is not None:
+        times = course.time[course.time > 0]
+        traces = follow(model, scene, chosen, times, fem3d, left_out)
+    if course is not None and times is not None and in_3d is not None and not steady:
+        tops = {name: in_3d.top.get(name, float(times[-1])) for name in course.values if name in in_3d.sizes}
+        values = {name: float(np.interp(top, course.time, course.values[name])) for name, top in tops.items()}
+        changes = {k: {n: np.interp([tops[n]], times, by[n]) for n in tops if n in by} for k, by in traces.items()}
+    shift = dict[str, dict[str, float]]()
+    if thermal := thermal_probes(scene) if scene.kind == "free" else []:
         from fem3d.runs.sensitivities import floor_of
 
         base = floor_of(scene, scene) if steady else scene.initial_temperature
-        slopes.shift.update({key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen})
-
-    def add(key: str, name: str, change: float, value: float) -> None:
-        if rise := value - base * (name in thermal):
-            slopes.sizes[name] = rise
-            slopes.relative[key][name] = Estimate((change - slopes.shift.get(key, {}).get(name, 0.0)) / rise, 0.0)
-
-    if steady and result.steady:
-        for key, by_name in follow(model, scene, chosen, None, fem3d, slopes.left_out).items():
-            for name in by_name.keys() & result.steady.keys():
-                add(key, name, float(by_name[name]), result.steady[name].value)
-    if result.traces is None:
-        return slopes
-    course = result.traces.values
-    times = result.traces.time[result.traces.time > 0]
-    for key, by_name in follow(model, scene, chosen, times, fem3d, slopes.left_out).items():
-        slopes.traces[key] = {name: values for name, values in by_name.items() if name in course}
-        if in_3d is None or steady:
-            continue
-        for name in slopes.traces[key].keys() & in_3d.sizes.keys():
-            top = in_3d.top.get(name, float(times[-1]))
-            value = float(np.interp(top, result.traces.time, course[name]))
-            add(key, name, float(np.interp(top, times, by_name[name])), value)
-    return replace(slopes, times=times)
+        values = {name: value - base * (name in thermal) for name, value in values.items()}
+        shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen}
+    moved = {
+        k: {n: float(by[n]) - shift.get(k, {}).get(n, 0.0) for n in by.keys() & values} for k, by in changes.items()
+    }
+    slopes = _exact({name: value for name, value in values.items() if value}, moved)
+    return replace(slopes, shift=shift, steady=steady, times=times, traces=traces, left_out=left_out)
 
 
 def follow(
     model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, fem3d: Result, left_out: dict[str, str]
-) -> dict[str, dict[str, np.ndarray]]:
+) -> Course:
     """Return d Q / d ln key of a model by key and quantity, each (times,), or one number in the steady state.
 
-    ``times`` (s) end with the run. Keys without a slope, and the reasons, are put into ``left_out``.
+    ``times`` (s) end with the run. Central differences of order h^4 bear the noise of a model. Keys without a slope,
+    and the reasons, are put into ``left_out``: if a slope jumps by s at the value itself, the second difference over h
+    is s h + c h^2, and 2 s h + 4 c h^2 over 2h.
     """
     from compare.models.sampling import make_question
 
     def at(key: str, step: float) -> Mapping[str, np.ndarray]:
         return model.answer(make_question(neighbour(scene, key, step) if step else scene, fem3d), times).values
 
-    slopes, base = {}, at("", 0.0)
+    slopes, base, h = Course(), at("", 0.0), BESIDE[0] if model.exact else BESIDE[1]
     for key in keys:
         try:
-            found = derivatives(partial(at, key), base, BESIDE[0] if model.exact else BESIDE[1])
+            (less, more), (far_less, far_more) = ((at(key, -step), at(key, step)) for step in (h, 2 * h))
         except SceneError as error:
             left_out[key] = f"{model.name} has no answer beside it ({error})"
             continue
-        if found is None:
+        bends = {n: 4 * (more[n] + less[n]) - far_more[n] - far_less[n] - 6 * value for n, value in base.items()}
+        if any(np.abs(bend).max() > 2 * h * BENT * np.abs(base[n]).max() for n, bend in bends.items()):
             left_out[key] = f"{model.name} is not differentiable at this value"
-        else:
-            slopes[key] = found
-    return slopes
-
-
-def derivatives(
-    at: Callable[[float], Mapping[str, np.ndarray]], base: Mapping[str, np.ndarray], h: float
-) -> dict[str, np.ndarray] | None:
-    """Return central differences of order h^4 of quantities at relative steps of a key; None where a slope jumps.
-
-    If a slope jumps by s at the value itself, the second difference over h is s h + c h^2, and 2 s h + 4 c h^2 over 2h.
-    """
-    (less, more), (far_less, far_more) = ((at(-step), at(step)) for step in (h, 2 * h))
-    slopes = {}
-    for name, value in base.items():
-        slopes[name] = (8 * (more[name] - less[name]) - (far_more[name] - far_less[name])) / (12 * h)
-        near, far = more[name] - 2 * value + less[name], far_more[name] - 2 * value + far_less[name]
-        if np.abs(4 * near - far).max() > 2 * h * BENT * np.abs(value).max():
-            return None
+            continue
+        slopes[key] = {n: (8 * (more[n] - less[n]) - (far_more[n] - far_less[n])) / (12 * h) for n in base}
     return slopes
