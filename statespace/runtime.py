@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from math import factorial
 from typing import Any
 
 import numpy as np
@@ -197,7 +198,7 @@ class CompactModel:
             if len(self._known) >= 64:
                 self._known.clear()
             x = self.decay * h
-            self._known[h] = (*_phi(x), np.exp(-x), _phi(x / 2)[0], np.exp(-x / 2))
+            self._known[h] = (*phi(x, 3), np.exp(-x), phi(x / 2, 1)[0], np.exp(-x / 2))
         return self._known[h]
 
     def _linearised(self, g: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -236,15 +237,20 @@ def _measured(rows: np.ndarray) -> float:
     return float(series + (drop / current if current * voltage > 0 else 0.0))
 
 
-def _phi(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) thrice: the functions phi_1 to phi_3 of exponential integrators, at -x."""
-    series, term = np.zeros_like(x), np.full_like(x, 1 / 6)
-    small = np.minimum(x, 1.0)
-    for k in range(4, 22):
-        series, term = series + term, -term * small / k
-    large = np.maximum(x, 1.0)
-    p1 = -np.expm1(-large) / large
-    p2 = (1 - p1) / large
-    p3 = np.where(x < 1, series, (0.5 - p2) / large)
-    p2 = np.where(x < 1, 0.5 - x * p3, p2)
-    return np.where(x < 1, 1 - x * p2, p1), p2, p3
+def phi(x: np.ndarray, count: int) -> np.ndarray:
+    """(count, *x): the functions phi_1 to phi_count of exponential integrators, at -x.
+
+    phi_(k-1) = 1/(k-1)! - x phi_k leads down from the power series of the last one where x is small, and up from
+    phi_1 = (1 - exp(-x))/x where it is large.
+    """
+    small, large = np.minimum(x, count), np.maximum(x, count)
+    term = np.full(np.shape(x), 1 / factorial(count))
+    down = [term]
+    for k in range(count + 1, count + 40):
+        term = -term * small / k
+        down[0] = down[0] + term
+    up = [-np.expm1(-large) / large]
+    for k in range(1, count):
+        down.insert(0, 1 / factorial(count - k) - small * down[0])
+        up.append((1 / factorial(k) - up[-1]) / large)
+    return np.where(x < count, down, up)

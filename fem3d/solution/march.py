@@ -35,7 +35,7 @@ from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.paths import Potential
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, too_short
 from fem3d.solution.newton import HOTTEST
-from fem3d.solution.transient import LEAST, resists
+from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
 
 AT_FULL_ORDER = "with all unknowns, by a Runge-Kutta method of order 4"  # as plans say
@@ -270,14 +270,8 @@ class _March:
         """Raise RunawayInTimeError, with the time, where the rise exceeds every solid in a step."""
 
         def holds(time: float) -> bool:
-            rise, c = step.at(time)[0], self._conductor
-            if _size(rise) > HOTTEST:
-                return False
-            if c is None or c.following is not None or not c.warms:
-                return True
-            if c.draws_current and (c.resistivity(rise) / c.cold).max() > 1 / LEAST:
-                return False
-            return resists(c, time, rise)
+            rise = step.at(time)[0]
+            return _size(rise) <= HOTTEST and resists(self._conductor, time, rise)
 
         end = step.start + step.length
         if not holds(end):

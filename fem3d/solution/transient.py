@@ -10,6 +10,7 @@ Linear Algebra Appl. 58, 1984.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -186,9 +187,6 @@ class Krylov:
 # A given current heats the more the hotter the conductor is, and the heat grows by the same factor in equal times, to
 # numbers that no computer has: above the inverse fraction of the cold resistivity it counts as run away.
 LEAST = 1e-2
-# Of the cold resistivity: a resistivity above this at all vertices is above `LEAST` between them too, for fields of
-# adequate accuracy.
-ENOUGH = 0.8
 
 
 def time_constant(state: SteadyState) -> float:
@@ -230,72 +228,29 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     start = -inputs.at(0.0) @ modal.inertia
     knots = inputs.knots(end)
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
-    trajectory = integrate(
-        rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
-        holds=_Resistivity(base, modal),
-    )  # fmt: skip
+
+    def holds(time: float, state: np.ndarray) -> bool:
+        rise = base.heat.whole(modal.basis @ state) + inputs.at(time) @ base.heat.lifts
+        return resists(base.conductor, time, rise)
+
+    sources = partial(_source, base, modal)
+    trajectory = integrate(rates, sources, end, accuracy, size, start=start, jumps=jumps, holds=holds)
     return Transient(base, modal, trajectory)
 
 
-class _Resistivity:
-    """Return whether the law of the resistivity holds in modal states: at the vertices of the conductor's cells, and in
-    cells with fixed vertices alone at the points of the quadrature, as long as the resistivity is close to its cold
-    value there, else at all points of the quadrature. Raises BeyondLawError where the heat vanishes with the
-    resistivity: if it rises with the temperature, or at a given current."""
-
-    def __init__(self, base: Base, modal: Reduced) -> None:
-        heat, conductor = base.heat, base.conductor
-        self._base, self._modal = base, modal
-        # A law has values at all temperatures.
-        linear = conductor is not None and conductor.following is None
-        change = (
-            (conductor.warm / conductor.cold)[: len(conductor.cells), 0]
-            if conductor is not None and linear
-            else np.zeros(1)
-        )
-        parts: list[tuple[float, np.ndarray]] = []
-        for each in np.unique(change[change != 0]):
-            assert conductor is not None
-            inside = heat.take(heat.domain.space.of(conductor.cells[change == each])) & (heat.unit == 1.0)
-            parts.append((float(each), np.flatnonzero(inside)))
-        fields = np.concatenate([heat.whole(modal.basis.T), heat.lifts]) if parts else np.empty((0, 0))
-        # (states and channels, vertices or points): how the resistivity over the cold one follows each.
-        seen = [each * fields[:, at] for each, at in parts]
-        if parts and conductor is not None:
-            seen.append(self._beside_vertices(heat.field(fields), change))
-        self._change = np.hstack(seen) if seen else None
-
-    def _beside_vertices(self, fields: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """(states and channels, points): the same in cells whose vertices all have given temperatures."""
-        domain, cells = self._base.heat.domain, self._base.conductor.cells  # type: ignore[union-attr]
-        free = fields[: self._modal.states].any(axis=0) & (domain.space.unit == 1.0)
-        blind = ~free[domain.space.dofs[:, cells]].any(axis=0) & (change != 0)
-        if not blind.any():
-            return np.empty((len(fields), 0))
-        on = domain.space.on(cells[blind])
-        return np.array([(change[blind, None] * on.value(u)).ravel() for u in fields])
-
-    def __call__(self, time: float, state: np.ndarray) -> bool:
-        if self._change is None:
-            return True
-        heat, conductor = self._base.heat, self._base.conductor
-        assert conductor is not None
-        g = heat.inputs.at(time)
-        ratio = 1 + np.concatenate([state, g]) @ self._change
-        if conductor.draws_current and ratio.max(initial=1.0) > 1 / LEAST:
-            return False
-        if ratio.min(initial=1.0) > ENOUGH:
-            return True
-        return resists(conductor, time, heat.whole(self._modal.basis @ state) + g @ heat.lifts)
-
-
-def resists(conductor: Conductor, time: float, rise: np.ndarray) -> bool:
-    """Return whether a linear resistivity is more than `LEAST` everywhere, at a rise (all nodes, K) and a time (s).
+def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
+    """Return whether a linear resistivity is within `LEAST` of its cold value everywhere, and below the inverse at a
+    given current, at a rise (all nodes, K) and a time (s). A law has values at all temperatures.
 
     Raises BeyondLawError where the resistivity that is used up heats nothing on the way: one that rises with the
     temperature, and any at a given current, whose heat falls with it.
     """
-    used_up = (conductor.resistivity(rise) <= LEAST * conductor.cold).any(axis=1)
+    if conductor is None or conductor.following is not None or not conductor.warms:
+        return True
+    ratio = conductor.resistivity(rise) / conductor.cold
+    if conductor.draws_current and ratio.max() > 1 / LEAST:
+        return False
+    used_up = (ratio <= LEAST).any(axis=1)
     if (used_up & (conductor.draws_current | (conductor.warm[:, 0] > 0))).any():
         raise BeyondLawError(time)
     return not used_up.any()
