@@ -21,7 +21,7 @@ from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
 from statespace.runtime import phi
 
-SOLVED = 1e-10  # last step of Newton's method, over the size of the states
+SOLVED = 1e-12  # last step of Newton's method, over the size of the states
 MOST_NEWTON = 12  # steps of Newton's method in one step in time, after which it is shortened
 INNER = 1e-3  # relative residual of a linear system
 # Halvings of a step in which a response runs away: they give the time to a millionth of the step.
