@@ -10,15 +10,13 @@ in T everything is polynomial in (a, c) and linear in the inputs g:
 
 The first line is the principle of least dissipation (Thomson's) among the J_i; it is exact at every temperature whose
 current field is among them, and second-order accurate between them.
-
-`JouleHeat` holds the integrals of rho J_i . J_j tested with the temperature fields, body by body.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,124 +24,27 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Pattern
 
-Split = tuple[np.ndarray, np.ndarray]
-"""Cold (channels, m, m) and warm (m, m, r): a sum over boxes or nodes of the Joule heat of pairs of current fields."""
-
-
-@dataclass(frozen=True, eq=False)
-class JouleHeat:
-    """For m current fields and r temperature fields: ``cold`` (channels, m, m) and ``warm`` (m, m, r), the heat of
-    each pair at the initial temperature, with resistances before electrodes, and its change by each field;
-    ``cold_load`` (channels, m, m, r) and ``warm_load`` (m, m, r, r), the same of solids, tested with each field.
-
-    ``in_box``: cold and warm of each conducting box alone; ``at_held``: the parts at the nodes of a boundary of
-    given temperature. ``potentials`` of probes: their shares (channels,) of the voltages, and the drop by each current
-    field, cold (channels, m) and warm (m, r).
-    """
-
-    cold: np.ndarray
-    warm: np.ndarray
-    cold_load: np.ndarray
-    warm_load: np.ndarray
-    in_box: dict[str, Split]
-    at_held: dict[str, Split]
-    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
-
-
-def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHeat:
-    """Zeros, to add to."""
-    zeros = np.zeros
-    at_held = {name: (zeros((channels, m, m)), zeros((m, m, r))) for name in held}
-    loads = zeros((channels, m, m, r)), zeros((m, m, r, r))
-    return JouleHeat(zeros((channels, m, m)), zeros((m, m, r)), *loads, {}, at_held, {})
-
-
-def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> JouleHeat:
-    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields.
-
-    With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
-    the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
-    """
-    heat, on = conductor.heat, conductor.on
-    densities, m, r = np.array([p.density for p in patterns]), len(patterns), basis.shape[1]
-    weights = on.weights
-    warm_weights = weights * conductor.warm
-    channels = np.zeros((heat.inputs.count, *on.weights.shape))
-    channels[0] = weights * conductor.cold
-    for c, lift in enumerate(heat.lifts):
-        if lift.any():
-            channels[c] += warm_weights * on.value(heat.field(lift))
-    heats = nothing(len(channels), m, r, heat.held)
-    fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
-    held = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
-    names = conductor.names
-    for name in dict.fromkeys(names.tolist()):
-        cells = slice(None) if (names == name).all() else names == name
-        points = on.weights[cells].size
-        body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], points) for x in (fields, channels, warm_weights)))
-        currents = densities[:, :, cells].reshape(m, densities.shape[1], points)
-        products = np.einsum("idx,jdx->ijx", currents, currents)
-        cold, warm = heats.in_box[name] = body.heat(products)
-        for total, part in zip((heats.cold, heats.warm), (cold, warm), strict=True):
-            total += part
-        for total, part in zip((heats.cold_load, heats.warm_load), body.load(products), strict=True):
-            total += part
-        for boundary, v in held.items():
-            for total, part in zip(heats.at_held[boundary], body.heat(products * v[cells].ravel()), strict=True):
-                total += part
-        for probe, (shares, density, _) in conductor.influences.items():
-            cold, warm = body.heat(np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1)))
-            none = shares, np.zeros((len(channels), m)), np.zeros((m, r))
-            _, drop, warm_drop = heats.potentials.setdefault(probe, none)
-            drop += cold
-            warm_drop += warm
-    for t in conductor.terminals:
-        if t.conductance:
-            through = np.array([p.currents[t.name] for p in patterns])
-            heats.cold[0] += t.resistance * np.outer(through, through)
-            for probe, (_, _, of_terminals) in conductor.influences.items():
-                heats.potentials[probe][1][0] += of_terminals[t.name] * through
-    return heats
-
-
-class _Body(NamedTuple):
-    """The cells of one conducting body, their points in a row: temperature fields (r, points), and the weights of the
-    quadrature times the resistivity of each channel (channels, points) and times its change per kelvin (points,)."""
-
-    fields: np.ndarray
-    cold: np.ndarray
-    warm: np.ndarray
-
-    def heat(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(channels, ...) and (..., r): the heat of products of current densities (..., points), per channel and per
-        temperature field."""
-        return np.moveaxis(products @ self.cold.T, -1, 0), (products * self.warm) @ self.fields.T
-
-    def load(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(channels, m, m, r) and (m, m, r, r): the same of products (m, m, points), tested with each field."""
-        m, r = len(products), len(self.fields)
-        cold, warm = np.zeros((len(self.cold), m, m, r)), np.zeros((m, m, r, r))
-        for i, j in zip(*np.tril_indices(m), strict=True):
-            if not products[i, j].any():
-                continue  # the currents of different bodies
-            weighted = self.fields * products[i, j]
-            cold[:, i, j] = cold[:, j, i] = self.cold @ weighted.T
-            if self.warm.any():
-                warm[i, j] = warm[j, i] = (weighted * self.warm) @ self.fields.T
-        return cold, warm
-
-
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
+Split = tuple[np.ndarray, np.ndarray]
+"""Cold (channels, m, m) and warm (m, m, r): the Joule heat of pairs of current fields at the initial temperature, and
+its change by each temperature field."""
 
 
 @dataclass(frozen=True, eq=False)
-class Reduced(JouleHeat):
-    """Reduced matrices, and the Joule heat of the current fields, which form A; ``basis`` (free nodes, r) is
-    orthonormal in the mass matrix, so M is the identity.
+class Reduced:
+    """The matrices of r temperature fields and m current fields. The inputs' channels come first.
 
-    The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m). ``inertia`` (channels, r): M of
-    the lifts, tested with each field. Where currents are given, the coefficients c satisfy ``drawn`` (k, m) @ c =
-    inputs @ ``given`` (channels, k), with the least dissipation.
+    basis : (free nodes, r), orthonormal in the mass matrix, so that M is the identity
+    stiffness : (r, r)
+    source, inertia : (channels, r), the heat sources, and M of the lifts, tested with each field
+    supply : (channels, m), the power that the electrodes would supply to each current field
+    drawn, given : (k, m) and (channels, k): where currents are given, drawn @ c = inputs @ given, with the least
+        dissipation
+    cold, warm : the matrix A as a `Split`, with resistances before electrodes
+    cold_load, warm_load : (channels, m, m, r) and (m, m, r, r), the same of solids, tested with each field
+    in_box, at_held : the part of each conducting box, and the part at the nodes of a boundary of given temperature
+    potentials : of probes the shares (channels,) of the voltages, and the drop by each current field, cold
+        (channels, m) and warm (m, r)
     """
 
     basis: np.ndarray
@@ -153,6 +54,13 @@ class Reduced(JouleHeat):
     supply: np.ndarray
     drawn: np.ndarray
     given: np.ndarray
+    cold: np.ndarray
+    warm: np.ndarray
+    cold_load: np.ndarray
+    warm_load: np.ndarray
+    in_box: dict[str, Split]
+    at_held: dict[str, Split]
+    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     @property
     def states(self) -> int:
@@ -170,51 +78,35 @@ class Reduced(JouleHeat):
             potentials={name: (shares, cold, warm @ to) for name, (shares, cold, warm) in self.potentials.items()},
         )  # fmt: skip
 
-    def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
-        """(..., m, m): the matrix A of the resistances at states a (..., r) and inputs g (..., channels)."""
-        m = self.supply.shape[1]
-        return _at(self.cold, g) + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
+    def currents(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g (..., channels); NaN
+        where the resistances are not positive, as no current answers a voltage there.
 
-    def currents(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
-        """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g; NaN where the
-        resistances are not positive, as no current answers a voltage there."""
-        matrix, supply = self.dissipation(a, g), _at(self.supply, g)
-        if matrix.shape[-1] == 1 and not len(self.drawn):
-            return supply / np.where(matrix > 0, matrix, np.nan)[..., 0]
+        A c - drawn^T u = supply with drawn c = given, u being the unknown potentials of electrodes.
+        """
+        k, m = self.drawn.shape
+        matrix = _at(self.cold, g) + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
         try:
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
             return np.full(matrix.shape[:-1], np.nan)
-        return self.carried(matrix, g)
-
-    def carried(self, matrix: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
-        """(..., m): the coefficients for a matrix A (..., m, m) of the resistances, whatever its sign: A c - drawn^T u
-        = supply with drawn c = given, u being the unknown potentials of electrodes."""
-        (k, m), supply, given = self.drawn.shape, _at(self.supply, g), _at(self.given, g)
-        if not k:
-            return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
         whole = np.zeros((*matrix.shape[:-2], m + k, m + k))
         whole[..., :m, :m], whole[..., :m, m:], whole[..., m:, :m] = matrix, self.drawn.T, self.drawn
-        right = [np.broadcast_to(v, (*matrix.shape[:-2], v.shape[-1])) for v in (supply, given)]
-        coefficients: np.ndarray = np.linalg.solve(whole, np.concatenate(right, axis=-1)[..., None])[..., :m, 0]
+        right = np.concatenate([g @ self.supply, g @ self.given], axis=-1)
+        coefficients: np.ndarray = np.linalg.solve(whole, right[..., None])[..., :m, 0]
         return coefficients
 
-    def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+    def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., r): the Joule heat tested with each temperature field."""
         m2, r = self.supply.shape[1] ** 2, self.states
-        pairs = (c[..., :, None] * c[..., None, :]).reshape(*c.shape[:-1], m2)
+        pairs = (c[..., :, None] * c[..., None, :]).reshape(*c.shape[:-1], 1, m2)
         warm = (a @ self.warm_load.reshape(m2 * r, r).T).reshape(*a.shape[:-1], m2, r)
-        cold = _at(self.cold_load, g).reshape(*(() if g is None else g.shape[:-1]), m2, r)
-        return (pairs[..., None, :] @ (cold + warm))[..., 0, :]
+        return (pairs @ (_at(self.cold_load, g).reshape(warm.shape) + warm))[..., 0, :]
 
 
-def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
-    """(..., *rest): values per channel (channels, *rest) at inputs g (..., channels); without inputs the only
-    channel."""
-    if g is None:
-        return channels[0]
-    flat = channels.reshape(len(channels), -1)  # faster than tensordot, and a transient asks thousands of times
-    return (g @ flat).reshape(*g.shape[:-1], *channels.shape[1:])
+def _at(channels: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(..., *rest): values per channel (channels, *rest) at inputs g (..., channels)."""
+    return (g @ channels.reshape(len(channels), -1)).reshape(*g.shape[:-1], *channels.shape[1:])
 
 
 def project(
@@ -229,16 +121,87 @@ def project(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    unheated = nothing(channels, 0, basis.shape[1])
-    tested = unheated if conductor is None else of_pairs(conductor, basis, patterns)
-    parts = {each.name: getattr(tested, each.name) for each in fields(JouleHeat)}
     stiffness = basis.T @ (heat.inner_stiffness @ basis)
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
     drawn, given = _given_currents(conductor, patterns, channels)
-    return Reduced(
-        **parts, basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply, drawn=drawn,
-        given=given,
-    )  # fmt: skip
+    joule = _joule(heat, conductor, basis, patterns)
+    return Reduced(basis, stiffness, source, inertia, supply, drawn, given, **joule)
+
+
+class _Body(NamedTuple):
+    """The cells of one conducting body, their points in a row: temperature fields (r, points), and the weights of the
+    quadrature times the resistivity of each channel (channels, points) and times its change per kelvin (points,)."""
+
+    fields: np.ndarray
+    cold: np.ndarray
+    warm: np.ndarray
+
+    def heat(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(channels, ...) and (..., r): the heat of products of current densities (..., points), per channel and per
+        temperature field."""
+        return np.moveaxis(products @ self.cold.T, -1, 0), (products * self.warm) @ self.fields.T
+
+
+def _joule(
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Pattern]
+) -> dict[str, Any]:
+    """The Joule heat in `Reduced` by its names.
+
+    With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
+    the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
+    """
+    m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
+    cold, warm = np.zeros((channels, m, m)), np.zeros((m, m, r))
+    cold_load, warm_load = np.zeros((channels, m, m, r)), np.zeros((m, m, r, r))
+    in_box, at_held = dict[str, Split](), {name: (np.zeros_like(cold), np.zeros_like(warm)) for name in heat.held}
+    potentials = dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]()
+    parts = {
+        "cold": cold, "warm": warm, "cold_load": cold_load, "warm_load": warm_load, "in_box": in_box,
+        "at_held": at_held, "potentials": potentials,
+    }  # fmt: skip
+    if conductor is None or not patterns:
+        return parts
+    on = conductor.on
+    densities = np.array([p.density for p in patterns])
+    warm_weights = on.weights * conductor.warm
+    weights = np.array([warm_weights * on.value(heat.field(lift)) for lift in heat.lifts])
+    weights[0] += on.weights * conductor.cold
+    fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
+    held = {name: on.value(heat.field(u)) for name, u in heat.held_fields.items()}
+    for probe, (shares, _, _) in conductor.influences.items():
+        potentials[probe] = shares, np.zeros((channels, m)), np.zeros((m, r))
+    for name in dict.fromkeys(conductor.names.tolist()):
+        cells = conductor.names == name
+        points = on.weights[cells].size
+        body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], points) for x in (fields, weights, warm_weights)))
+        currents = densities[:, :, cells].reshape(m, densities.shape[1], points)
+        products = np.einsum("idx,jdx->ijx", currents, currents)
+        in_box[name] = body.heat(products)
+        _add((cold, warm), in_box[name])
+        for i, j in zip(*np.tril_indices(m), strict=True):
+            of_channels, of_fields = body.heat(products[i, j] * body.fields)
+            cold_load[:, i, j] += of_channels
+            warm_load[i, j] += of_fields
+            if i > j:
+                cold_load[:, j, i] += of_channels
+                warm_load[j, i] += of_fields
+        for boundary, v in held.items():
+            _add(at_held[boundary], body.heat(products * v[cells].ravel()))
+        for probe, (_, density, _) in conductor.influences.items():
+            along = np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1))
+            _add(potentials[probe][1:], body.heat(along))
+    for t in conductor.terminals:
+        if t.conductance:
+            through = np.array([p.currents[t.name] for p in patterns])
+            cold[0] += t.resistance * np.outer(through, through)
+            for probe, (_, _, of_terminals) in conductor.influences.items():
+                potentials[probe][1][0] += of_terminals[t.name] * through
+    return parts
+
+
+def _add(totals: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> None:
+    for total, part in zip(totals, parts, strict=True):
+        total += part
 
 
 def _given_currents(

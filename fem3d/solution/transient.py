@@ -263,11 +263,8 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
     rate = slope @ modal.inertia
 
     def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        # Constant sources need no inputs, whose evaluation costs time in thousands of steps.
-        varies = len(first) > 1
-        g = first + np.outer(times - since, slope) if varies else None
-        sources = modal.source[0] if g is None else g @ modal.source - rate
-        sources = np.broadcast_to(sources, states.shape)
+        g = first + np.outer(times - since, slope)
+        sources: np.ndarray = g @ modal.source - rate
         return sources + modal.joule(states, modal.currents(states, g), g) if conducts else sources
 
     return source
