@@ -65,7 +65,8 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
         what, when, key = "Steady state", "in the steady state", "energy_imbalance"
     said = [outcome.answer, checks.counted(scene.name, outcome, contrary)]
     if not outcome.answer:
-        shown = ", ".join(_answer(probe, outcome, style) for probe in scene.probes[:FIRST])
+        first = {probe.name: UNITS[probe.quantity] for probe in scene.probes[:FIRST]}
+        shown = ", ".join(f"{name} {_value(_last(outcome, name), unit, style)}" for name, unit in first.items())
         more = f" ({len(scene.probes) - FIRST} more below)" * (len(scene.probes) > FIRST)
         said = [f"{scene.name}: {shown} {when}{more}."]
     # No balance is stated where no heat passes.
@@ -88,23 +89,17 @@ def _is_network(outcome: Outcome[AnyScene]) -> bool:
     return outcome.reduced1d is not None and outcome.reduced1d.model == "network"
 
 
-def _with_bound(estimate: Estimate, unit: str, style: Style) -> str:
+def _value(estimate: Estimate, unit: str, style: Style) -> str:
     number, bound, shown, _, _ = with_error(estimate.value, estimate.error, unit)
     return f"{number} {style.plus_minus} {bound} {shown}"
 
 
-def _answer(probe: AnyProbe, outcome: Outcome[AnyScene], style: Style) -> str:
-    """A probe's name and value, and of a transient the largest size where that is not the end's."""
-    result, traces, name, unit = outcome.solved, outcome.solved.traces, probe.name, UNITS[probe.quantity]
-    if traces is None:
-        return f"{name} {_with_bound(result.steady[name], unit, style)}"
-    end = Estimate(float(traces.values[name][-1]), traces.errors[name])
-    said = f"{name} {_with_bound(end, unit, style)}"
-    most, time = max(_extremes(traces, name), key=lambda extreme: abs(extreme[0].value))
-    if abs(most.value) <= abs(end.value) + 2 * end.error:
-        return said
-    shown = _with_bound(most, unit, style) if most.error > end.error else quantity(most.value, unit)
-    return f"{said} (at most {shown}, at {quantity(time, 's', 3)})"
+def _last(outcome: Outcome[AnyScene], name: str) -> Estimate:
+    """The steady value of a probe, or the value at the end."""
+    result = outcome.solved
+    if result.traces is None:
+        return result.steady[name]
+    return Estimate(float(result.traces.values[name][-1]), result.traces.errors[name])
 
 
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
@@ -112,16 +107,9 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     result, traces, rows, said = outcome.solved, outcome.solved.traces, [], []
     title, heads = "Steady state", ["probe", "steady state"]
     for probe in outcome.scene.probes:
-        name, unit = probe.name, UNITS[probe.quantity]
-        if traces is None:
-            rows.append([cut(name, NAME), _with_bound(result.steady[name], unit, style)])
-            continue
-        error, cells = traces.errors[name], [cut(name, NAME)]
-        cells.append(_with_bound(Estimate(float(traces.values[name][-1]), error), unit, style))
-        for most, _ in _extremes(traces, name):
-            few = _shown(traces, probe, np.array([most.value]), 3)[0]
-            cells.append(_with_bound(most, unit, style) if most.error > error else few)
-        rows.append(cells)
+        extremes = [] if traces is None else _extremes(traces, probe.name)
+        values = [_value(each, UNITS[probe.quantity], style) for each in (_last(outcome, probe.name), *extremes)]
+        rows.append([cut(probe.name, NAME), *values])
     if traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
         again = ", and that long after each jump of a given temperature" * bool(traces.jumps)
@@ -132,22 +120,12 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     return Section(title, [Table(heads, rows), *said], headed=False)
 
 
-def _extremes(traces: Traces, name: str) -> list[tuple[Estimate, float]]:
-    """The least and the largest value, each with its time (s), over all times at which an error bound is known."""
+def _extremes(traces: Traces, name: str) -> list[Estimate]:
+    """The least and the largest value, over all times at which an error bound is known."""
     errors = traces.error_at(name, traces.time)
     known = np.flatnonzero(np.isfinite(errors))
     values = traces.values[name][known]
-    at = known[[values.argmin(), values.argmax()]].tolist()
-    return [(Estimate(float(traces.values[name][i]), float(errors[i])), float(traces.time[i])) for i in at]
-
-
-def _shown(traces: Traces, probe: AnyProbe, values: np.ndarray, most: int = 6) -> list[str]:
-    """Values of a probe in one unit, to the decimals that the error of its trace leaves."""
-    largest = float(np.abs(traces.values[probe.name][traces.sure(traces.time)]).max())
-    _, _, unit, places, factor = with_error(largest, traces.errors[probe.name], UNITS[probe.quantity])
-    # Zero is added so that a rounded zero has no sign.
-    rounded = [round(value * factor, min(places, most)) + 0.0 for value in values.tolist()]
-    return [f"{value:.{min(places, most)}f} {unit}" for value in rounded]
+    return [Estimate(float(values[i]), float(errors[known[i]])) for i in (values.argmin(), values.argmax())]
 
 
 def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
@@ -163,10 +141,17 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     when = [TIME.show(t) + " (errors larger)" * (not known) for t, known in zip(times.tolist(), sure, strict=True)]
     for first in range(0, len(probes), most):
         some = probes[first : first + most]
-        columns = [_shown(traces, p, np.interp(times, traces.time, traces.values[p.name])) for p in some]
+        columns = [_at(traces, p, times) for p in some]
         heads = ("time", *(cut(p.name, NAME) if style.page else stacked(p.name) for p in some))
         blocks.append(Section(title, [Table(heads, list(zip(when, *columns, strict=True)))], headed=False))
     return blocks
+
+
+def _at(traces: Traces, probe: AnyProbe, times: np.ndarray) -> list[str]:
+    """Values of a probe to the decimals that the error of its trace leaves."""
+    values = np.interp(times, traces.time, traces.values[probe.name]).tolist()
+    shown = (with_error(value, traces.errors[probe.name], UNITS[probe.quantity]) for value in values)
+    return [f"{number} {unit}" for number, _, unit, _, _ in shown]
 
 
 def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
@@ -178,7 +163,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     if traces is not None:
         times, ranges = np.array(sorted({*scene.output_times, scene.end_time})), {}
         for name in traces.values:
-            (least, _), (most, _) = _extremes(traces, name)
+            least, most = _extremes(traces, name)
             ranges[name] = {
                 "end": float(traces.values[name][-1]), "least": least.value, "least_error": least.error,
                 "largest": most.value, "largest_error": most.error,

@@ -40,7 +40,7 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys):
     assert found["transient"]["range"]["plate"] == {
         "end": 2.0, "least": 1.0, "least_error": 2e-3, "largest": 2.0, "largest_error": 2e-3
     }  # fmt: skip
-    assert re.search(r"plate +2.0000 ± 0.0020 K +1.000 K +2.000 K", text)
+    assert re.search(r"plate +2.0000 ± 0.0020 K +1.0000 ± 0.0020 K +2.0000 ± 0.0020 K", text)
     assert "at most" not in text
 
 
@@ -130,7 +130,7 @@ def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_i
     # The stand-in's: half a kelvin to 1 K, 1e-3 K off, from 4 us on.
     assert "over time, from 4.0 us on" in said
     assert "10 µs" not in said
-    assert "probe at the end least largest heater 1.0000 ± 0.0010 K 0.500 K 1.000 K" in said
+    assert "probe at the end least largest heater 1.0000 ± 0.0010 K 0.5000 ± 0.0010 K 1.0000 ± 0.0010 K" in said
     assert "The errors hold from 4.00 us on" in said
     assert "time heater plate current heat to the left 1 ms 1.0000 K" in said
 
