@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.verdict import Check, Definitions, compared, relative
+from compare.verdict import Check, Definitions, Sense, part
 from reduced1d.device.design import PXI_4070, delivered
 from reduced1d.device.lumped import at_sample_time, largest_eigenvalue, lump, stability
 from reduced1d.device.schemes import shown
@@ -71,9 +71,36 @@ def _pair(
     title: str, unit: str, predicted: float, measured: float, error: float, note: str = "",
     scale: float | None = None, **more: Any,
 ) -> Check:  # fmt: skip
-    """Compare two values, which the reason states before a note."""
-    values = f"{quantity(predicted, unit, 5)} against {quantity(measured, unit, 5)}"
-    return compared(title, predicted, measured, unit, error, values + (note and f"; {note}"), scale, **more)
+    """Compare two values, given the error of their difference, relative to a scale, by default the measured value."""
+    scale = measured if scale is None else scale
+    reason = f"{quantity(predicted, unit, 5)} against {quantity(measured, unit, 5)}" + (note and f"; {note}")
+    difference, u_num = part(predicted - measured, scale), part(error, abs(scale))
+    return Check(title, predicted, measured, unit, difference, u_num, reason, **more)
+
+
+Range = tuple[float, float, float]
+"""A time (s) between its least and its largest value."""
+
+
+def _settling_time(run: Run) -> Range:
+    """The settling time of a run; one that does not come is at least the run after the step."""
+    time, error = run.settled()
+    return (time - error, time, time + error) if time < math.inf else (run.watched, time, time)
+
+
+def _compare_times(title: str, expected: Range, found: Range, note: str, sense: Sense = "equal") -> Check:
+    """Compare two settling times by the interval of their ratio; without one the check is open, or fails."""
+    (low, claim, high), (least, time, most) = expected, found
+    if min(low, least) == math.inf:  # Neither ever settles.
+        return Check(title, claim, time, "s", math.inf, 0.0, note, sense=sense)
+    if min(low, least) <= 0 or high == math.inf:
+        return Check(title, claim, time, "s", math.inf, math.inf, note, sense=sense)
+    ends = [low / most - 1, high / least - 1]
+    middle = claim / time - 1 if time < math.inf else sum(ends) / 2
+    if sense == "at least":
+        ends, middle = [max(end, 0.0) for end in ends], max(middle, 0.0)
+    u_num = max(abs(end - middle) for end in ends)
+    return Check(title, claim, time, "s", middle, u_num + ROUNDING * (u_num > 0), note, sense=sense)
 
 
 @_check("fig9_settling", "figure9", "outer step", waits=True)
@@ -82,7 +109,7 @@ def _settling(outcome: Outcome[Device]) -> Check:
     run = outcome.runs.base
     bands = ", ".join(f"{percent(part, 1)} in {milliseconds(run.settled(part)[0])}" for part in (BAND, 1e-3, 1e-4))
     note = f"paper: about {PAPER_SETTLING:g} s, no band given; here after the step to {bands}"
-    return _times("settling time", PAPER_SETTLING, run, note)
+    return _compare_times("settling time", (PAPER_SETTLING,) * 3, _settling_time(run), f"{note}{_rest(run)}")
 
 
 @_check("fig9_balance", "figure9", "outer step", waits=True)
@@ -113,20 +140,11 @@ def _slow(outcome: Outcome[Device]) -> Check:
     """Compare the settling time of the loop sampled every 5 ms with the scene's own, which the paper calls shorter."""
     base, slow = outcome.runs.base, outcome.runs.slow
     assert slow is not None
-    (base_time, base_error), (time, error) = base.settled(), slow.settled()
     note = (
-        f"paper: the behaviour is not ideal; here settled in {milliseconds(time)} when sampled every "
-        f"{SLOW_TIME * 1e3:g} ms, {milliseconds(base_time)} in the scene"
+        f"paper: the behaviour is not ideal; here settled in {milliseconds(slow.settled()[0])} when sampled every "
+        f"{SLOW_TIME * 1e3:g} ms, {milliseconds(base.settled()[0])} in the scene"
     )
-    if base_time == math.inf:
-        # The scene's own time is at least as long as its run after the step.
-        missing, u_num = (base.watched / time - 1, 0.0) if time < base.watched else (0.0, math.inf)
-    elif time == math.inf:
-        missing, u_num = 0.0, 0.0 if slow.watched > base_time else math.inf
-    else:
-        missing, u_num = max(relative(base_time, time), 0.0), (base_error + error) / time if time else 0.0
-        u_num = 0.0 if time - error > base_time + base_error else u_num + ROUNDING
-    return Check("slower at 5 ms", base_time, time, "s", missing, u_num, note, sense="at least")
+    return _compare_times("slower at 5 ms", _settling_time(base), _settling_time(slow), note, "at least")
 
 
 @_check("fig12_same_time", "figure12")
@@ -139,22 +157,8 @@ def _same_time(outcome: Outcome[Device]) -> Check:
     never = [run for run in moving if times[run.step] == math.inf]
     worst = max(never or moving, key=lambda run: run.watched if never else abs(times[run.step] - typical))
     note = f"paper: the same for all; here {milliseconds(typical)} in the middle of steps that stay below the set point"
-    return _times("same, all steps", typical, worst, f"{note}, {milliseconds(times[worst.step])} for {worst.step:+g} K")
-
-
-def _times(title: str, expected: float, run: Run, note: str) -> Check:
-    """Compare a settling time with another; one that does not come is at least the run after the step."""
-    time, error = run.settled()
-    if not expected:  # Where no step moves the power, there is no common time.
-        off, u_num = math.inf, 0.0
-    elif time < math.inf and expected < math.inf:
-        off, u_num = relative(expected, time), error / time + ROUNDING if time else 0.0
-    elif expected == math.inf:
-        off, u_num = math.inf, 0.0 if run.watched == math.inf else math.inf
-    else:
-        most = expected / run.watched - 1
-        off, u_num = (most - 1) / 2, (most + 1) / 2
-    return Check(title, expected, time, "s", off, u_num, f"{note}{_rest(run)}")
+    note += f", {milliseconds(times[worst.step])} for {worst.step:+g} K{_rest(worst)}"
+    return _compare_times("same, all steps", (typical,) * 3, _settling_time(worst), note)
 
 
 @_check("fig13_slope", "figure13")
@@ -163,7 +167,7 @@ def _slope(outcome: Outcome[Device]) -> Check:
     conductance, (slope, _, error) = lump(outcome.scene).polymer.conductance, _line(outcome.runs)
     note = f"paper: a straight line, by R(T); here linear as conduction is{_rest(*_below(outcome.runs))}"
     measured = slope if math.isfinite(error) else math.nan
-    return Check("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, note)
+    return Check("slope of power", -conductance, measured, "W/K", part(-conductance - slope, slope), error, note)
 
 
 @_check("fig13_limit", "figure13")
@@ -225,7 +229,7 @@ def _meter(title: str, claim: float, at: int, unit: str, outcome: Outcome[Device
 
 
 def _at_most(title: str, claim: float, measured: float, unit: str, note: str) -> Check:
-    return Check(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, note, sense="at most")
+    return Check(title, claim, measured, unit, min(part(claim - measured, measured), 0.0), 0.0, note, sense="at most")
 
 
 _check("meter_resistance", "all figures")(partial(_meter, "NI 4070, gold", METER_RESISTANCE, 0, "ohm"))
@@ -276,11 +280,8 @@ for _suffix in ("peak", "peak_time"):
 
 @_check("dev3d_settling", "3D", "figure9", "outer step", waits=True)
 def _settling_3d(outcome: Outcome[Device]) -> Check:
-    (in_1d, error_1d), (in_3d, error_3d) = (run.settled() for run in (outcome.runs.base, _in_3d(outcome).runs.base))
-    if math.inf in (in_1d, in_3d):
-        note = f"the sensor's power does not settle to {percent(BAND, 1)} in both models before the run ends"
-        return Check("settling time", in_1d, in_3d, "s", 0.0 if in_1d == in_3d else math.inf, math.inf, note)
-    return _pair("settling time", "s", in_1d, in_3d, error_1d + error_3d, f"to {percent(BAND, 1)} of the step")
+    one, three = (_settling_time(run) for run in (outcome.runs.base, _in_3d(outcome).runs.base))
+    return _compare_times("settling time", one, three, f"to {percent(BAND, 1)} of the step")
 
 
 @_check("dev3d_slope", "3D", "figure13")
@@ -344,4 +345,4 @@ def _shielding(outcome: Outcome[Device]) -> Check:
     )
     scale = abs(off) or 1.0
     error, whole = errors["sensor_power_per_substrate_W_per_K"], "what it is with the sink off"
-    return compared("shielding", 0.0, closed, "W/K", error, note, scale, relative_to=whole)
+    return Check("shielding", 0.0, closed, "W/K", -closed / scale, error / scale, note, relative_to=whole)

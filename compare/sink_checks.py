@@ -18,7 +18,7 @@ import numpy as np
 
 from compare.course import Course, overshoot
 from compare.outcome import Outcome
-from compare.verdict import Check, Definitions, against_3d, relative, share, spread, unit_of
+from compare.verdict import Check, Definitions, against_3d, part, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.equations import anchor_series_resistance
 from scenes.checks import FIRST_TIME
@@ -62,12 +62,12 @@ def equation(name: str, title: str, key: str, note: str) -> Callable[[Callable[.
             inputs = {argument: steady[INPUTS[argument]] for argument in arguments}
 
             def off(measured: float, **values: float) -> float:
-                return relative(formula(sink, **values), measured)
+                return part(formula(sink, **values) - measured, measured)
 
             predicted = formula(sink, **{argument: estimate.value for argument, estimate in inputs.items()})
             measured, error = steady[key].value, spread(off, {**inputs, "measured": steady[key]})
             reason = f"{quantity(predicted, unit)} against {quantity(measured, unit)} in 3D: {note}"
-            difference = relative(predicted, measured)
+            difference = part(predicted - measured, measured)
             return Check(title, predicted, measured, unit, difference, error, reason, relative_to="the 3D value")
 
         return formula

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from scenes.formats import difference_text, percent, quantity
 from scenes.result import Estimate
@@ -151,26 +151,9 @@ def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) ->
     return [check for check in checks if contradicts(check, scene, strict)]
 
 
-def relative(predicted: float, measured: float) -> float:
-    """Return predicted / measured - 1, infinite where only the latter is zero."""
-    if measured == 0:
-        return 0.0 if predicted == 0 else math.inf
-    return predicted / measured - 1
-
-
 def part(distance: float, scale: float) -> float:
     """Return distance / scale, infinite where only the latter is zero."""
     return distance / scale if scale else (0.0 if not distance else math.inf)
-
-
-def compared(
-    title: str, predicted: float, measured: float, unit: str, error: float, reason: str | Callable[[], str],
-    scale: float | None = None, **more: Any,
-) -> Check:  # fmt: skip
-    """Compare two values, given the error of their difference, relative to a scale, by default the measured value."""
-    scale = measured if scale is None else scale
-    off, u_num = part(predicted - measured, scale), part(error, abs(scale))
-    return Check(title, predicted, measured, unit, off, u_num, reason, **more)
 
 
 def against_3d(
@@ -199,8 +182,12 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
 
 def ratio(predicted: Estimate, measured: Estimate) -> Estimate:
     """Return predicted / measured - 1 with its error bound."""
-    error = spread(relative, {"predicted": predicted, "measured": measured})
-    return Estimate(relative(predicted.value, measured.value), error)
+
+    def off(predicted: float, measured: float) -> float:
+        return part(predicted - measured, measured)
+
+    error = spread(off, {"predicted": predicted, "measured": measured})
+    return Estimate(off(predicted.value, measured.value), error)
 
 
 def share(distance: Estimate, scale: Estimate) -> Estimate:

@@ -11,7 +11,7 @@ import numpy as np
 from compare.report import checks
 from compare.report import table as entries
 from compare.report.table import Section, Style, Table, wrapped
-from compare.verdict import PAPERS, Check, relative
+from compare.verdict import PAPERS, Check, part
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
 from scenes.sink import OF_A_SINK
@@ -46,7 +46,8 @@ def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
             value, error, shown, places, factor = with_error(fem3d.steady[key].value, fem3d.steady[key].error, unit)
             cells.append(f"{value} {style.plus_minus} {error} {shown}")
         if in_1d is not None and fem3d is not None:
-            off = percent(relative(in_1d.value, fem3d.steady[key].value), sign=True)
+            three = fem3d.steady[key].value
+            off = percent(part(in_1d.value - three, three), sign=True)
             cells += [f"{in_1d.value * factor:.{min(places, 4)}f} {shown}", off]
         elif reduced1d is not None:
             cells += ["" if in_1d is None else quantity(in_1d.value, unit, 6), *[""] * (fem3d is not None)]
