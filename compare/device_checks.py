@@ -93,6 +93,8 @@ def _compare_times(title: str, expected: Range, found: Range, note: str, sense: 
     (low, claim, high), (least, time, most) = expected, found
     if min(low, least) == math.inf:  # Neither ever settles.
         return Check(title, claim, time, "s", math.inf, 0.0, note, sense=sense)
+    if not time:  # Nothing moves.
+        return Check(title, claim, time, "s", part(claim, time), 0.0, note, sense=sense)
     if min(low, least) <= 0 or high == math.inf:
         return Check(title, claim, time, "s", math.inf, math.inf, note, sense=sense)
     ends = [low / most - 1, high / least - 1]
@@ -158,6 +160,8 @@ def _same_time(outcome: Outcome[Device]) -> Check:
     worst = max(never or moving, key=lambda run: run.watched if never else abs(times[run.step] - typical))
     note = f"paper: the same for all; here {milliseconds(typical)} in the middle of steps that stay below the set point"
     note += f", {milliseconds(times[worst.step])} for {worst.step:+g} K{_rest(worst)}"
+    if not typical:  # Where no step moves the power, there is no common time.
+        return Check("same, all steps", typical, times[worst.step], "s", math.inf, 0.0, note)
     return _compare_times("same, all steps", (typical,) * 3, _settling_time(worst), note)
 
 
