@@ -1,27 +1,24 @@
 """Currents over time without thermal probes: they follow the voltages at once, and superpose.
 
-One steady state for each time-dependent voltage, and one for all constant voltages, give the whole transient. No heat
-problem is solved, and no density or specific heat is needed.
+The voltages of any instant are a sum of those at a few independent instants of the scene itself, whose steady states
+give the whole transient. No heat problem is solved, and no density or specific heat is needed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from fem3d.results.outputs import Outputs
-from fem3d.runs import probe_quantities
-from scenes.errors import NumericsError, SceneError, quoted
+from scenes.errors import SceneError, quoted
 from scenes.keys import ACCURACY
-from scenes.model import DERIVED, AnyScene, Schedule, Value
+from scenes.model import DERIVED, ROUNDING, AnyScene, Schedule
 from scenes.result import Result, Step, Traces
+from statespace import channels
 from statespace.channels import Inputs
 
-FINEST = 0.01  # each voltage's part is solved to this fraction of the accuracy at best: finer takes very much longer
 _OTHER = {"max": "min", "min": "max"}
 
 
@@ -38,119 +35,99 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
                 f"probe {quoted(probe.name)} asks for a {probe.quantity} over time where nothing is heated: ask for it "
                 "in the steady state, or for a temperature too"
             )
-    inputs, driven = _inputs(scene), _driven(scene)
+    times, instants, parts = _superposition(scene)
     extremes = [p.name for p in scene.probes if p.quantity == "potential" and p.reduce != "mean"]
-    if extremes and len(driven) > 1:
+    if extremes and len(instants) > 1:
         raise SceneError(
-            f"probe {quoted(extremes[0])}.reduce asks for an extreme potential under {len(driven)} voltages that vary "
-            'apart, of which it is not the sum: give reduce = "mean", or a point'
+            f"probe {quoted(extremes[0])}.reduce asks for an extreme potential under {len(instants)} voltages that "
+            'vary apart, of which it is not the sum: give reduce = "mean", or a point'
         )
-    times = _rows(inputs, scene, bool(extremes))
-    g = np.stack([inputs.at(times)[:, channel] / value for channel, value in driven])
-
-    def answered(accuracy: float) -> _Sum:
-        return _added(scene, [solve(_alone(scene, *each, extremes, accuracy)) for each in driven], g, extremes)
-
-    each = max(scene.accuracy / len(driven), ACCURACY.lower)
-    results, values, errors, worst, share = answered(each)
-    # Several voltages together may drive less than one alone, which makes the relative error larger.
-    needed = scene.accuracy * share
-    if worst > scene.accuracy and needed >= max(FINEST * scene.accuracy, ACCURACY.lower / len(driven)):
-        with suppress(NumericsError):
-            results, values, errors, worst, _ = answered(needed)
+    accuracy = max(scene.accuracy / len(instants), ACCURACY.lower)
+    results = [solve(_with_opposites(at_instant(scene, time), extremes, accuracy)) for time in instants]
+    # Nothing is solved at an instant of equal voltages, which drive no current.
+    solved = [n for n, r in enumerate(results) if r.details["electric_unknowns"]] or [0]
+    largest = np.abs(parts).max(axis=1)
+    values: dict[str, np.ndarray] = {}
+    errors: dict[str, float] = {}
+    for name in (p.name for p in scene.probes):
+        values[name] = np.array([r.steady[name].value for r in results]) @ parts
+        errors[name] = float(sum(largest[n] * results[n].steady[name].error for n in solved))
+        if name in extremes:
+            # A voltage of the other sign turns the potential upside down.
+            other = results[0].steady[_opposite(name)]
+            values[name] = np.where(parts[0] < 0, parts[0] * other.value, values[name])
+            errors[name] = max(errors[name], float(largest[0] * other.error))
     most = {key: max(r.details[key] for r in results) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
     warnings = list(dict.fromkeys(text for r in results for text in r.details["warnings"]))
-    if len(driven) > 1 and worst > scene.accuracy:
+    scales = {name: max(results[n].details["scales"][name] for n in solved) for name in errors}
+    worst = max(error / scales[name] for name, error in errors.items())
+    if len(instants) > 1 and worst > scene.accuracy:
         warnings.append(
-            f"the errors of {len(driven)} voltages that vary apart add up to {worst:.1e} of what they drive together, "
-            f"more than the accuracy of {scene.accuracy:g}"
+            f"the errors of {len(instants)} voltages that vary apart add up to {worst:.1e} of what they drive "
+            f"together, more than the accuracy of {scene.accuracy:g}"
         )
-    details = {**results[0].details, **most, "plan": plan, "warnings": warnings}
-    return Result(
-        "fem3d", {}, Traces(times, values, errors), details | {"transient_imbalance": most["energy_imbalance"]}
-    )
-
-
-_Sum = tuple[list[Result], dict[str, np.ndarray], dict[str, float], float, float]
-"""The steady answers to each voltage alone, the sums over time, their errors, the largest relative error, and the least
-ratio of a scale to the sum of the scales of all voltages alone."""
-
-
-def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[str]) -> _Sum:
-    """Add the steady answers to each voltage alone, times their courses ``g`` (voltages, times)."""
-    values: dict[str, np.ndarray] = {}
-    for probe in scene.probes:
-        each = [part * r.steady[probe.name].value for r, part in zip(alone, g, strict=True)]
-        if probe.name in extremes:
-            # A voltage of the other sign turns the potential upside down.
-            each = [np.where(g[0] < 0, g[0] * alone[0].steady[_turned(probe.name)].value, each[0])]
-        values[probe.name] = np.sum(each, axis=0)
-    errors = {p.name: float(sum(r.steady[p.name].error for r in alone)) for p in scene.probes}
-    outs = [r.details["solution"].out for r in alone]
-    electrodes = {name for out in outs for name in out if name.startswith("current:")}
-    # An electrode that symmetry leaves out carries nothing under that voltage.
-    together: Outputs = {n: sum(part * out.get(n, 0.0) for part, out in zip(g, outs, strict=True)) for n in electrodes}
-    together |= {f"probe:{name}": value for name, value in values.items()}
-    none = np.zeros(1)
-    scales = probe_quantities.scales(scene, {"power": none, "generated": none, **together}, {})
-    share = min(scales[name] / sum(r.details["scales"][name] for r in alone) for name in errors)
-    return alone, values, errors, max(e / scales[name] for name, e in errors.items()), share
+    details = {**results[0].details, **most, "scales": scales, "plan": plan, "warnings": warnings}
+    details["transient_imbalance"] = most["energy_imbalance"]
+    return Result("fem3d", {}, Traces(times, values, errors), details)
 
 
 def plan(scene: AnyScene) -> tuple[Step, Step]:
     """Return the lines of the plan for the steady state and the transient."""
-    count = len(_driven(scene))
-    states = "one" if count == 1 else f"{count}, of each voltage that varies apart"
+    count = len(_superposition(scene)[1])
+    states = "one" if count == 1 else f"{count}, of voltages that vary apart"
     return (
         Step("steady state", "done", f"{states}, refined until every estimated error is below {scene.accuracy:g}"),
         Step("transient", "done", f"to {scene.end_time:g} s: currents follow the voltages at once, and add up"),
     )
 
 
-def _inputs(scene: AnyScene) -> Inputs:
+def at_instant(scene: Any, time: float) -> Any:
+    """Return the steady scene under the conditions at a time (s)."""
+
+    def then(value: Any) -> float:
+        return float(channels.value(value, np.array([time]))[0])
+
+    heated = scene.heated[1]
+    sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
+    held = tuple(replace(b, value=then(b.value), ambient=then(b.ambient)) for b in scene.boundaries)
+    return replace(scene, boundaries=held, steady=True, output_times=(), **{heated: sources})
+
+
+def _superposition(scene: AnyScene) -> tuple[np.ndarray, list[float], np.ndarray]:
+    """Return the times (s) between which all is linear, few independent instants (s) among them, and the parts
+    (instants, times) of their voltages in those at each time."""
     given = [b.value for b in scene.boundaries if b.kind == "voltage"]
-    return Inputs(tuple(dict.fromkeys(v for v in given if isinstance(v, Schedule))))
-
-
-def _driven(scene: AnyScene) -> list[tuple[int, float]]:
-    """Return the channels with a voltage other than zero, each with its largest magnitude (V)."""
-    inputs = _inputs(scene)
-    largest = inputs.largest(scene.end_time)
-    constant = any(b.kind == "voltage" and not isinstance(b.value, Schedule) and b.value for b in scene.boundaries)
-    channels = [(channel, float(v)) for channel, v in enumerate(largest) if v and (channel or constant)]
-    return channels or [(0, 1.0)]
-
-
-def _alone(scene: AnyScene, channel: int, value: float, extremes: list[str], accuracy: float) -> AnyScene:
-    """Return the steady scene of one channel at a value, with the opposite of each extreme as an additional probe."""
-    schedules = _inputs(scene).schedules
-
-    def given(voltage: Value) -> float:
-        if isinstance(voltage, Schedule):
-            return value if channel and voltage == schedules[channel - 1] else 0.0
-        return voltage if channel == 0 else 0.0
-
-    untyped: Any = scene
-    turned = (replace(p, name=_turned(p.name), reduce=_OTHER[p.reduce]) for p in untyped.probes if p.name in extremes)
-    alone: AnyScene = replace(
-        untyped, boundaries=tuple(replace(b, value=given(b.value)) for b in untyped.boundaries),
-        probes=(*untyped.probes, *turned), steady=True, output_times=(), accuracy=accuracy,
-    )  # fmt: skip
-    return alone
-
-
-def _turned(name: str) -> str:
-    return f"{name}, turned"
-
-
-def _rows(inputs: Inputs, scene: AnyScene, extremes: bool) -> np.ndarray:
-    """Return the times (s) between which all is linear: bends, jumps and just before jumps of voltages, and for
-    ``extremes`` of potentials also sign changes."""
-    end = scene.end_time
+    inputs = Inputs(tuple(dict.fromkeys(v for v in given if isinstance(v, Schedule))))
+    end, constant = scene.end_time, any(v for v in given if not isinstance(v, Schedule))
     knots = inputs.knots(end)
     before = [t - 1e-9 * (t - max([0.0, *(k for k in knots if k < t)])) for t in knots if inputs.jumps(t).any()]
     times = np.unique(np.concatenate([[0.0, end], knots, before, scene.output_times]))
-    g = inputs.at(times)[:, 1:].T if extremes else np.empty((0, len(times)))
-    crossings = [times[i] + (times[i + 1] - times[i]) * v[i] / (v[i] - v[i + 1])
-                 for v in g for i in np.flatnonzero(v[:-1] * v[1:] < 0)]  # fmt: skip
-    return np.unique(np.concatenate([times, crossings]))
+    voltages = inputs.at(times)[:, 0 if constant else 1 :]
+    left, chosen = voltages.copy(), list[int]()
+    while (sizes := np.linalg.norm(left, axis=1)).max(initial=0.0) > ROUNDING * np.abs(voltages).max():
+        chosen.append(int(sizes.argmax()))
+        direction = left[chosen[-1]] / sizes.max()
+        left -= np.outer(left @ direction, direction)
+    if not chosen:
+        return times, [0.0], np.ones((1, len(times)))
+    parts = np.linalg.lstsq(voltages[chosen].T, voltages.T, rcond=None)[0]
+    instants = times[chosen].tolist()
+    if len(chosen) == 1:
+        # Extremes bend where the voltage changes its sign.
+        change = np.flatnonzero(parts[0, :-1] * parts[0, 1:] < 0)
+        share = parts[0, change] / (parts[0, change] - parts[0, change + 1])
+        times = np.insert(times, change + 1, times[change] + share * (times[change + 1] - times[change]))
+        parts = np.insert(parts, change + 1, 0.0, axis=1)
+    return times, instants, parts
+
+
+def _with_opposites(scene: Any, extremes: list[str], accuracy: float) -> Any:
+    """Return the scene at an accuracy, with the opposite of each extreme as an additional probe."""
+    opposites = (
+        replace(p, name=_opposite(p.name), reduce=_OTHER[p.reduce]) for p in scene.probes if p.name in extremes
+    )
+    return replace(scene, probes=(*scene.probes, *opposites), accuracy=accuracy)
+
+
+def _opposite(name: str) -> str:
+    return f"{name}, turned"

@@ -31,10 +31,9 @@ from scenes import physics
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError, listed
 from scenes.free import structure
 from scenes.free.graph import CellGraph
-from scenes.model import AnyScene, Boundary, GroupBoundary, MeshScene, Point, Scene, Value
+from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.result import Estimate, Result, Step, Traces
 from scenes.units import TIME
-from statespace import channels
 
 LOOKED_AT = 9  # times of a run at which rises are compared with the ends of tables
 
@@ -246,17 +245,8 @@ def _limit(scene: AnyScene, time: float) -> str:
     """Return the end of a sentence: the largest voltage, or given current, with a steady state under the conditions at
     a ``time`` (s); empty if unknown."""
 
-    def then(value: Value) -> float:
-        return float(channels.value(value, np.array([time]))[0])
-
-    def held(b: Boundary | GroupBoundary) -> Any:
-        return replace(b, value=then(b.value), ambient=then(b.ambient))
-
-    heated = scene.heated[1]
-    sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
-    given: dict[str, Any] = {heated: sources, "boundaries": tuple(map(held, scene.boundaries))}
     try:
-        solve(replace(scene, **given, steady=True, output_times=(), accuracy=COARSEST))
+        solve(replace(currents.at_instant(scene, time), accuracy=COARSEST))
     except RunawayError as error:
         return f"; {error.largest}" if error.largest else ""
     except NumericsError:

@@ -101,7 +101,6 @@ def solve_steady(
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
     if not thermal:
-        assert conductor is not None
         return _currents_alone(heat, conductor)
     if not heat.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
@@ -290,9 +289,11 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
     )  # fmt: skip
 
 
-def _currents_alone(heat: HeatProblem, conductor: Conductor) -> SteadyState:
-    """The currents at the initial temperature."""
+def _currents_alone(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
+    """The currents at the initial temperature; none where the voltages are equal."""
     still = np.zeros(heat.size)
+    if conductor is None:
+        return SteadyState(heat, None, still, heat.loads[0])
     cold = conductor.solve(still, conductor.voltages[0])
     return SteadyState(
         heat, conductor, still, heat.loads[0], conductor.joule(cold.density, still), conductor.pattern(cold).currents,

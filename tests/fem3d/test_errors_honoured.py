@@ -206,9 +206,24 @@ def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left():
     assert off <= error + alone.errors["out"]
     assert error <= 3e-2 * abs(alone.values["out"][-1])
     assert not found.details["warnings"]
-    # An uncertain result is stated as such: equal voltages but for a part in 1e6.
-    barely = solve(l_shaped(ramp(1.0), ramp(1.0 - 1e-6), 3e-2))
-    assert [w for w in barely.details["warnings"] if "vary apart add up to" in w]
+    # Equal voltages but for a part in 1e6.
+    barely = solve(l_shaped(ramp(1.0), ramp(1.0 - 1e-6), 3e-2)).over_time
+    off = abs(barely.values["out"][-1] - 1e-5 * alone.values["out"][-1])
+    assert off <= barely.errors["out"] + 1e-5 * alone.errors["out"]
+    assert barely.errors["out"] <= 3e-2 * abs(barely.values["out"][-1])
+
+
+def test_currents_pause_while_voltages_are_equal():
+    """Between 1 V and 0 V, 1 V and 2 V, the current changes its sign; at 1 V and 1 V there is none."""
+    other = Schedule((0.0, 5e-4, 1e-3), (0.0, 1.0, 2.0))
+    found = solve(l_shaped(Schedule((0.0, 1e-3), (1.0, 1.0)), other, 1e-3)).over_time
+    alone = solve(l_shaped(ramp(1.0), ramp(0.0), 1e-3)).over_time
+    current, error = alone.values["out"][-1], alone.errors["out"]
+    expected = current * np.interp(found.time, (0.0, 1e-3), (1.0, -1.0))
+    assert np.abs(found.values["out"] - expected).max() <= found.errors["out"] + error
+    assert found.errors["out"] < 1e-2 * abs(current)
+    equal = solve(l_shaped(ramp(1.0), ramp(1.0), 1e-3))
+    assert not equal.over_time.values["out"].any()
 
 
 @pytest.mark.long
