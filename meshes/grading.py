@@ -17,7 +17,6 @@ from itertools import pairwise
 import numpy as np
 
 from meshes import grid as grids
-from meshes import singular
 from meshes.grid import Grid
 from scenes import faces, laws
 from scenes.model import Boundary, Box, Scene, Schedule, bends
@@ -49,7 +48,7 @@ class Features:
     Attributes
     ----------
     planes: per axis the coordinates (m) of all planes inside the solid.
-    exponents: per axis the exponent of each singular plane by its coordinate (`meshes.singular.edges`).
+    exponents: per axis the exponent of each singular plane by its coordinate (`fem3d.spaces.edge_exponents.features`).
     """
 
     planes: tuple[frozenset[float], ...]
@@ -63,12 +62,6 @@ class Features:
     def near(self, grid: Grid) -> list[np.ndarray]:
         """Return per axis (breakpoints,) the exponent of a singular plane there, infinite elsewhere."""
         return [grid.marked(d, by_plane, np.inf) for d, by_plane in enumerate(self.exponents)]
-
-
-def features(scene: Scene) -> Features:
-    """Return the features of a scene."""
-    planes = tuple(frozenset(b[1:-1].tolist()) for b in grids.coarsest(scene).breaks)
-    return Features(planes, tuple(singular.edges(scene)))
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:

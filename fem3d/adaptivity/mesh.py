@@ -25,6 +25,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.solution.transient import Base
+from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, boxes
 from fem3d.spaces.size import foreseen
 from meshes import edgewise, grading
@@ -225,7 +226,7 @@ class Bricks(Mesh):
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
         reach.check_planes(scene)
-        marks = grading.features(scene)
+        marks = edge_exponents.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
         grid = grading.graded(grid, scene, study.earliest) if over_time else grid
         return Bricks(scene, grid, accuracy, marks)

@@ -21,6 +21,7 @@ from fem3d.adaptivity.nested import Problems, added, contributions, problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
 from fem3d.runs.differences import Point, Table, Values, difference, move
 from fem3d.solution.tangent import TIGHT
+from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import boxes
 from meshes import edgewise, grading, symmetry
 from meshes.grading import Features
@@ -140,7 +141,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
     earliest = device.control.sample_time
-    marks = grading.features(part.scene)
+    marks = edge_exponents.features(part.scene)
     # The distance from the lower space is some four times the error that it bounds.
     rough = reach.first_grid(part.scene, min(accuracy, reach.COARSEST) / 4, marks)
     grid = grading.graded(rough, part.scene, earliest)

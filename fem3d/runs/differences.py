@@ -43,6 +43,7 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import orthonormal
 from fem3d.solution.tangent import Tangent
 from fem3d.solution.transient import Base, Krylov
+from fem3d.spaces import edge_exponents
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain, box_cells, boxes, groups
 from meshes import grading
@@ -310,7 +311,7 @@ class _Solver:
                 self._base, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
         self.edges = 1.0
         if isinstance(study.part.scene, Scene):
-            sharpest = grading.features(study.part.scene).sharpest
+            sharpest = edge_exponents.features(study.part.scene).sharpest
             self.edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
         self._own: Problems | None = None
         self._own, self._tangents = self._moved(study), dict[int, Tangent]()

@@ -1,141 +1,205 @@
-"""How singular a solution is at the vertices of a mesh of tetrahedra: the exponents (`meshes.singular`) of the edges
-that end there, whatever the angles."""
+"""How singular a solution is along the edges of a mesh: where angles, materials or conditions meet.
+
+Near an edge the solution behaves as r^s. The smallest exponent s > 0 belongs to the angular problem `exponent` of the
+cells around the edge. A flat surface or a convex corner has s of 1 or more, a re-entrant corner 2/3, the rim of an
+electrode on a flat face 1/2; a jump of conductivity shifts it.
+
+- Where a given temperature meets a face that heat passes, s may be 1 while the two conditions contradict each other,
+  which leaves r log r: too rough for the degree alone, unless the heat that passes is small.
+- Where two given values differ the solution jumps (s = 0). Its effect on a reading falls with the length of the first
+  cell to the power of the exponent of the dual solution, as if both had half of this exponent.
+- Near the rim of a contact nothing passes the contact; beyond its resistance times the conductivity the contact is as
+  good as perfect. The smaller of both exponents counts. A cell in which that distance is not resolved counts as void in
+  the former: it carries less around the rim than the contact passes.
+
+References: Grisvard, Elliptic Problems in Nonsmooth Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
+"""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from skfem.refdom import RefTet
+from skfem import Basis, ElementLinePp, MeshLine
+from skfem.models.poisson import laplace, mass
 
-from fem3d.spaces.domain import Domain
-from meshes.singular import REGULAR, RESOLVED, exponent
-from scenes import physics
+from fem3d.spaces.domain import Domain, boxes
+from meshes import grid as grids
+from meshes.grading import Features
+from scenes import faces, physics
+from scenes.model import Scene, bends
 
-# Angles (radians) are rounded to this, a degree: an exponent moves by a percent, and this limits
-# the number of eigenvalue problems.
-TOLD_APART = np.pi / 180
-_EDGES, _FACETS = np.array(RefTet.edges), np.array(RefTet.facets)
-_OTHERS = np.array([[i for i in range(4) if i not in edge] for edge in RefTet.edges])
-_BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) for c in others]
-                    for edge, others in zip(RefTet.edges, _OTHERS.tolist(), strict=True)])  # fmt: skip
+AROUND_ONE = 0.05  # edges of an exponent nearer to 1, or above, are left to the degree, but for contradictions
+RESOLVED = 1e-3  # of the shortest edge: beneath, the rim of a contact is not looked at
+PASSES = 0.05  # Biot number of a film, with the extent of the scene, from which on it contradicts
+ANGULAR = 8  # degree of the angular problem's elements, whose exponents are then exact to about 1e-8
+DEGREE = np.pi / 180  # angles are rounded to this, which moves an exponent by a percent
+
+Numbers = tuple[float, ...]
+Rays = tuple[bool, ...]
 
 
-def at_vertices(domain: Domain) -> np.ndarray:
-    """(2, 3, vertices): the smallest exponents of the temperature and of the potential at the edges that end at each
-    vertex, by the axis closest to each edge's direction; infinite where all are regular. At a contact the smaller of
-    the exponents with and without the contact counts, as in `meshes.singular`."""
-    mesh: Any = domain.space.mesh
-    regular = np.full(mesh.edges.shape[1], np.inf)
-    thermal, electric = [regular], [regular]
+def features(scene: Scene) -> Features:
+    """Return the planes of a scene of boxes with the smallest exponent of the edges in each, for either problem."""
+    grid = grids.coarsest(scene)
+    domain = boxes(scene, grid)
+    mesh, exponents = domain.space.mesh, at_edges(domain).min(axis=0)
+    by_plane: list[dict[float, float]] = [{}, {}, {}]
+    for edge in np.flatnonzero(np.isfinite(exponents)).tolist():
+        one, other = mesh.p[:, mesh.edges[:, edge]].T.tolist()
+        for d, (at, end) in enumerate(zip(one, other, strict=True)):
+            if at == end:
+                by_plane[d][at] = min(float(exponents[edge]), by_plane[d].get(at, np.inf))
+    return Features(tuple(frozenset(b[1:-1].tolist()) for b in grid.breaks), tuple(by_plane))
+
+
+def at_edges(domain: Domain) -> np.ndarray:
+    """Return (2, edges) the smallest exponents of the temperature and of the potential; infinite at regular edges."""
+    mesh = domain.space.mesh
+    every = [[np.full(mesh.edges.shape[1], np.inf)] for _ in range(2)]
     if physics.heat(domain.scene):
-        k, given, torn = (
-            _mean(domain.per_cell("thermal_conductivity")),
-            _given(domain, "temperature"),
-            domain.space.torn,
-        )
-        thermal.append(_at_edges(mesh, k, given))
+        k, torn = _across(domain.per_cell("thermal_conductivity")), domain.space.torn
+        given, passing = _given(domain, "temperature"), _passing(domain)
+        every[0].append(_exponents(mesh, k, given, passing))
         if len(torn):
             largest = max(joint.contact.thermal_resistance for joint in domain.contacts)
             fine = RESOLVED * np.linalg.norm(np.diff(mesh.p[:, mesh.edges], axis=1), axis=0).min()
-            thermal.append(_at_edges(mesh, np.where(k * largest > fine, k, 0.0), given, torn))
+            every[0].append(_exponents(mesh, np.where(k * largest > fine, k, 0.0), given, passing, torn))
     if domain.live.any():
-        resistivity = domain.per_cell("resistivity")
-        sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
+        sigma = np.where(domain.live, 1 / _across(np.where(domain.live, domain.per_cell("resistivity"), 1.0)), 0.0)
         given, torn = _given(domain, "voltage"), domain.electric.space.torn
-        electric += [_at_edges(mesh, sigma, given, facets) for facets in ([None, torn] if len(torn) else [None])]
-    axis = np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
+        nowhere = np.zeros(len(given), bool)
+        every[1] += [
+            _exponents(mesh, sigma, given, nowhere, facets) for facets in ([None, torn] if len(torn) else [None])
+        ]
+    return np.array([np.min(each, axis=0) for each in every])
+
+
+def at_vertices(domain: Domain) -> np.ndarray:
+    """Return (2, 3, vertices) the smallest exponents `at_edges` that end at each vertex, by the axis closest to each
+    edge, without contradictions."""
+    mesh = domain.space.mesh
     smallest = np.full((2, 3, mesh.p.shape[1]), np.inf)
-    for at, exponents in zip(smallest, (np.min(thermal, axis=0), np.min(electric, axis=0)), strict=True):
+    for at, exponents in zip(smallest, at_edges(domain), strict=True):
         for end in mesh.edges:
-            np.minimum.at(at, (axis, end), exponents)
+            np.minimum.at(at, (_axis(mesh), end), np.where(exponents < 1 - AROUND_ONE, exponents, np.inf))
     return smallest
 
 
 def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
-    """(2, cells): the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
+    """Return (2, cells) the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
     at: np.ndarray = smallest.min(axis=1)[:, mesh.t].min(axis=1)
     return at
 
 
-def _mean(k: np.ndarray) -> np.ndarray:
-    """(cells,): a property of each cell; of one that differs along the axes (3, cells) the geometric mean."""
-    return k if k.ndim == 1 else np.exp(np.log(k).mean(axis=0))
+def _axis(mesh: Any) -> np.ndarray:
+    """Return (edges,) the axis closest to each edge."""
+    axis: np.ndarray = np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
+    return axis
+
+
+def _across(k: np.ndarray) -> np.ndarray:
+    """Return (3, cells) a property around edges along each axis: stretched to be isotropic, the geometric mean across.
+
+    ``k`` is (cells,), or (3, cells) along the axes.
+    """
+    k = np.broadcast_to(k, (3, k.shape[-1]))
+    return np.sqrt(k[[1, 0, 0]] * k[[2, 2, 1]])
 
 
 def _given(domain: Domain, kind: str) -> np.ndarray:
-    """(facets,): the number of the value that each facet is given; 0 for none."""
+    """Return (facets,) the number of the value that each facet is given; 0 for none."""
     numbers, given = dict[Any, int](), np.zeros(domain.space.mesh.facets.shape[1], int)
     for b in domain.scene.boundaries:
-        if b.kind == kind and not b.contact_resistance:
+        if b.kind == kind:
             given[domain.on(b)] = numbers.setdefault(b.value, len(numbers) + 1)
     return given
 
 
-def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray, torn: np.ndarray | None = None) -> np.ndarray:
-    """(edges,): the exponent at each edge of a mesh of cells that conduct ``k`` (cells,), for the numbers of the values
-    ``given`` on facets; infinite where it is regular. The facets ``torn`` are insulated; if given, only their edges are
-    evaluated."""
+def _passing(domain: Domain) -> np.ndarray:
+    """Return (facets,) which facets heat passes by a given flux, or by a film of at least the Biot number `PASSES`."""
+    mesh, scene = domain.space.mesh, domain.scene
+    passing, extents = np.zeros(mesh.facets.shape[1], bool), np.ptp(mesh.p, axis=1)
+    k = np.broadcast_to(domain.per_cell("thermal_conductivity"), (3, len(domain.body)))
+    given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
+    hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
+    for b in scene.boundaries:
+        if b.kind == "heat_flux":
+            passing[domain.on(b)] |= b.value != 0.0
+        elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
+            film, facets = faces.coefficient(b, np.array(hottest)) if bends(b) else b.value, domain.on(b)
+            normal = np.ptp(mesh.p[:, mesh.facets[:, facets]], axis=1).argmin(axis=0)
+            passing[facets] |= film * extents[normal] >= PASSES * k[normal, mesh.f2t[0, facets]]
+    return passing
+
+
+def _exponents(
+    mesh: Any, k: np.ndarray, given: np.ndarray, passing: np.ndarray, torn: np.ndarray | None = None
+) -> np.ndarray:
+    """Return (edges,) the exponent at each edge; infinite where regular.
+
+    ``k`` (3, cells) is the conductivity around edges along each axis, ``given`` (facets,) numbers the given values, and
+    heat is ``passing`` (facets,). The facets ``torn`` are insulated; if given, only their edges are evaluated.
+    """
     exponents, cut = np.full(mesh.edges.shape[1], np.inf), np.zeros(len(given), bool)
-    pair = np.where(mesh.f2t >= 0, k[mesh.f2t], 0.0)
-    uneven = np.flatnonzero((pair[0] != pair[1]) | ((given > 0) & pair.any(axis=0))) if torn is None else torn
-    cut[[] if torn is None else torn] = True
+    pair = np.where(mesh.f2t >= 0, k[:, mesh.f2t], 0.0)
+    uneven = (pair[:, 0] != pair[:, 1]).any(axis=0) | ((given > 0) & pair.any(axis=(0, 1)))
+    if torn is not None:
+        cut[torn] = True
+        uneven = cut
     marked = np.zeros(mesh.p.shape[1], bool)
     marked[mesh.facets[:, uneven]] = True
-    cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & (k > 0))
+    cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & (k > 0).all(axis=0))
     edge, start, angle, of_cell, first, last = _wedges(mesh, cells)
     order = np.lexsort([start, edge])
     order = order[marked[mesh.edges[:, edge[order]]].all(axis=0)]
-    edge, start, angle, k, first, last = (x[order] for x in (edge, start, angle, k[of_cell], first, last))
+    edge, start, angle, of_cell, first, last = (x[order] for x in (edge, start, angle, of_cell, first, last))
+    k = k[_axis(mesh)[edge], of_cell]
     # Index of the previous wedge around the same edge.
     begins = np.flatnonzero(np.diff(edge, prepend=-1))
     ends = np.append(begins[1:], len(edge))[: len(begins)] - 1
     before = np.arange(len(edge)) - 1
     before[begins] = ends
     gap = (start - start[before] - angle[before]) % (2 * np.pi)
-    gap = np.where((gap > TOLD_APART) & (gap < 2 * np.pi - TOLD_APART), gap, 0.0)
-    cut = cut[first]
+    gap = np.where((gap > DEGREE) & (gap < 2 * np.pi - DEGREE), gap, 0.0)
+    cut, passing = cut[first], passing[first] | passing[last]
     breaks = (k != k[before]) | (given[first] > 0) | (gap > 0) | cut
     held, behind = given[first], given[last[before]]
-    seen: dict[Any, float] = {}
     for i, j in zip(begins.tolist(), (ends + 1).tolist(), strict=True):
         at = i + np.flatnonzero(breaks[i:j])
-        flat = len(at) == 1 and not (held[at[0]] or behind[at[0]]) and angle[i:j].sum() < np.pi + TOLD_APART
+        values = {*held[i:j].tolist(), *behind[i:j].tolist()} - {0}
+        flat = len(at) == 1 and not values and angle[i:j].sum() < np.pi + DEGREE
         if not len(at) or flat or (torn is not None and not cut[at].any()):
             continue
         sums = np.add.reduceat(np.concatenate([angle[at[0] : j], angle[i : at[0]]]), at - at[0])
-        key = tuple(
-            (max(round(a / TOLD_APART), 1), n, round(g / TOLD_APART), h, b, c)
-            for a, n, g, h, b, c in zip(
-                sums.tolist(), *(x[at].tolist() for x in (k, gap, held, behind, cut)), strict=True
-            )
-        )
-        if key not in seen:
-            seen[key] = _exponent(key)
-        exponents[edge[i]] = seen[key]
-    exponents[exponents >= REGULAR] = np.inf
+        wedges: list[tuple[float, bool, bool, float]] = []
+        for n, whole in zip(at.tolist(), np.maximum(np.round(sums / DEGREE), 1).tolist(), strict=True):
+            if gap[n]:
+                wedges.append((0.0, bool(behind[n]), False, round(gap[n] / DEGREE) * DEGREE))
+            wedges.append((float(k[n]), bool(held[n]), bool(cut[n]), whole * DEGREE))
+        # Half of the exponent of the dual solution where the solution jumps.
+        s = exponent(*zip(*wedges, strict=True)) / (2 if len(values) > 1 else 1)
+        if s < 1 + (AROUND_ONE if len(values) > 1 or (values and passing[i:j].any()) else -AROUND_ONE):
+            exponents[edge[i]] = s
     return exponents
 
 
-def _exponent(ring: tuple[tuple[int, float, int, int, int, bool], ...]) -> float:
-    """The exponent of wedges, each with its angle, conductivity, the gap before it, the given values at its start and
-    at the end of the previous wedge, and whether its start is insulated; half the exponent where two given values
-    meet."""
-    wedges = []
-    for angle, k, gap, given, behind, cut in ring:
-        if gap:
-            wedges.append((0.0, behind > 0, False, gap * TOLD_APART))
-        wedges.append((k, given > 0, cut, angle * TOLD_APART))
-    values = {n for _, _, _, *both, _ in ring for n in both if n}
-    s = exponent(*zip(*wedges, strict=True))
-    return s / 2 if len(values) > 1 else s
+@lru_cache
+def _sides(reference: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return (2, edges) the two facets at each edge of a reference cell, and a corner of each that is off the edge."""
+    facets = [[n for n, facet in enumerate(reference.facets) if {*edge} <= {*facet}] for edge in reference.edges]
+    corners = [
+        [next(c for c in reference.facets[n] if c not in edge) for n in both]
+        for edge, both in zip(reference.edges, facets, strict=True)
+    ]
+    return np.array(facets).T, np.array(corners).T
 
 
 def _wedges(mesh: Any, cells: np.ndarray) -> tuple[np.ndarray, ...]:
-    """For the six edges of some cells (n,): the edge, the start angle about it and the angle of the cell (radians), the
-    cell, and its first and last facet about the edge; (6 n,) each."""
-    at = mesh.p[:, mesh.t[:, cells]]
-    edges = mesh.t2e[:, cells].ravel()
+    """Return for each edge of some cells, (any number,) each: the edge, the start angle about it and the angle of the
+    cell (radians), the cell, and its first and last facet about the edge."""
+    at, edges = mesh.p[:, mesh.t[:, cells]], mesh.t2e[:, cells].ravel()
     ends = mesh.p[:, mesh.edges[:, edges]]
     axis = ends[:, 1] - ends[:, 0]
     axis /= np.linalg.norm(axis, axis=0)
@@ -143,13 +207,58 @@ def _wedges(mesh: Any, cells: np.ndarray) -> tuple[np.ndarray, ...]:
     across -= axis * (axis * across).sum(axis=0)
     across /= np.linalg.norm(across, axis=0)
     upright = np.cross(axis.T, across.T).T
-    angles = []
-    for other in (0, 1):
-        away = at[:, _OTHERS[:, other]].reshape(3, -1) - ends[:, 0]
+    angles, facets = [], []
+    for numbers, corners in zip(*_sides(mesh.refdom), strict=True):
+        away = at[:, corners].reshape(3, -1) - ends[:, 0]
         angles.append(np.arctan2((away * upright).sum(axis=0), (away * across).sum(axis=0)))
-    facets = [mesh.t2f[_BESIDE[:, other]][:, cells].ravel() for other in (0, 1)]
+        facets.append(mesh.t2f[numbers][:, cells].ravel())
     turn = (angles[1] - angles[0]) % (2 * np.pi)
     swapped = turn > np.pi
     start = np.where(swapped, angles[1], angles[0]) % (2 * np.pi)
     begin, end = np.where(swapped, facets[::-1], facets)
-    return edges, start, np.where(swapped, 2 * np.pi - turn, turn), np.tile(cells, 6), begin, end
+    return edges, start, np.where(swapped, 2 * np.pi - turn, turn), np.tile(cells, len(mesh.t2e)), begin, end
+
+
+@lru_cache(maxsize=512)
+def exponent(
+    wedges: Numbers, rays: Rays = (False,) * 4, cuts: Rays = (False,) * 4, angles: Numbers = (np.pi / 2,) * 4
+) -> float:
+    """Return the smallest exponent s > 0 around an edge: -(k u')' = s^2 k u, with u = 0 on rays with given values.
+
+    Parameters
+    ----------
+    wedges : conductivity of each wedge around the edge; 0 conducts nothing
+    rays : whether a value is given where each wedge begins
+    cuts : whether nothing passes from the wedge before
+    angles : of the wedges (radians)
+
+    One element of degree `ANGULAR` for each wedge solves the problem.
+    """
+    stiffness, mass = _angular()
+    count = len(wedges)
+    n = count * ANGULAR
+    a, b = np.zeros((n + count, n + count)), np.zeros((n + count, n + count))
+    for i, (k, angle) in enumerate(zip(wedges, angles, strict=True)):
+        # The ray at which it begins, its inner functions, the ray of the next one: of a cut the other side.
+        dofs, following = (ANGULAR * i + np.arange(ANGULAR + 1)) % n, (i + 1) % count
+        dofs[-1] = n + following if cuts[following] else ANGULAR * following
+        a[np.ix_(dofs, dofs)] += k / angle * stiffness
+        b[np.ix_(dofs, dofs)] += k * angle * mass
+    given = np.zeros(n + count, dtype=bool)
+    given[[at for i in range(count) if rays[i] for at in (ANGULAR * i, n + i)]] = True
+    solid = np.flatnonzero((np.diag(b) > 0) & ~given)
+    root = np.linalg.cholesky(b[np.ix_(solid, solid)])
+    half = np.linalg.solve(root, a[np.ix_(solid, solid)])
+    squares = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
+    # Each separate solid piece without a given value has a constant, whose square is zero but for rounding.
+    positive = squares[squares > np.sqrt(np.finfo(float).eps)]
+    return float(np.sqrt(min(positive, default=1.0)))
+
+
+@lru_cache(maxsize=1)
+def _angular() -> tuple[np.ndarray, np.ndarray]:
+    """Return the stiffness and the mass matrix of a wedge of one radian, its first ray first and its last ray last."""
+    basis = Basis(MeshLine(np.array([0.0, 1.0])), ElementLinePp(ANGULAR))
+    order = [0, *range(2, ANGULAR + 1), 1]
+    stiffness, weights = (form.assemble(basis).toarray()[np.ix_(order, order)] for form in (laplace, mass))
+    return stiffness, weights

@@ -19,8 +19,8 @@ from fem3d.results import fields
 from fem3d.runs import probe_quantities
 from fem3d.runs import sink as sink_run
 from fem3d.runs.scene import solve
+from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import boxes
-from meshes import grading
 from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.result import Estimate
@@ -250,7 +250,7 @@ def middle(voltage, intervals, degree):
     """Return the true and the estimated error at the middle of a Joule-heated bar that symmetry does not reduce."""
     cold = end(0, "temperature", 293.0), end(1, "temperature", 293.0)
     scene = bar(silicon(2e-3), *cold, end(0, "voltage", voltage), end(1, "voltage", 0.0))
-    study, marks = probe_quantities.study(scene, whole(scene)), grading.features(scene)
+    study, marks = probe_quantities.study(scene, whole(scene)), edge_exponents.features(scene)
     judge = Estimator.of_grid(bar_grid(scene, intervals, degree), marks)
 
     def solved(intervals, degree):

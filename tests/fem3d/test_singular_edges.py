@@ -11,9 +11,9 @@ from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, box_cells
+from fem3d.spaces.edge_exponents import exponent
 from meshes import symmetry
 from meshes.columns import Columns
-from meshes.singular import exponent
 from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d import drawn, gap

@@ -15,9 +15,9 @@ from fem3d.problems.assembly import assemble
 from fem3d.problems.cholesky import Factors
 from fem3d.problems.heat import HeatProblem
 from fem3d.runs import scene as runs
+from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, boxes
 from fem3d.spaces.size import foreseen
-from meshes import grading
 from scenes.errors import NumericsError
 from scenes.free import check
 from scenes.loading import load_free
@@ -74,7 +74,7 @@ def test_too_many_planes_are_refused(pads, when):
 
 def test_memory_limit_decides_at_one_percent():
     scene = replace(plate(1), mesh="bricks")
-    size = foreseen(scene, reach.first_grid(scene, 1e-2, grading.features(scene)))
+    size = foreseen(scene, reach.first_grid(scene, 1e-2, edge_exponents.features(scene)))
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0
     with pytest.raises(NumericsError, match=r"at an accuracy of 0\.01"):
         runs.solve(replace(scene, memory=0.99 * size.memory), whole=True)

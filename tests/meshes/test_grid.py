@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fem3d.runs import scene as scene_run
+from fem3d.spaces import edge_exponents
 from meshes import grading, symmetry
 from meshes.grid import VOID, Grid, statistics
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -22,7 +23,7 @@ SINKS = [
 
 
 def first(scene, accuracy=1e-3):
-    return grading.first_grid(scene, accuracy, grading.features(scene))
+    return grading.first_grid(scene, accuracy, edge_exponents.features(scene))
 
 
 def exact_volume(sink):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from meshes import singular
-from meshes.singular import edges, exponent
+from fem3d.spaces import edge_exponents
+from fem3d.spaces.edge_exponents import exponent, features
 from scenes.model import Boundary, Box, Material, Scene
 from scenes.sink import Sink
 
@@ -65,12 +65,12 @@ def test_the_rim_of_a_partial_electrode_is_found_and_the_rim_of_a_whole_face_is_
     box = Box("b", Material("m", 1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (4.0, 4.0, 1.0))
     ground = Boundary("g", "voltage", (0.0, 0.0, 0.0), (4.0, 4.0, 0.0), 0.0)
     part = Boundary("e", "voltage", (1.0, 1.0, 1.0), (2.0, 3.0, 1.0), 1.0)
-    x, y, z = edges(Scene("s", (box,), (ground, part), ()))
+    x, y, z = features(Scene("s", (box,), (ground, part), ())).exponents
     assert sorted(x) == [1.0, 2.0]
     assert sorted(y) == [1.0, 3.0]
     assert z == pytest.approx({1.0: 0.5}, abs=1e-4)
     whole = Boundary("e", "voltage", (0.0, 0.0, 1.0), (4.0, 4.0, 1.0), 1.0)
-    assert edges(Scene("s", (box,), (ground, whole), ())) == [{}, {}, {}]
+    assert features(Scene("s", (box,), (ground, whole), ())).exponents == ({}, {}, {})
 
 
 @pytest.mark.parametrize(("kind", "value", "found"), [
@@ -80,7 +80,7 @@ def test_a_face_that_heat_passes_contradicts_a_given_temperature_at_their_edge(k
     box = Box("plate", Material("steel", 52.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.6, 1.0, 0.1))
     base = Boundary("base", "temperature", (0.0, 0.0, 0.0), (0.6, 0.0, 0.1), 373.0)
     side = Boundary("side", kind, (0.6, 0.0, 0.0), (0.6, 1.0, 0.1), value, 273.0)
-    planes = edges(Scene("plate", (box,), (base, side), ()))
+    planes = list(features(Scene("plate", (box,), (base, side), ())).exponents)
     assert planes == (
         [{0.6: pytest.approx(1.0, abs=1e-4)}, {0.0: pytest.approx(1.0, abs=1e-4)}, {}] if found else [{}] * 3
     )
@@ -90,7 +90,7 @@ def test_a_thin_layer_has_singular_edges_where_it_ends():
     ground = Boundary("ground", "temperature", (0.0, 0.0, 0.0), (4.0, 9.0, 0.0), 293.0)
     body = Box("body", Material("steel", 52.0, 1.0, 1.0), (0.0, 0.0, 0.0), (4.0, 9.0, 3.0))
     film = Box("film", Material("gold", 300.0, 1.0, 1.0), (0.0, 0.0, 3.0), (4.0, 5.0, 3.1))
-    _, y, z = edges(Scene("film", (body, film), (ground,), ()))
+    _, y, z = features(Scene("film", (body, film), (ground,), ())).exponents
     assert set(y) == {5.0}
     assert set(z) == {3.0}
 
@@ -103,7 +103,7 @@ def test_where_given_temperatures_differ_the_solution_jumps(side, expected):
         Boundary("side", "temperature", (0.0, 0.0, 0.0), (0.0, 1.0, 1.0), side),
         Boundary("front", "temperature", (0.0, 0.0, 0.0), (1.0, 0.0, 1.0), 300.0),
     )
-    exponents = edges(Scene("corner", (box,), boundaries, (), 300.0))
+    exponents = features(Scene("corner", (box,), boundaries, (), 300.0)).exponents
     assert [{at: round(s, 3) for at, s in found.items()} for found in exponents[:2]] == [expected, expected]
 
 
@@ -111,7 +111,7 @@ def test_gas_around_the_rim_of_a_contact_is_void_where_nothing_resolves_what_it_
     """A film of gas beside oxide under a contact: its quadrant carries a hundred-thousandth, and alone would tie
     sides together with an exponent of a hundredth."""
     scene = Sink(contact_resistance=2e-8, gap_gas_conductivity=0.026, substrate_thickness=0.5e-3).scene()
-    sharpest = min(s for axis in edges(scene) for s in axis.values())
+    sharpest = min(s for axis in features(scene).exponents for s in axis.values())
     assert sharpest > 0.3
-    monkeypatch.setattr(singular, "RESOLVED", 0.0)
-    assert min(s for axis in edges(scene) for s in axis.values()) < 0.05
+    monkeypatch.setattr(edge_exponents, "RESOLVED", 0.0)
+    assert min(s for axis in features(scene).exponents for s in axis.values()) < 0.05
