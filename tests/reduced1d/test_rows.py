@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_bvp
 
-from reduced1d import equations, ladder, slopes
+from reduced1d import equations, ladder
 from reduced1d.equations import anchor_series_resistance, plate_resistance
 from reduced1d.ladder.few_states import half_island, lumps, steady
 from reduced1d.ladder.levels import Levels, rungs
 from reduced1d.ladder.plate import film
 from scenes.errors import NumericsError, SceneError
 from scenes.sink import Sink
-from scenes.varied import numbers
+from scenes.varied import neighbour
 
 K, A, L = 130.0, 2e-10, 1e-3
 
@@ -167,11 +167,19 @@ def test_the_paper_s_equations_know_nothing_of_it_and_the_ladder_charges_it_apar
     assert "substrate" not in [rung.blame for rung in rungs(Levels(ON), "fin")]
 
 
+def slope(values, sink, key, step=1e-4):
+    """d Q / d ln key by quantity, of ``values`` of a sink."""
+    more, less = values(neighbour(sink, key, step)), values(neighbour(sink, key, -step))
+    return {name: (value - less[name]) / (2 * step) for name, value in more.items()}
+
+
+def logarithms(sink):
+    return {n: np.log(e.value) for n, e in ladder.solve(sink, "paper", steady_only=True).steady.items()}
+
+
 def test_anchor_resistance_by_its_formula():
     """Eq 14: R = u_o / (k w t) + t_o / (k_o l_o w_o), and u_o half of the pad's length beyond the oxide."""
     sink = Sink()
-    steady, _ = slopes.of_sink(sink, "paper", numbers(sink))
-    found = {key: of["anchor_resistance_K_per_W"] for key, of in steady.items()}
     whole = anchor_series_resistance(sink)
     pad = sink.anchor_distance / (130 * sink.pad_width * sink.thickness) / whole
     expected = {
@@ -185,27 +193,33 @@ def test_anchor_resistance_by_its_formula():
         "materials.oxide.thermal_conductivity": -(1 - pad),
         "drive.voltage": 0.0,
     }
-    assert {key: found[key] for key in expected} == pytest.approx(expected, abs=1e-6)
+    assert {key: slope(logarithms, sink, key)["anchor_resistance_K_per_W"] for key in expected} == pytest.approx(
+        expected, abs=1e-6
+    )
 
 
 def test_current_by_its_formula():
     """I = V / (R (1 + a dT)) and the power V I; dT is proportional to the power: d ln dT / d ln V = 2 / (1 + f)
     with f = a dT / (1 + a dT), a fixed point."""
     sink = Sink(voltage=5.0)
-    steady, _ = slopes.of_sink(sink, "paper", ["drive.voltage"])
+    steady = slope(logarithms, sink, "drive.voltage")
     a = 5e-4
-    from reduced1d.ladder import solve
-
-    warm = a * solve(sink, steady_only=True).steady["mean_rise_K"].value
+    warm = a * ladder.solve(sink, steady_only=True).steady["mean_rise_K"].value
     f = warm / (1 + warm)
-    assert steady["drive.voltage"]["mean_rise_K"] == pytest.approx(2 / (1 + f), abs=1e-6)
-    assert steady["drive.voltage"]["current_A"] == pytest.approx(1 - 2 * f / (1 + f), abs=1e-6)
+    assert steady["mean_rise_K"] == pytest.approx(2 / (1 + f), abs=1e-6)
+    assert steady["current_A"] == pytest.approx(1 - 2 * f / (1 + f), abs=1e-6)
 
 
 def test_over_time_it_goes_to_the_steady_state():
     sink = Sink()
-    steady, course = slopes.of_sink(sink, "paper", ["sink.width"], np.array([1e-5, 0.2]))
-    found = course["sink.width"]
-    assert found["end_K"][-1] == pytest.approx(steady["sink.width"]["end_rise_K"], abs=1e-6)
+
+    def traces(changed):
+        return ladder.solve(changed, "paper", times=np.array([1e-5, 0.2])).over_time.values
+
+    found = slope(traces, sink, "sink.width")
+    at_rest = slope(
+        lambda changed: {"end": ladder.solve(changed, "paper").steady["end_rise_K"].value}, sink, "sink.width"
+    )
+    assert found["end_K"][-1] == pytest.approx(at_rest["end"], abs=1e-6)
     # Early on the rise is the energy over the heat capacity, and neither depends on the width.
     assert found["mean_K"][0] == pytest.approx(0, abs=1e-2)
