@@ -1,8 +1,8 @@
 """The line of a tolerance over two keys: cells are solved in rounds, each chosen from the results of the earlier ones.
 
-The difference over the cells is interpolated from the solved ones twice: piecewise linear on the triangles between
-them, and smooth through all of them (cubic radial functions). The largest distance of the two in a triangle estimates
-the error there.
+The difference over the cells is interpolated from the solved ones twice, by cubic and by linear radial functions. The
+largest distance of the two among the cells next to a solved one is its part of the error; a cell has the largest part
+of its three nearest solved cells.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ ROUND = 16  # Cells of a round: a quarter where interpolations disagree most, th
 LOOKS = 2  # Rounds that only look for disagreement, before verdicts rely on the error.
 ENOUGH = 0.01
 """The part of the cells that may stay unresolved; each of the last ones would need a solution."""
+NEXT = 3  # Solved cells that a cell is next to, as a triangle has corners.
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,38 +37,29 @@ class Map:
     ----------
     solved : rows of the solved cells by number
     tolerance : tolerance of the check
-    value : difference, NaN without an answer
-    corner_error : error bound of the solved values at the corners of the triangle
-    disagreement : error of the interpolation; infinite where a corner has no answer
-    unanswered : whether no corner has an answer
+    value : difference, NaN where no solved cell next to it has an answer
+    error : error bound of ``value``, infinite where one of these cells has no answer
+    solved_error : the part of the error bound that the solved cells have themselves
     refused : whether the design can't be built
     """
 
     solved: dict[int, Row]
     tolerance: float
     value: np.ndarray
-    corner_error: np.ndarray
-    disagreement: np.ndarray
-    unanswered: np.ndarray
+    error: np.ndarray
+    solved_error: np.ndarray
     refused: np.ndarray
-
-    @property
-    def error(self) -> np.ndarray:
-        """The error bound of ``value``."""
-        return self.disagreement + self.corner_error
 
     @cached_property
     def verdicts(self) -> np.ndarray:
-        """ "agrees", "differs" or "unresolved"; where there is no answer the status of the cells around."""
-        size, error = np.abs(self.value), self.error
+        """ "agrees", "differs" or "unresolved"; where there is no answer the status of the nearest solved cell."""
+        size = np.abs(self.value)
         verdicts = np.full(size.shape, "unresolved", dtype=object)
-        verdicts[size - error > self.tolerance] = "differs"
-        verdicts[size + error <= self.tolerance] = "agrees"
-        status = {number: row.status for number, row in self.solved.items()}
-        verdicts[self.unanswered] = self._nearest(status)[self.unanswered]
-        for number, word in status.items():
-            if word != "ok":
-                verdicts.flat[number] = word
+        verdicts[size - self.error > self.tolerance] = "differs"
+        verdicts[size + self.error <= self.tolerance] = "agrees"
+        unanswered = np.isnan(self.value)
+        status = {number: row.status for number, row in self.solved.items() if row.status not in ("ok", "refused")}
+        verdicts[unanswered] = self._nearest(status)[unanswered]
         verdicts[self.refused] = "refused"
         return verdicts
 
@@ -97,31 +89,39 @@ class Map:
         return np.where(self.excess > 0, self._nearest(names), "")
 
     def _between(self, values: Mapping[int, Any]) -> np.ndarray:
-        """(n, m, ...): values of some solved cells, interpolated linearly by their distances; NaN for none."""
-        from scipy.interpolate import RBFInterpolator
-
-        shape = self.value.shape
-        if not values:
-            return np.full(shape, np.nan)
-        given = np.array(list(values.values()), float)
-        surface = RBFInterpolator(_places(values, shape), given, kernel="linear")
-        between: np.ndarray = surface(_places(range(math.prod(shape)), shape))
-        return between.reshape(*shape, *given.shape[1:])
+        """(n, m, ...): values of some solved cells, interpolated to all cells; NaN for none."""
+        return _interpolate(values, self.value.shape, "linear") if values else np.full(self.value.shape, np.nan)
 
     def _nearest(self, words: Mapping[int, str]) -> np.ndarray:
         """(n, m): the word of the nearest of some solved cells; "" without any."""
-        from scipy.spatial import KDTree
-
-        shape = self.value.shape
         if not words:
-            return np.full(shape, "", object)
-        nearest = KDTree(_places(words, shape)).query(_places(range(math.prod(shape)), shape))[1]
-        return np.array(list(words.values()), object)[nearest].reshape(shape)
+            return np.full(self.value.shape, "", object)
+        return np.array(list(words.values()), object)[_nearest(words, self.value.shape)[0]].reshape(self.value.shape)
 
 
 def _places(numbers: Iterable[int], shape: tuple[int, ...]) -> np.ndarray:
-    """(k, 2): where some cells are."""
-    return np.column_stack(np.unravel_index(np.asarray(list(numbers)), shape)).astype(float)
+    """(k, 2): where some cells are, in parts of the map."""
+    places = np.column_stack(np.unravel_index(np.asarray(list(numbers)), shape))
+    return places / np.maximum(np.array(shape) - 1, 1)
+
+
+def _nearest(numbers: Iterable[int], shape: tuple[int, ...], count: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """(cells, count): of some cells the nearest ones to each cell, by their order in ``numbers``; and the distances."""
+    from scipy.spatial import KDTree
+
+    tree = KDTree(_places(numbers, shape))
+    distances, nearest = tree.query(_places(range(math.prod(shape)), shape), range(1, min(count, tree.n) + 1))
+    return nearest, distances
+
+
+def _interpolate(values: Mapping[int, Any], shape: tuple[int, ...], kernel: str) -> np.ndarray:
+    """(n, m, ...): the values of some cells, interpolated to all cells by radial functions."""
+    from scipy.interpolate import RBFInterpolator
+
+    given = np.array(list(values.values()), float)
+    surface = RBFInterpolator(_places(values, shape), given, kernel=kernel, degree=1 if len(given) > 2 else 0)
+    between: np.ndarray = surface(_places(range(math.prod(shape)), shape))
+    return between.reshape(*shape, *given.shape[1:])
 
 
 def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:
@@ -131,111 +131,77 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
     """
     shape, limit = job.design.shape, job.solves or 0
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
-    wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel()
+    wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel().tolist()
     solved: dict[int, Row] = {}
-    refused: dict[int, bool] = {}
     rounds, remark = 0, ""
+
+    @cache
+    def is_refused(number: int) -> bool:
+        try:
+            job.base.at(settings(job.base, job.design.keys, job.design.point(number)))
+        except SceneError:
+            return True
+        return False
+
     while True:
-        gather((job.work(n, rounds == 0) for n in wanted.tolist() if n not in store), limit, remark)
-        chosen = set(wanted.tolist())
-        solved |= {row.point: row for row in store.rows() if row.point in chosen}
-        cells = _interpolate(job, solved, refused)
+        gather((job.work(n, rounds == 0) for n in wanted if n not in store), limit, remark)
+        solved |= {row.point: row for row in store.rows() if row.point in wanted}
+        cells = _estimate(job, solved, is_refused)
         rounds += 1
         paid = sum(row.status != "refused" for row in solved.values())
         wanted = _choose_next(cells, rounds, min(ROUND, limit - paid))
-        if not len(wanted):
+        if not wanted:
             return cells
         remark = f", {np.mean(cells.verdicts == 'unresolved'):.1%} unresolved"
 
 
-def _interpolate(job: Job, solved: dict[int, Row], known: dict[int, bool]) -> Map:
-    """Interpolate between the solved cells, the corners among them. ``known`` caches the cells that can't be built.
-
-    Where a corner of a triangle can't be built, the smooth surface goes on to it.
-    """
-    from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
-    from scipy.spatial import Delaunay
+def _estimate(job: Job, solved: dict[int, Row], is_refused: Callable[[int], bool]) -> Map:
+    """Interpolate between the solved cells; refused ones are surrounded by others as far as ``is_refused``."""
+    from scipy.ndimage import binary_dilation
 
     shape = job.design.shape
-    values, errors = (
-        np.array([row.values.get(f"{job.scope.check}_{name}", np.nan) for row in solved.values()], float)
-        for name in ("difference", "u_num")
-    )
-    cells, everywhere = _places(list(solved), shape), _places(np.arange(math.prod(shape)), shape)
-    answered = np.isfinite(values) & np.isfinite(errors)
-    barred = np.array([row.status == "refused" and _refused(job, n, known) for n, row in solved.items()])
-    net = Delaunay(cells)
-    inside = net.find_simplex(everywhere)
-    bad, barred_near = (
-        flags[net.simplices].sum(axis=1)[inside].reshape(shape) for flags in (~answered & ~barred, barred)
-    )
     refused = np.zeros(shape, bool)
-    refused.flat[[n for n in np.flatnonzero(barred_near).tolist() if _refused(job, n, known)]] = True
-    smooth = np.full(shape, np.nan)
-    apart = np.full(shape, np.inf)
-    if answered.sum() >= 6:
-        sides = np.maximum(np.array(shape) - 1, 1)
-        surface = RBFInterpolator(cells[answered] / sides, values[answered], kernel="cubic")
-        smooth = surface(everywhere / sides).reshape(shape)
-        values[barred] = smooth[tuple(cells[barred].astype(int).T)]
-        linear = LinearNDInterpolator(net, np.where(answered | barred, values, 0.0))(everywhere).reshape(shape)
-        most = np.zeros(len(net.simplices))
-        np.maximum.at(most, inside, np.abs(smooth - linear).ravel())
-        # A bend in the surface may lie where two triangles meet.
-        most = np.maximum(most, np.where(net.neighbors >= 0, most[net.neighbors], 0.0).max(axis=1))
-        apart = np.where((bad == 0) & (barred_near < 3), most[inside].reshape(shape), np.inf)
-    at = tuple(cells.astype(int).T)
-    smooth[at], apart[at] = np.where(answered, values, np.nan), np.where(answered, 0.0, np.inf)
-    known_error = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[inside].reshape(shape)
-    known_error[at] = errors
-    value = np.where((bad == 3) | refused, np.nan, smooth)
+    found = [n for n, row in solved.items() if row.status == "refused"]
+    while found:
+        refused.flat[found] = True
+        found = [n for n in np.flatnonzero(binary_dilation(refused) & ~refused).tolist() if is_refused(n)]
+    value, error, solved_error = np.full(shape, np.nan), np.full(shape, np.inf), np.zeros(shape)
+    names = (f"{job.scope.check}_difference", f"{job.scope.check}_u_num")
+    rows = {n: [row.values.get(name, np.nan) for name in names] for n, row in solved.items() if row.status != "refused"}
+    answers = {n: row[0] for n, row in rows.items() if np.isfinite(row).all()}
+    if len(answers) > NEXT:
+        values, errors = np.array(list(rows.values())).T
+        smooth, linear = (_interpolate(answers, shape, kernel) for kernel in ("cubic", "linear"))
+        around, _ = _nearest(rows, shape, NEXT)
+        distance = np.zeros(len(rows))
+        np.maximum.at(distance, around, np.abs(smooth - linear).reshape(-1, 1))
+        distance[np.isnan(values)] = np.inf
+        value = np.where(np.isnan(values)[around].all(axis=1).reshape(shape), np.nan, smooth)
+        solved_error = np.nan_to_num(errors)[around].max(axis=1).reshape(shape)
+        error = solved_error + distance[around].max(axis=1).reshape(shape)
+        value.flat[list(rows)] = values
+        error.flat[list(rows)] = np.where(np.isnan(values), np.inf, errors)
+    value[refused] = np.nan
     tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    return Map(solved, tolerance, value, known_error, apart, bad == 3, refused)
+    return Map(solved, tolerance, value, error, solved_error, refused)
 
 
-def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
-    """Whether the scene of a cell is refused."""
-    if number not in known:
-        try:
-            job.base.at(settings(job.base, job.design.keys, job.design.point(number)))
-            known[number] = False
-        except SceneError:
-            known[number] = True
-    return known[number]
-
-
-def _choose_next(cells: Map, rounds: int, most: int) -> np.ndarray:
-    """The numbers of the cells to solve next, apart from each other; none where enough is resolved."""
-    from scipy.ndimage import distance_transform_edt
-
-    value = cells.value
-    free = np.ones(value.shape, bool)
-    free.flat[list(cells.solved)] = False
-    free &= ~cells.refused
+def _choose_next(cells: Map, rounds: int, most: int) -> list[int]:
+    """The numbers of the cells to solve next, far from solved ones; none where enough is resolved."""
+    shape = cells.value.shape
     # Where the solved values' own error reaches the tolerance more of them would not tell.
-    clear = ~(np.abs(np.abs(value) - cells.tolerance) <= cells.corner_error)
-    unresolved = (cells.verdicts == "unresolved") & free & clear
-    chosen: list[int] = []
+    clear = ~(np.abs(np.abs(cells.value) - cells.tolerance) <= cells.solved_error)
+    unresolved = ((cells.verdicts == "unresolved") & clear).ravel()
+    unresolved[list(cells.solved)] = False
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
-        return np.array(chosen, int)
-    # Where an answer ends there is no error to go by: the middle of the gap halves it.
-    edge = np.isinf(cells.disagreement) & ~cells.unanswered & free
-    rough = np.where(edge, 0.0, cells.error)
-    gap = max(2, int(0.35 * np.sqrt(value.size / len(cells.solved))))
-
-    def take(score: np.ndarray, count: int) -> None:
-        for _ in range(count):
-            score = np.where(free, score, 0.0)
-            best = int(np.argmax(score))
-            if not score.flat[best] > 0:
-                return
-            i, j = np.unravel_index(best, value.shape)
+        return []
+    places, distance = _places(range(unresolved.size), shape), _nearest(cells.solved, shape)[1].ravel()
+    rough = np.where(np.isfinite(cells.error) & ~cells.refused, cells.error, 0.0).ravel()
+    chosen: list[int] = []
+    for n in range(most):
+        score = distance * (unresolved if rounds > LOOKS and n < most * 3 // 4 else rough)
+        best = int(np.argmax(score))
+        if score[best] > 0:
             chosen.append(best)
-            free[max(i - gap, 0) : i + gap + 1, max(j - gap, 0) : j + gap + 1] = False
-
-    if rounds > LOOKS:
-        if edge.any():
-            take(np.where(edge, distance_transform_edt(free), 0.0), most // 4)
-        take(np.where(unresolved, rough, 0.0), most * 3 // 4 - len(chosen))
-    take(rough, most - len(chosen))
-    return np.array(chosen, int)
+            distance = np.minimum(distance, np.linalg.norm(places - places[best], axis=1))
+    return chosen
