@@ -24,10 +24,6 @@ BENDS = 0.1
 """Straight lines between a model's values may be off by this part of the accuracy."""
 ROUNDS = 8
 """How often intervals that are too long are halved."""
-SHORT = 1e-7
-"""Intervals shorter than this part of the run belong to a jump and are not halved."""
-MOST = 20_000
-"""The most times of a question."""
 
 
 def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Question:
@@ -152,23 +148,23 @@ def _sample(model: Model, question: Question, fem3d: Traces, accuracy: float) ->
     answer = ask(model, question, times)
     values, noise = dict(answer.values), dict.fromkeys(answer.values, 0.0)
     for _ in range(ROUNDS):
-        halfway = ((times[1:] + times[:-1]) / 2)[np.diff(times) > SHORT * times[-1]]
+        halfway = (times[1:] + times[:-1]) / 2
         every = np.union1d(times, halfway)
         # A model that repeats its answers need not answer twice, but each run has to end with the last time.
         asked = np.union1d(halfway, times[-1:]) if model.exact else every
         answer = ask(model, question, asked)
-        bent, again = np.zeros(len(every), bool), np.isin(every, times)
+        at, again, bent = np.searchsorted(every, asked), np.isin(every, times), np.zeros(len(every), bool)
         for name in values.keys() & answer.values.keys():
-            line, new = np.interp(every, times, values[name]), answer.values[name]
-            at, old = np.searchsorted(every, asked), np.isin(asked, times)
-            noise[name] = max(noise[name], float(np.abs(new - line[at])[old].max(initial=0.0)))
+            line = np.interp(every, times, values[name])
             values[name] = line.copy()
-            values[name][at] = new
+            values[name][at] = answer.values[name]
+            off = np.abs(values[name] - line)
+            noise[name] = max(noise[name], float(off[again].max()))
             least = accuracy * BENDS * max(float(np.ptp(values[name])), float(np.ptp(fem3d.values[name])))
-            bent |= ~again & (np.abs(values[name] - line) > least)
+            bent |= ~again & (off > least + noise[name])
         values = {name: course[again | bent] for name, course in values.items()}
         times = every[again | bent]
-        if not bent.any() or len(times) > MOST:
+        if not bent.any():
             break
     errors = {name: answer.errors.get(name, 0.0) + noise[name] for name in values}
     return Traces(np.array([given.get(t, t) for t in times.tolist()]), values, errors)

@@ -74,10 +74,12 @@ class Table:
     def sentence(self) -> str:
         """The result in one sentence."""
         words = self.map["verdict"] if self.map else self.columns["status"]
+        said = [*(_of_models(self) if self.relative else _of_probes(self)), *_of_heat(self)]
         unanswered = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
-        listed = ", ".join(f"{number} {word}" for word, number in unanswered.items())
-        said = (_of_check(self) if self.relative else _of_probes(self)) + _of_heat(self)
-        return said + (f"; {unanswered.total()} without an answer ({listed})" if unanswered else "")
+        if unanswered:
+            listed = ", ".join(f"{number} {word}" for word, number in unanswered.items())
+            said.append(f"{unanswered.total()} without an answer ({listed})")
+        return "; ".join(said)
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -138,63 +140,61 @@ def read(job: Job, store: Store, cells: Map | None) -> Table:
     return Table(job, job.design.columns(numbers), columns, cells)
 
 
-def _of_heat(table: Table) -> str:
+def _of_heat(table: Table) -> list[str]:
     """The number of designs or cells hotter than a material's valid_to, and the largest excess."""
-    materials = (table.map or table.columns).get("too_hot")
-    names = Counter(name for name in (() if materials is None else materials.tolist()) if name)
-    if materials is None or not names:
-        return ""
+    materials = (table.map or table.columns).get("too_hot", np.empty(0))
+    names = Counter(filter(None, materials.tolist()))
+    if not names:
+        return []
     excess = table.columns["past_valid_to_K"]
     n = int(np.nanargmax(excess))
     most = f"{table.columns['too_hot'][n]} by up to {excess[n]:,.0f} K" if excess[n] > 0 else " and ".join(names)
-    what = "cells" if table.map else "designs"
-    return (
-        f"; too hot in {names.total()} of {len(materials)} {what}: {most}, past its valid_to, where it softens, melts "
-        "or decomposes, and nothing here is true of a real part"
-    )
+    return [
+        f"too hot in {names.total()} of {len(materials)} {'cells' if table.map else 'designs'}: {most}, past its "
+        "valid_to, where it softens, melts or decomposes, and nothing here is true of a real part"
+    ]
 
 
-def _of_check(table: Table) -> str:
+def _of_models(table: Table) -> list[str]:
     """The number of designs or cells within the tolerance, the place of the largest difference, and its cause."""
-    check, name = table.job.scope.check, table.job.scope.reductions[0]
-    verdicts, blamed = table.columns.get(f"{check}_verdict"), table.columns.get("blame")
-    total, what = len(table), "designs"
-    if table.map:
-        verdicts, blamed = table.map["verdict"], table.map["blame"]
-        total, what = len(verdicts), "cells"
-    if verdicts is None or blamed is None or check not in table.series():
-        return f"none of {total} {what} has an answer"
-    subject = "the paper's reduction" if name == "paper" else name
-    subject = f"the model {name}" if table.job.scope.model else subject
-    reference = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
-    reference = f" of 3D at {check}" if table.job.scope.model else reference
+    scope, what = table.job.scope, "cells" if table.map else "designs"
+    check, (name, *others) = scope.check, scope.reductions
+    rows = table.map or table.columns
+    verdicts, total = rows.get("verdict" if table.map else f"{check}_verdict"), len(next(iter(rows.values())))
+    if verdicts is None or check not in table.series():
+        return [f"none of {total} {what} has an answer"]
+    if scope.model:
+        subject, reference = f"the model {name}", f"at {check}"
+    else:
+        subject = "the paper's reduction" if name == "paper" else name
+        reference = f"in {TITLES[check]}" if check in TITLES else f"as {check} has it"
     agreeing, differing = (verdicts == "agrees").sum(), verdicts == "differs"
-    said = f"{subject} is within {100 * table.tolerances[check]:g} %{reference} in {agreeing} of {total} {what}"
+    tolerance = f"{100 * table.tolerances[check]:g} %"
+    said = [f"{subject} is within {tolerance} of 3D {reference} in {agreeing} of {total} {what}"]
     if table.map:
-        said += f", {(table.columns['status'] != 'refused').sum()} of them solved"
+        said[0] += f", {(table.columns['status'] != 'refused').sum()} of them solved"
     differences = table.series()[check][0]
-    if np.isfinite(differences).any():
-        worst = int(np.nanargmax(np.abs(differences)))
-        largest = f"largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)}"
-        where = _first(table, np.abs(differences)) if differing.any() else ""
-        grows = "fails first" if agreeing else "differs most"
-        said += f"; it {grows} where {where} ({largest})" if where else f" ({largest})"
-    if (blamed[differing] != "").any():
-        most, times = Counter(word for word in blamed[differing] if word).most_common(1)[0]
-        said += f"; to blame: {most} in {times} of {differing.sum()}"
-    unresolved = int((verdicts == "unresolved").sum())
-    said += f"; {unresolved} unresolved" if unresolved else ""
-    return said + "".join(_other(table, check, other) for other in table.job.scope.reductions[1:])
+    if differing.any() and (where := _first(table, np.abs(differences))):
+        said.append(f"it {'fails first' if agreeing else 'differs most'} where {where}")
+    said[-1] += _largest(table, differences)
+    if blamed := Counter(word for word in rows["blame"][differing] if word):
+        most, times = blamed.most_common(1)[0]
+        said.append(f"to blame: {most} in {times} of {differing.sum()}")
+    if unresolved := (verdicts == "unresolved").sum():
+        said.append(f"{unresolved} unresolved")
+    for other in others:
+        agreeing = (table.columns[f"{other}_{check}_verdict"] == "agrees").sum()
+        largest = _largest(table, table.series(other)[check][0])
+        said.append(f"{other} is within it in {agreeing} of {len(table)}{largest}")
+    return said
 
 
-def _other(table: Table, check: str, name: str) -> str:
-    """Return in how many designs a further reduction is within the tolerance, and its largest difference."""
-    verdicts, (differences, *_) = table.columns[f"{name}_{check}_verdict"], table.series(name)[check]
-    said = f"; {name} is within it in {(verdicts == 'agrees').sum()} of {len(table)}"
+def _largest(table: Table, differences: np.ndarray) -> str:
+    """The largest difference and its place, in brackets; "" without any."""
     if not np.isfinite(differences).any():
-        return said
+        return ""
     worst = int(np.nanargmax(np.abs(differences)))
-    return f"{said} (largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)})"
+    return f" (largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)})"
 
 
 def _first(table: Table, size: np.ndarray) -> str:
@@ -214,10 +214,10 @@ def _first(table: Table, size: np.ndarray) -> str:
     return said
 
 
-def _of_probes(table: Table) -> str:
+def _of_probes(table: Table) -> list[str]:
     """The range of the first probe."""
-    said = f"{table.ok.sum()} of {len(table)} designs solved"
+    said = [f"{table.ok.sum()} of {len(table)} designs solved"]
     for name, (values, _) in list(table.series().items())[:1]:
         ends = (f"{values[n]:.5g} (at {table.at(n)})" for n in (int(np.nanargmin(values)), int(np.nanargmax(values))))
-        said += f"; {name} is from {' to '.join(ends)}"
+        said.append(f"{name} is from {' to '.join(ends)}")
     return said
