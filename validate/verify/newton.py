@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
-from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix, diags
+from scipy.sparse import bmat, csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
+from skfem import Basis, BilinearForm, FacetBasis, LinearForm
 
 from scenes import laws
 from scenes.errors import NumericsError
@@ -56,49 +57,22 @@ def radiating(emissivity: float, ambient: float) -> Law:
     return lambda T: (factor * (T**4 - ambient**4), 4 * factor * T**3)
 
 
-class On:
-    """scikit-fem's functions on some cells or facets: values (cells, functions, points), slopes (axes, cells,
-    functions, points), quadrature weights (cells, points) and places (axes, cells, points)."""
+@BilinearForm
+def tangent(u: Any, v: Any, w: Any) -> Any:
+    """Integrand c u v + (flow u + k grad u) . grad v."""
+    return w.c * u * v + ((w.flow * u + w.k * u.grad) * v.grad).sum(axis=0)
 
-    def __init__(self, basis: Any) -> None:
-        self.weights, self.nodes, self.places = basis.dx, basis.element_dofs.T, np.asarray(basis.global_coordinates())
-        shape = self.weights.shape
-        self.values = np.stack([np.broadcast_to(np.asarray(f), shape) for (f,) in basis.basis], axis=1)
-        self.slopes = np.stack([np.broadcast_to(f.grad, (3, *shape)) for (f,) in basis.basis], axis=2)
 
-    def value(self, nodal: np.ndarray) -> np.ndarray:
-        """(cells, points) of nodal values."""
-        return (nodal[self.nodes][:, None] @ self.values)[:, 0]
+@LinearForm
+def load_vector(v: Any, w: Any) -> Any:
+    """Integrand c v + flow . grad v."""
+    return w.c * v + (w.flow * v.grad).sum(axis=0)
 
-    def slope(self, nodal: np.ndarray) -> np.ndarray:
-        """(axes, cells, points) of nodal values."""
-        return (nodal[self.nodes][:, None] @ self.slopes)[:, :, 0]
 
-    def load(self, size: int, value: np.ndarray | None = None, flow: np.ndarray | None = None) -> np.ndarray:
-        """(size,): the integrals of value v + flow . grad v."""
-        local = np.zeros(self.nodes.shape)
-        if value is not None:
-            local += np.einsum("cfq,cq->cf", self.values, value * self.weights)
-        if flow is not None:
-            local += np.einsum("acfq,acq->cf", self.slopes, flow * self.weights)
-        return np.bincount(self.nodes.ravel(), local.ravel(), size)
-
-    def matrix(
-        self, size: int, value: np.ndarray | None = None, flow: np.ndarray | None = None,
-        along: np.ndarray | None = None,
-    ) -> csr_matrix:  # fmt: skip
-        """(size, size): the integrals of value u v + u flow . grad v + along grad u . grad v."""
-        right = np.zeros(self.values.shape)
-        if value is not None:
-            right += self.values * (value * self.weights)[:, None]
-        if flow is not None:
-            right += np.einsum("acfq,acq->cfq", self.slopes, flow * self.weights)
-        blocks = right @ self.values.transpose(0, 2, 1)
-        if along is not None:
-            along_each = (self.slopes * (along * self.weights)[:, :, None]) @ self.slopes.transpose(0, 1, 3, 2)
-            blocks += along_each.sum(axis=0)
-        rows, columns = np.broadcast_arrays(self.nodes[:, :, None], self.nodes[:, None])
-        return coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size)).tocsr()
+def _at(basis: Basis, nodal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The values (cells, points) and slopes (axes, cells, points) of nodal values."""
+    field = basis.interpolate(nodal)
+    return np.asarray(field), np.asarray(field.grad)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +80,7 @@ class Part:
     """Cells of one material: ``conductivity`` along x, y and z (W/(m K)), ``capacity`` (J/(m3 K)), ``resistivity``
     along x, y and z (ohm m; ``None``: an insulator) and ``heat_source`` (W/m3)."""
 
-    on: On
+    on: Basis
     conductivity: tuple[Law, Law, Law]
     capacity: Law
     resistivity: tuple[Law, Law, Law] | None = None
@@ -119,7 +93,7 @@ class Contact:
     one side). The matrices (nodes, nodes) give on the face's nodes the difference of the values on both sides
     (``less``), and their sum (``plus``)."""
 
-    face: On
+    face: FacetBasis
     less: csr_matrix
     plus: csr_matrix
     thermal: float
@@ -146,10 +120,9 @@ class Electrode:
         """The conductance (S) of the lead of a floating electrode."""
         return 0.0 if self.current is not None else 1 / self.series
 
-    def entering(self, potential: float, drive: float) -> float:
-        """The current (A) into a floating electrode at a potential (V) and a part of the drive."""
-        given = drive * self.voltage
-        return drive * self.current if self.current is not None else (given - potential) / self.series
+    def entering(self, potential: float) -> float:
+        """The current (A) into a floating electrode at a potential (V)."""
+        return self.current if self.current is not None else (self.voltage - potential) / self.series
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,17 +137,15 @@ class Problem:
     held : nodes and their given temperature (K)
     faces : facets and the flux (W/m2) that leaves there
     electrodes, contacts : as in the scene
-    load : (nodes,) further heat (W), or 0
     """
 
     size: int
     start: float
     parts: tuple[Part, ...]
     held: tuple[tuple[np.ndarray, float], ...] = ()
-    faces: tuple[tuple[On, Law], ...] = ()
+    faces: tuple[tuple[FacetBasis, Law], ...] = ()
     electrodes: tuple[Electrode, ...] = ()
     contacts: tuple[Contact, ...] = ()
-    load: Any = 0.0
 
     @cached_property
     def free(self) -> np.ndarray:
@@ -187,7 +158,7 @@ class Problem:
         """(2 nodes, unknowns): the entries of a state that each unknown sets: free temperatures, then the potentials
         of floating electrodes and of other nodes that conduct."""
         electrodes = np.concatenate([e.nodes for e in self.electrodes] or [np.empty(0, int)])
-        conducting = [np.unique(p.on.nodes) for p in self.parts if p.resistivity and self.electrodes]
+        conducting = [np.unique(p.on.element_dofs) for p in self.parts if p.resistivity and self.electrodes]
         inner = np.setdiff1d(np.concatenate(conducting or [np.empty(0, int)]), electrodes)
         groups = [*self.free[:, None], *(self.size + e.nodes for e in self.electrodes if e.floats)]
         groups += [*(self.size + inner)[:, None]]
@@ -204,53 +175,51 @@ class Problem:
         ``by_rate`` (1/s) times the temperature; and the four matrices of their derivatives."""
         size, (temperature, potential) = self.size, state
         rate = rate * np.ones(size)
-        heat, current = np.zeros(size) - self.load, np.zeros(size)
+        heat, current = np.zeros(size), np.zeros(size)
         tt, tp, pt, pp = (csr_matrix((size, size)) for _ in range(4))
         for part in self.parts:
-            on, at = part.on, part.on.value(temperature)
-            slope, dT = on.slope(temperature), on.value(rate)
+            on, (at, slope), dT = part.on, _at(part.on, temperature), _at(part.on, rate)[0]
             k, dk = (np.stack(each) for each in zip(*(law(at) for law in part.conductivity), strict=True))
             c, dc = part.capacity(at)
             source, by_T = c * dT - part.heat_source, c * by_rate + dc * dT
             if part.resistivity:
-                field = on.slope(potential)
+                field = _at(on, potential)[1]
                 rho, drho = (np.stack(each) for each in zip(*(law(at) for law in part.resistivity), strict=True))
                 sigma, dsigma = 1 / rho, -drho / rho**2
                 source, by_T = source - (sigma * field**2).sum(axis=0), by_T - (dsigma * field**2).sum(axis=0)
-                current += on.load(size, flow=sigma * field)
-                pp, pt = pp + on.matrix(size, along=sigma), pt + on.matrix(size, flow=dsigma * field)
-                tp = tp - 2 * on.matrix(size, flow=sigma * field).T
-            heat += on.load(size, source, k * slope)
-            tt = tt + on.matrix(size, by_T, dk * slope, k)
+                current += load_vector.assemble(on, c=0.0, flow=sigma * field)
+                pp = pp + tangent.assemble(on, c=0.0, flow=0.0, k=sigma)
+                pt = pt + tangent.assemble(on, c=0.0, flow=dsigma * field, k=0.0)
+                tp = tp - 2 * tangent.assemble(on, c=0.0, flow=sigma * field, k=0.0).T
+            heat += load_vector.assemble(on, c=source, flow=k * slope)
+            tt = tt + tangent.assemble(on, c=by_T, flow=dk * slope, k=k)
         for face, law in self.faces:
-            leaving, by_T = law(face.value(temperature))
-            heat += face.load(size, leaving)
-            tt = tt + face.matrix(size, by_T)
+            leaving, by_T = law(_at(face, temperature)[0])
+            heat += load_vector.assemble(face, c=leaving, flow=0.0)
+            tt = tt + tangent.assemble(face, c=by_T, flow=0.0, k=0.0)
         for contact in self.contacts:
             face, less, plus = contact.face, contact.less, contact.plus
-            area = less.T @ face.matrix(size, np.ones(face.weights.shape)) @ less
+            area = less.T @ tangent.assemble(face, c=1.0, flow=0.0, k=0.0) @ less
             heat += area @ temperature / contact.thermal
             tt = tt + area / contact.thermal
             if contact.electrical is not None:
-                jump = face.value(less @ potential)
+                jump = _at(face, less @ potential)[0]
                 current += area @ potential / contact.electrical
                 pp = pp + area / contact.electrical
-                heat -= plus.T @ face.load(size, jump**2 / contact.electrical / 2)
-                tp = tp - plus.T @ face.matrix(size, jump / contact.electrical) @ less
+                heat -= plus.T @ load_vector.assemble(face, c=jump**2 / contact.electrical / 2, flow=0.0)
+                tp = tp - plus.T @ tangent.assemble(face, c=jump / contact.electrical, flow=0.0, k=0.0) @ less
         return np.stack([heat, current]), [[tt, tp], [pt, pp]]
 
-    def solve(
-        self, guess: State, drive: float = 1.0, before: np.ndarray | None = None, by_rate: float = 0.0
-    ) -> State:  # fmt: skip
-        """The state at which the residuals vanish, at a part of the drive; the rate is ``by_rate`` times the
-        temperature less the temperature ``before``. NumericsError where Newton's iterations don't settle."""
+    def solve(self, guess: State, before: np.ndarray | None = None, by_rate: float = 0.0) -> State:
+        """The state at which the residuals vanish; the rate is ``by_rate`` times the temperature less the temperature
+        ``before``. NumericsError where Newton's iterations don't settle."""
         state = guess.copy()
         temperature, potential = state
         for nodes, value in self.held:
             temperature[nodes] = value
         for electrode in self.electrodes:
             if not electrode.floats:
-                potential[electrode.nodes] = drive * electrode.voltage
+                potential[electrode.nodes] = electrode.voltage
         before = temperature.copy() if before is None else before
         for iteration in range(MOST + 1):
             # The first solution is of the potential alone, at the temperature that is guessed.
@@ -260,10 +229,10 @@ class Problem:
             for electrode in self.electrodes:
                 if electrode.floats:
                     node = electrode.nodes[0]
-                    residual[1, node] -= electrode.entering(potential[node], drive)
+                    residual[1, node] -= electrode.entering(potential[node])
                     leads[self.size + node] = electrode.conductance
-            matrix = unknown.T @ (bmat(blocks, "csr") + diags(leads)) @ unknown
-            change = -(unknown @ _solved(matrix, unknown.T @ residual.ravel())).reshape(state.shape)
+            jacobian = unknown.T @ (bmat(blocks, "csr") + diags(leads)) @ unknown
+            change = -(unknown @ _solved(jacobian, unknown.T @ residual.ravel())).reshape(state.shape)
             if not np.isfinite(change).all():
                 break
             step = min(1.0, LONGEST / max(float(np.abs(change[0] / temperature).max()), 1e-300))
@@ -285,9 +254,6 @@ def _solved(matrix: Any, right: np.ndarray) -> np.ndarray:
     return scale @ factors.solve(scale @ right)
 
 
-def steady(problem: Problem, pieces: int = 1) -> State:
-    """The steady state, the drive raised in equal pieces. Raises NumericsError."""
-    state = problem.rest
-    for piece in range(1, pieces + 1):
-        state = problem.solve(state, (piece / pieces) ** 0.5)
-    return state
+def steady(problem: Problem) -> State:
+    """The steady state. Raises NumericsError."""
+    return problem.solve(problem.rest)

@@ -31,7 +31,7 @@ from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Va
 from validate.verify import newton
 from validate.verify.expected import Expected
 from validate.verify.expected import rows as solved
-from validate.verify.newton import Electrode, Law, On, Part, Problem, State
+from validate.verify.newton import Electrode, Law, Part, Problem, State
 
 Pair = frozenset[int]
 """The numbers of two boxes."""
@@ -97,7 +97,7 @@ def contact(
         csr_matrix((np.r_[ones, sign * ones], (np.r_[a, a], np.r_[a, b])), shape=(basis.N,) * 2) for sign in (-1, 1)
     )
     face = FacetBasis(mesh, basis.elem, facets=sides[0][first], intorder=order)
-    return newton.Contact(On(face), less, plus, thermal, electrical)
+    return newton.Contact(face, less, plus, thermal, electrical)
 
 
 def _same(a: np.ndarray, b: np.ndarray, mesh: MeshHex) -> tuple[np.ndarray, np.ndarray]:
@@ -139,7 +139,7 @@ def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Proble
         if len(cells):
             m = box.material
             conductivity = _along(m.thermal_conductivity)
-            on, source = On(basis.with_elements(cells)), constant(box.heat_source)
+            on, source = basis.with_elements(cells), constant(box.heat_source)
             parts.append(Part(on, conductivity, newton.law(m.specific_heat, m.density), resistivity(m), source))
     held, faces, electrodes = [], [], []
     for boundary in scene.boundaries:
@@ -206,10 +206,10 @@ def nodes(basis: Basis, where: Boundary) -> np.ndarray:
     return np.asarray(basis.get_dofs(facets=facets(basis.mesh, where)).flatten())
 
 
-def exposed(basis: Basis, boundary: Boundary, order: int) -> On:
+def exposed(basis: Basis, boundary: Boundary, order: int) -> FacetBasis:
     """Return the functions on the part of a flat box that is surface."""
     outer = np.intersect1d(facets(basis.mesh, boundary), basis.mesh.boundary_facets())
-    return On(FacetBasis(basis.mesh, basis.elem, facets=outer, intorder=order))
+    return FacetBasis(basis.mesh, basis.elem, facets=outer, intorder=order)
 
 
 @LinearForm
@@ -259,5 +259,5 @@ def halved_readings(scene: Scene, halvings: int) -> dict[str, float]:
         breaks.append(np.unique(np.concatenate([a + (b - a) * parts for a, b in planes])))
     grid = Grid(tuple(breaks), tuple(np.full(len(b) - 1, 2) for b in breaks), scene.boxes)
     basis, owner, order = base(scene, grid)
-    state = newton.steady(problem(scene, basis, owner, order), 4)
+    state = newton.steady(problem(scene, basis, owner, order))
     return readings(scene, basis, state)
