@@ -1,11 +1,9 @@
 """Scenes on the second path: the problem that `newton` solves, on hexahedra of degree 1 or 2, and its readings.
 
-Contacts in the second path: nodes that are doubled where a temperature or a potential jumps.
-
-A scene with all features of both paths, beam.toml, is solved by Newton's method on scikit-fem's own hexahedra too.
-
-The second path's own error is bounded by its change when its intervals are halved: next to an edge it falls by 2^(4/3)
-from one mesh to the next, so that 0.7 of the change is left.
+Nodes are doubled at contacts, where a temperature or a potential jumps. A scene with all features of both paths,
+beam.toml, is solved by Newton's method on scikit-fem's own hexahedra too. The second path's own error is bounded by its
+change when its intervals are halved: next to an edge it falls by 2^(4/3) from one mesh to the next, so that 0.7 of the
+change is left.
 """
 
 from __future__ import annotations
