@@ -41,38 +41,34 @@ GRADED, EVEN = np.array([0.0, 0.12, 0.88, 1.0]), np.array([0.0, 1.0])
 
 def split_contacts(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair]) -> MeshHex:
     """The mesh with a point of its own on each side of every face between two boxes that have a contact; ``owner``
-    (cells,) is the box of each cell. Cells keep a point in common where others join them around it, as at the edge of
-    a crack.
+    (cells,) is the box of each cell. Boxes keep a point in common where a third one joins them, as at the edge of a
+    crack.
 
     Raises ValueError where a face keeps all its points, so that nothing could jump across it.
     """
-    first, second = mesh.f2t
-    inner = np.flatnonzero(second >= 0)
-    apart = _apart(mesh, owner, contacts, inner)
-    whole = inner[~apart]
-    corners = np.arange(mesh.t.size).reshape(mesh.t.shape)
-    joined = [_corner(mesh, corners, cells, mesh.facets[:, whole]) for cells in (first[whole], second[whole])]
-    graph = coo_matrix((np.ones(joined[0].size), (joined[0].ravel(), joined[1].ravel())), shape=(mesh.t.size,) * 2)
-    number = connected_components(graph, directed=False)[1].reshape(mesh.t.shape)
-    points = np.empty((3, int(number.max()) + 1))
-    points[:, number] = mesh.p[:, mesh.t]
-    doubled = MeshHex(points, number)
-    remaining = np.flatnonzero(doubled.f2t[1] >= 0)
-    if _apart(doubled, owner, contacts, remaining).any():
+    (points, boxes), number = np.unique(
+        [mesh.t.ravel(), np.broadcast_to(owner, mesh.t.shape).ravel()], axis=1, return_inverse=True
+    )
+    joined = []
+    for step in range(1, 8):  # The boxes at a point stand next to each other; a corner has eight at most.
+        first = np.flatnonzero(points[step:] == points[:-step])
+        first = first[~_apart(boxes[first], boxes[first + step], contacts)]
+        joined.append([first, first + step])
+    rows, columns = np.hstack(joined)
+    graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points),) * 2)
+    count, component = connected_components(graph, directed=False)
+    places = np.empty((3, count))
+    places[:, component] = mesh.p[:, points]
+    split = MeshHex(places, component[number].reshape(mesh.t.shape))
+    first, second = owner[split.f2t[:, split.f2t[1] >= 0]]
+    if _apart(first, second, contacts).any():
         raise ValueError("a contact is one face wide and open on no side: its nodes cannot be doubled")
-    return doubled
+    return split
 
 
-def _apart(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair], facets: np.ndarray) -> np.ndarray:
-    """(facets,): which of some facets lie in a contact."""
-    pairs = np.sort(owner[mesh.f2t[:, facets]], axis=0)
-    return np.any([(pairs == np.sort(list(pair))[:, None]).all(axis=0) for pair in contacts] or [pairs[0] < 0], axis=0)
-
-
-def _corner(mesh: MeshHex, corners: np.ndarray, cells: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(4, facets): the number of the corner that each point (4, facets) is in some cells."""
-    at = (mesh.t[:, cells][None] == points[:, None]).argmax(axis=1)
-    return corners[at, cells]
+def _apart(first: np.ndarray, second: np.ndarray, contacts: Collection[Pair]) -> np.ndarray:
+    """Which pairs of boxes have a contact."""
+    return np.array([frozenset(pair) in contacts for pair in zip(first.tolist(), second.tolist(), strict=True)], bool)
 
 
 def contact(
