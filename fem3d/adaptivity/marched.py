@@ -8,9 +8,7 @@ shows how far heating changes the currents; the currents at its hottest instants
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,8 +30,7 @@ TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations 
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
-LOOSER = 10.0  # ratio of tolerances: steps for the error of space over steps of an answer
-FINEST = 1e-9  # tolerance, of the largest rise
+LOOSER, TIGHTEST = 10.0, 4  # ratio of the tolerances of two responses that are compared; how many are tried
 QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
 ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
@@ -47,9 +44,15 @@ BEFORE = 0.95
 
 @dataclass(frozen=True, eq=False)
 class Marched:
-    """A response in as many fields as the accuracy takes, or at full order: its ``traces`` at ``checked`` times (s),
-    their scales, and ``gaps``, the errors by the reduced space and the time steps; ``worse`` has fewer fields and
-    looser steps."""
+    """A response with its errors by the reduced space and the time steps.
+
+    Attributes
+    ----------
+    answer, worse: the response, and the response in fewer fields or looser steps.
+    generations: how many generations of Krylov fields the answer has; 0 at full order.
+    checked: times (s) of the ``traces``, the outputs ``out`` and the comparison.
+    scales, gaps: of each trace its scale, and the error by fields and steps.
+    """
 
     answer: Response
     worse: Response
@@ -59,27 +62,32 @@ class Marched:
     traces: Quantities
     scales: dict[str, float]
     gaps: dict[str, float]
-    tolerance: float = 0.0
-    """Tolerance of the answer's steps at full order."""
+
+    @staticmethod
+    def compared(
+        study: Study, answer: Response, worse: Response, steady_out: Outputs | None, part: float, generations: int = 0
+    ) -> Marched:
+        """Return a response with this ``part`` of its distance from a worse one as its errors."""
+        checked = instants(study, answer.heat)
+        out, other = (outputs.of_transient(each, study.part, checked) for each in (answer, worse))
+        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
+        gaps = {name: part * gap for name, gap in distance(traces, study.traces(other)).items()}
+        return Marched(answer, worse, generations, checked, out, traces, scales, gaps)
+
+    def enough(self, accuracy: float) -> bool:
+        """Return whether fields and steps cause a small part of the allowed error."""
+        return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= SPACE_SHARE * accuracy
 
 
 def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
-    """Return the response of a base; arguments as for `respond`."""
-    checked = instants(study, base.heat)
+    """Return the response of a base; arguments as for `trace_errors.respond`."""
     if base.follows:
-        return _full(study, base, steady_out, checked)
-    return _linear(study, base, shift, steady_out, checked, generations)
+        return _full(study, base, steady_out)
+    return _linear(study, base, shift, steady_out, generations)
 
 
-def _linear(
-    study: Study,
-    base: Base,
-    shift: float,
-    steady_out: Outputs | None,
-    checked: np.ndarray,
-    generations: int,
-) -> Marched:
-    """Solve a linear problem as `marched` does."""
+def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> Marched:
+    """Solve a linear problem in as many fields as the accuracy requires."""
     accuracy, end = study.accuracy, study.end
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
@@ -92,7 +100,7 @@ def _linear(
         dropped = dropped if dropped < reduced.states else 0
         try:
             answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
-            fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
+            fewer = transient.march(base, reduced, end, LOOSER * TIME_SHARE * accuracy, dropped)
         except (BeyondLawError, RunawayInTimeError) as stop:
             # A true runaway happens at the same time in more fields.
             same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
@@ -100,53 +108,44 @@ def _linear(
                 raise
             count, stopped = count + 4, stop.time
             continue
-        out = outputs.of_transient(answer, study.part, checked)
-        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
-        gaps = distance(traces, study.traces(outputs.of_transient(fewer, study.part, checked)))
-        enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
+        march = Marched.compared(study, answer, fewer, steady_out, 1.0, count)
         # Generations that add no states are nearly linear combinations of earlier generations.
-        if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            return Marched(answer, fewer, count, checked, out, traces, scales, gaps)
+        if march.enough(accuracy) or count >= MOST_FIELDS or not dropped or reduced.states <= states:
+            return march
         count, states = count + 4, reduced.states
 
 
-def _full(study: Study, base: Base, steady_out: Outputs | None, checked: np.ndarray) -> Marched:
-    """Solve a problem with temperature-dependent properties as `marched` does, in steps short enough for the error of
-    the mesh; the error of the steps is not included."""
-    tolerance = TIME_SHARE * study.accuracy
-    answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest)
-    off = _by_quadrature(base, answer, 0)
-    if base.steady is None and off > QUADRATURE * study.accuracy:
-        enough = (
-            n for n in range(2, 2 * MOST_FINER - 2, 2) if _by_quadrature(base, answer, n) <= QUADRATURE * study.accuracy
-        )
-        points = next(enough, 2 * MOST_FINER - 2)
-        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
-        off = _by_quadrature(base, answer, points)
-    out = outputs.of_transient(answer, study.part, checked)
-    scales = study.trace_scales(steady_out or out)
-    gaps = {name: off * scale for name, scale in scales.items()}
-    return Marched(answer, answer, 0, checked, out, study.traces(out), scales, gaps, tolerance)
+def _full(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
+    """Solve a problem with temperature-dependent properties in as short steps as the accuracy requires."""
+    worse: FullResponse | None = None
+    points, off, first = 0, 0.0, LOOSER * TIME_SHARE * study.accuracy
+    for number, tolerance in enumerate(first * LOOSER ** -np.arange(TIGHTEST)):
+        try:
+            answer = march_full(base.heat, base.conductor, study.end, float(tolerance), study.earliest, points)
+        except (BeyondLawError, RunawayInTimeError):
+            if number > 0:
+                raise
+            continue  # loose steps may run away alone
+        if worse is None:
+            points, off = _quadrature(base, answer, QUADRATURE * study.accuracy)
+        else:
+            # Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section
+            # II.4): of the change 1 / (LOOSER - 1) is left, and three times that error is stated.
+            march = Marched.compared(study, answer, worse, steady_out, 3 / (LOOSER - 1))
+            if march.enough(study.accuracy):
+                break
+        worse = answer
+    return replace(march, gaps={name: gap + off * march.scales[name] for name, gap in march.gaps.items()})
 
 
-def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str, float]) -> Marched:
-    """Shorten the steps at full order until their error is a small part of the accuracy, or within the ``room`` that
-    other errors leave (in the unit of each trace); the error is added to the gaps."""
-    assert isinstance(march.answer, FullResponse)
-    points = march.answer.points
-    while True:
-        tolerance = max(march.tolerance / LOOSER, FINEST)
-        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
-        out = outputs.of_transient(answer, study.part, march.checked)
-        traces = study.traces(out)
-        # Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): of
-        # the change 1 / (LOOSER - 1) is left, and three times that error is stated.
-        left = {name: 3 / (LOOSER - 1) * change for name, change in distance(traces, march.traces).items()}
-        finer = replace(march, answer=answer, worse=march.answer, out=out, traces=traces, tolerance=tolerance)
-        small = {name: SPACE_SHARE * study.accuracy * scale for name, scale in march.scales.items()}
-        if all(left[name] <= max(small[name], room[name]) for name in left) or tolerance <= FINEST:
-            return replace(finer, gaps={name: gap + left[name] for name, gap in march.gaps.items()})
-        march = finer
+def _quadrature(base: Base, response: FullResponse, enough: float) -> tuple[int, float]:
+    """Return how many more points the quadratures of laws need for their relative error to be small, and this error."""
+    off = 0.0
+    for points in range(0, 2 * MOST_FINER, 2):
+        off = _by_quadrature(base, response, points)
+        if off <= enough:
+            break
+    return points, off
 
 
 def _by_quadrature(base: Base, response: FullResponse, points: int) -> float:
@@ -187,12 +186,13 @@ def tangent(base: Base, march: Marched) -> HeatProblem:
 def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
     """Return the response of a lower space in as many generations of fields as the fine response, or with the same
     steps and quadratures."""
+    tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
         like = fine.answer
-        return march_full(base.heat, base.conductor, study.end, fine.tolerance, study.earliest, like.points, like)
+        return march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, like.points, like)
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
-    return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)
+    return transient.march(base, reduced, study.end, tolerance)
 
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:
@@ -227,13 +227,8 @@ def distance(a: Quantities, b: Quantities) -> dict[str, float]:
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
 
 
-class Hot(NamedTuple):
-    """A state at which heating changes the currents most: the ``rise`` (all nodes), the inputs ``drive`` (channels,),
-    and whether its currents join the basis, or only their Joule load."""
-
-    rise: np.ndarray
-    drive: np.ndarray
-    joins: bool
+Hot = tuple[np.ndarray, np.ndarray]
+"""A state at which heating changes the currents: the rise (all nodes), and the inputs (channels,)."""
 
 
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
@@ -246,10 +241,10 @@ def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[B
 def hold(heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: HeatProblem) -> Base:
     """Return the base that holds the currents of hot states of another problem, in a lower space or on a moved mesh."""
     base, potentials = cold(heat, conductor)
-    for state in hot:
+    for rise, drive in hot:
         assert conductor is not None
-        mapped = state._replace(rise=heat.take(other.field(state.rise)))
-        base, potentials = joined_by(base, potentials, mapped, *heated(conductor, mapped, potentials))
+        mapped = heat.take(other.field(rise))
+        base, potentials = joined_by(base, potentials, *heated(conductor, (mapped, drive), potentials))
     return base
 
 
@@ -269,55 +264,52 @@ def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Pot
 def heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
     """Return the potentials of each driven channel in a hot state, and the Joule load (all nodes) of its currents; the
     list ``cold`` begins with the initial guesses."""
+    rise, drive = state
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
-    hot = [conductor.solve(state.rise, conductor.voltages[c], cold[k].potential) for k, c in enumerate(driven)]
-    return hot, conductor.joule_load(combined(hot, state.drive[driven]), state.rise)
+    hot = [conductor.solve(rise, conductor.voltages[c], cold[k].potential) for k, c in enumerate(driven)]
+    return hot, conductor.joule_load(combined(hot, drive[driven]), rise)
 
 
 def joined_by(
-    base: Base, potentials: list[Potential], state: Hot, hot: list[Potential], load: np.ndarray
+    base: Base, potentials: list[Potential], hot: list[Potential], load: np.ndarray
 ) -> tuple[Base, list[Potential]]:
     """Add the potentials and the load of a hot state to a base."""
     assert base.conductor is not None
     together = [*potentials, *hot]
-    patterns = independent(base.conductor, together) if state.joins else base.patterns
-    return replace(base, patterns=patterns, loads=[*base.loads, load]), together
+    return replace(base, patterns=independent(base.conductor, together), loads=[*base.loads, load]), together
 
 
 def searched(
     heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
 ) -> tuple[Base, list[Hot]]:
-    """Return the base with the currents and loads that heating brings, and their hot states."""
+    """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
+    rough response, some just before changes of the inputs, the worst joins until none matters."""
     base, potentials = cold(heat, conductor)
     joined: list[Hot] = []
     if conductor is None or not conductor.warms or not potentials:
         return base, joined
-    drive = heat.inputs
-    times, size = _instants(drive.knots(end), end), 1e-300
-    for turn in range(ROUNDS):
+    drive, size = heat.inputs, 1e-300
+    knots = drive.knots(end)
+    times = np.union1d(np.geomspace(end / 100, end, 4), knots[spread(knots, 4)] * (1 - 1e-9))
+    for _ in range(ROUNDS):
         answer = _rough(base, shift, end)
         times = np.unique(np.minimum(times, answer.end))
         states, g = answer.trajectory(times)[0], drive.at(times)
         rises, c = answer.rises(times), answer.reduced.currents(states, g)
-        worst, changes = None, np.zeros(len(times))
+        worst, largest = None, 0.0
         for i, rise in enumerate(rises):
             if not ((g[i] @ conductor.voltages).any() and conductor.conducts(rise)):
                 continue
-            state = Hot(rise, g[i], False)
-            hot, load = heated(conductor, state, potentials)
-            reached = conductor.joule_load(combined(base.patterns, c[i]), rise)
+            hot, load = heated(conductor, (rise, g[i]), potentials)
+            change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c[i]), rise)).sum())
             size = max(size, float(np.abs(load).sum()))
-            changes[i] = np.abs(load - reached).sum()
-            if changes[i] == changes.max():
-                worst = state, hot, load
-        matter = changes >= NEGLIGIBLE * accuracy * size
-        if worst is None or (turn > 0 and not matter.any()):
+            if change > largest:
+                worst, largest = ((rise, g[i]), hot, load), change
+        if worst is None or largest < NEGLIGIBLE * accuracy * size:
             break
         state, hot, load = worst
-        joined.append(state._replace(joins=bool(matter.any())))
-        base, potentials = joined_by(base, potentials, joined[-1], hot, load)
-        # Sufficiently accurate currents stay so. One instant is always checked again, because its load has joined.
-        times = times[matter | (changes == changes.max())]
+        joined.append(state)
+        base, potentials = joined_by(base, potentials, hot, load)
     return base, joined
 
 
@@ -329,9 +321,3 @@ def _rough(base: Base, shift: float, end: float) -> Transient:
         return transient.march(base, reduced, end, ROUGH)
     except (BeyondLawError, RunawayInTimeError) as stop:
         return transient.march(base, reduced, BEFORE * stop.time, ROUGH)
-
-
-def _instants(knots: np.ndarray, end: float) -> np.ndarray:
-    """Return a few times (s) spread over a run, some just before changes of the inputs."""
-    few = knots[np.unique(np.linspace(0, len(knots) - 1, 4).astype(int))] if len(knots) else knots
-    return np.unique(np.concatenate([np.geomspace(end / 100, end, 4), few * (1 - 1e-9)]))

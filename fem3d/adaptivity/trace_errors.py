@@ -18,7 +18,6 @@ from fem3d.adaptivity.marched import (
     Marched,
     beside,
     distance,
-    in_shorter_steps,
     marched,
     spread,
     tangent,
@@ -99,10 +98,6 @@ def respond(
         raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
     errors, goals = Comparison(study, given, judge, march, lesser).errors(steady_errors)
     enough = (1 - ROW_SHARE) * study.accuracy
-    if bases[0].follows and (as_it_is or _worst(march, errors) <= enough):
-        room = {name: enough * march.scales[name] - error for name, error in errors.items()}
-        rough, march = march, in_shorter_steps(study, bases[0], march, room)
-        errors = {name: error + march.gaps[name] - rough.gaps[name] for name, error in errors.items()}
     answer, scales, count = march.answer, march.scales, march.generations
     if _worst(march, errors) > enough and not as_it_is:
         relative = {name: errors[name] / scales[name] for name in errors}

@@ -24,10 +24,7 @@ class Meshes:
         if self.marched and isinstance(told, RunawayInTimeError):
             told = NumericsError("inputs that vary have no steady state")
         self.marched = True
-        return SimpleNamespace(
-            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told,
-            driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
-        )  # fmt: skip
+        return SimpleNamespace(heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told)
 
     def begin(self) -> "Meshes":
         return self
