@@ -1,7 +1,7 @@
 """Effects that both models leave out: solve in 3D without them, with each one, and with all of them.
 
-A *change* is a quantity with the effect over the quantity without, less one. Both steady states have the accuracy
-`CLOSE` or better. The difference of ``together`` from the sum of all changes is their interaction.
+A *change* is a quantity with the effect over the quantity without, less one. The difference of ``together`` from the
+sum of all changes is their interaction.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
@@ -22,15 +22,6 @@ from scenes.result import Estimate
 from scenes.sink import Sink
 from scenes.units import THERMAL_CONTACT
 
-if TYPE_CHECKING:
-    from scenes.device import Device
-
-    Solve = Callable[[Sink], dict[str, Estimate]]
-
-CLOSE = 1e-4
-"""Both solutions have this accuracy or a better one, as the smallest effects are half a percent."""
-ALL = 1e-3
-"""Accuracy of the solution with all effects: the gas leaves a tenth of the rise, so that the change is as accurate."""
 TOGETHER, PEAK = "together", "peak_rise_K"
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
@@ -187,15 +178,14 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
     """
     from compare.verdict import ratio
 
-    sink, solve = _of_sink(scene) if scene.kind == "sink" else _of_device(scene)
+    sink = scene if scene.kind == "sink" else scene.sink
     say("without what is left out")
-    bare, found, skipped = solve(sink), dict[str, Effect](), dict[str, str]()
-    everything: dict[str, Any] = {"accuracy": max(sink.accuracy, ALL)}
+    bare, found, skipped, everything = _solve(scene, sink), dict[str, Effect](), dict[str, str](), dict[str, Any]()
 
     def add(name: str, effect: Effect) -> None:
         say(f"with what is left out: {effect.what}")
         try:
-            steady = solve(replace(sink, **effect.changed))
+            steady = _solve(scene, replace(sink, **effect.changed))
             changes = {q: ratio(steady[q], bare[q]) for q in kind_of(scene).quantities(scene)}
         except RunawayError:
             changes = {}
@@ -214,28 +204,21 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
     sizes = {name: abs(next(iter(each.changes.values()), INFINITE).value) for name, each in found.items()}
     ranked = {name: found[name] for name in sorted(found, key=lambda name: -sizes[name])}
     if len(found) > 1:
-        add(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", dict(everything)))
+        add(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
     return LeftOut(ranked, found.get(TOGETHER), skipped)
 
 
-def _of_sink(sink: Sink) -> tuple[Sink, Solve]:
-    """A sink at an accuracy that the smallest effects need, and its solver in 3D."""
-    from fem3d.runs.sink import solve
+def _solve(scene: Any, sink: Sink) -> dict[str, Estimate]:
+    """The steady quantities in 3D of a sink, or of a device with this sink."""
     from scenes.validity import check
 
-    close = replace(sink, accuracy=min(sink.accuracy, CLOSE))
-    return close, lambda other: solve(check(other), transient=False).steady
+    if scene.kind == "sink":
+        from fem3d.runs.sink import solve
 
-
-def _of_device(device: Device) -> tuple[Sink, Solve]:
-    """The sink of a device, and the device's solver in 3D."""
+        return solve(check(sink), transient=False).steady
     from fem3d.runs.device import model
-    from scenes.validity import check
 
-    def solve(sink: Sink) -> dict[str, Estimate]:
-        changed = check(replace(device, sink=sink))
-        states = model(changed, changed.accuracy_3d)
-        steady, errors = states.steady(changed), states.steady_errors(changed)
-        return {name: Estimate(getattr(steady, name), errors[name]) for name in kind_of(device).quantities(device)}
-
-    return device.sink, solve
+    changed = check(replace(scene, sink=sink))
+    states = model(changed, changed.accuracy_3d)
+    steady, errors = states.steady(changed), states.steady_errors(changed)
+    return {name: Estimate(getattr(steady, name), errors[name]) for name in kind_of(scene).quantities(scene)}
