@@ -14,14 +14,13 @@ import numpy as np
 
 from compare import quantities
 from compare.against import Data, simulated
+from compare.verdict import COVERS
 from scenes.errors import SceneError
 from scenes.formats import percent
 from scenes.uncertain import path_of
 from scenes.varied import kind_of as kind_of_key
 from scenes.varied import numbers, varied
 
-COVERS = 1.96
-"""Standard deviations of a normal distribution that hold 95 %."""
 APART = 0.95  # Two keys can't be told apart where their correlation exceeds this in size.
 TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
 MOST = 20  # The most solutions of the least-squares iteration.

@@ -1,4 +1,4 @@
-"""Keys of the scene, or parameters of the user's own model, fitted to measured data before the run."""
+"""Keys of the scene, fitted to measured data before the run."""
 
 from __future__ import annotations
 

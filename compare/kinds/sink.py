@@ -14,7 +14,6 @@ from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity, sink_text
 from scenes.result import Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
-from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
     from compare.blame import Budget
@@ -171,26 +170,15 @@ class SinkKind(Kind[Sink]):
 
     def steps(self, scene: Sink, options: Options, outcome: Outcome[Sink] | None = None) -> list[Step]:
         solver: Sequence[Step] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
-        in_3d = "fem3d" in options.models
-        if in_3d and outcome is not None:
+        if "fem3d" in options.models and outcome is not None:
             solver = outcome.solved.details["plan"]
-        elif in_3d:
+        elif "fem3d" in options.models:
             from fem3d.runs.sink import plan
 
             solver = plan(scene, not options.steady)
-        contact = THERMAL_CONTACT.show(scene.contact_resistance or 0.0)
-        room, but = f"{scene.room_temperature:g} K", "and in 1D models but the paper's"
-        surroundings = {
-            "substrate": (scene.substrate_thickness is not None, f"in 3D, {but}"),
-            "contacts": (scene.contact_resistance is not None, f"{contact} at both faces of the oxide, {but}"),
-            "radiation": (bool(scene.emissivity), f"all bare faces, emissivity {scene.emissivity:g}, to {room}"),
-        } if in_3d else {}  # fmt: skip
-        gas = f"a film of {scene.gap_coefficient:.4g} W/(m2 K)"
-        surroundings["gas in the gap"] = (bool(scene.gap_gas_conductivity), gas)
-        with_ = [step(name, said) for name, (present, said) in surroundings.items() if present]
         blame = [step("blame", "by the ladder between the models, where the 1D model differs")]
         blame *= len(options.models) > 1 and not options.why
-        return [*solver, *with_, _reduction_step(options), *self.check_steps(scene, options), *blame]
+        return [*solver, _reduction_step(options), *self.check_steps(scene, options), *blame]
 
     def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
         return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
