@@ -30,10 +30,6 @@ from scenes.model import ROUNDING
 
 MOST_ROWS = 20_000
 INSTANT = 1e-12  # of the end time
-# VTK's order of the corners of a hexahedron, of its edges by their corners, and of the middles of its faces, doubled.
-CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
-FACES = ((0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2))
 # The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
 BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
@@ -292,18 +288,20 @@ class Fields:
 
 def _hexahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The nodes (27, 3) of the reference hexahedron, their order (27,) in VTK, and the nodes of its mirror image."""
+    from skfem.io.meshio import HEX_MAPPING
+
     places = np.asarray(ElementHex2().doflocs)
-    number = {tuple(p): n for n, p in enumerate((2 * places).astype(int).tolist())}
-    flipped = np.array([number[2 - i, j, k] for i, j, k in number])
-    corners = 2 * np.array(CORNERS)
-    middles = [(corners[a] + corners[b]) // 2 for a, b in EDGES]
-    order = [number[tuple(p)] for p in np.array([*corners, *middles, *FACES, (1, 1, 1)]).tolist()]
-    return places, np.array(order), flipped
+    # scikit-fem's reference corner is VTK's opposite one.
+    return places, _nodes(places, 1 - places[HEX_MAPPING]), _nodes(places, np.abs(places - [1, 0, 0]))
 
 
 def _tetrahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same for a tetrahedron of 10 nodes, whose first two corners the mirror image exchanges."""
     places = np.asarray(ElementTetP2().doflocs)
     mirrored = np.column_stack([1 - places.sum(axis=1), places[:, 1:]])
-    flipped = np.abs(mirrored[:, None] - places).sum(axis=2).argmin(axis=1)
-    return places, np.arange(10), flipped
+    return places, np.arange(10), _nodes(places, mirrored)
+
+
+def _nodes(places: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """The nodes (n,) whose places (n, 3) some points (n, 3) have."""
+    return np.abs(at[:, None] - places).sum(axis=2).argmin(axis=1)

@@ -39,7 +39,6 @@ Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
 ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 # Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
 POINTS = 5
-JUST = 1e-12  # relative distance of the last one from the end of the step, where inputs may jump
 # Tables may be exceeded by this fraction of the span of temperatures, the accuracy of given temperatures at their ends.
 CLOSE = 1e-3
 
@@ -143,7 +142,8 @@ def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> 
     for i in np.unique(which).tolist():
         step, during = response.steps[i], which == i
         if i not in response.outputs:
-            last = (step.start + step.length) * (1 - JUST)
+            # Inputs may jump at the end of the step.
+            last = (step.start + step.length) * (1 - 8 * np.finfo(float).eps)
             response.outputs[i] = _of_step(response, symmetry, np.minimum(step.start + points * step.length, last))
         x = 2 * (times[during] - step.start) / step.length - 1
         weights = legvander(x, POINTS - 1) @ to_legendre

@@ -244,7 +244,6 @@ def until(
 def _limit(scene: AnyScene, time: float) -> str:
     """Return the end of a sentence: the largest voltage, or given current, with a steady state under the conditions at
     a ``time`` (s); empty if unknown."""
-
     try:
         solve(replace(currents.at_instant(scene, time), accuracy=COARSEST))
     except RunawayError as error:
