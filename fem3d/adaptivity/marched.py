@@ -8,7 +8,9 @@ shows how far heating changes the currents; the currents at its hottest instants
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -234,27 +236,35 @@ Hot = tuple[np.ndarray, np.ndarray]
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
     """Return the base in each nested space, the highest first; hot states are searched in the lowest space alone."""
     lowest, hot = searched(given.heats[0], given.conductors[0], shift, end, accuracy)
-    upper = [hold(*pair, hot, lowest.heat) for pair in zip(given.heats[1:], given.conductors[1:], strict=True)]
+    upper = [hold(*pair, hot, lowest.heat)[0] for pair in zip(given.heats[1:], given.conductors[1:], strict=True)]
     return [*upper[::-1], lowest]
 
 
-def hold(heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: HeatProblem) -> Base:
-    """Return the base that holds the currents of hot states of another problem, in a lower space or on a moved mesh."""
-    base, potentials = cold(heat, conductor)
-    for rise, drive in hot:
+def hold(
+    heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: HeatProblem, near: Sequence[Potential] = ()
+) -> tuple[Base, list[Potential]]:
+    """Return the base that holds the currents of hot states of another problem, in a lower space or on a moved mesh,
+    and its potentials, given those ``near`` them if available."""
+    base, potentials = cold(heat, conductor, near)
+    driven = len(potentials)
+    for n, (rise, drive) in enumerate(hot, 1):
         assert conductor is not None
         mapped = heat.take(other.field(rise))
-        base, potentials = joined_by(base, potentials, *heated(conductor, (mapped, drive), potentials))
-    return base
+        guesses = [*near[n * driven : (n + 1) * driven]] or potentials
+        base, potentials = joined_by(base, potentials, *heated(conductor, (mapped, drive), guesses))
+    return base, potentials
 
 
-def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
-    """Return the base at the initial temperature, and its potentials."""
+def cold(
+    heat: HeatProblem, conductor: Conductor | None, near: Sequence[Potential] = ()
+) -> tuple[Base, list[Potential]]:
+    """Return the base at the initial temperature, and its potentials; the list ``near`` begins with guesses."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
         return Base(heat, None, [], still, loads), []
     lift = heat.inputs.at(0.0) @ heat.lifts
-    potentials = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
+    driven, guesses = [v for v in conductor.voltages if v.any()], [p.potential for p in near]
+    potentials = [conductor.solve(lift, v, guess) for v, guess in zip_longest(driven, guesses[: len(driven)])]
     patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]

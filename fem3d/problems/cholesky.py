@@ -55,10 +55,6 @@ class Ordering:
             self._found = self._dissected(matrix, groups)
         return self._found
 
-    def share(self, other: Ordering) -> None:
-        """Take over the order of another one, of the same groups at other places."""
-        self._found = other._found
-
     def _dissected(self, matrix: csc_array, groups: np.ndarray) -> Dissection:
         entities, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
         count = len(entities)

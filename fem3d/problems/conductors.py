@@ -34,9 +34,10 @@ AND = "\x1f"  # between the names of a box and of probes in it: a separator of u
 PLANE = 0.95
 
 
-def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
+def find(heat: HeatProblem, solved: float = SOLVED, near: Conductor | None = None) -> Conductor | None:
     """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
-    small the residual of a potential must be."""
+    small the residual of a potential must be. The conductor ``near`` them, if any, is of a scene with the same parts,
+    on the same cells at other places."""
     domain, space = heat.domain.electric, heat.domain.electric.space
     cells = np.flatnonzero(domain.live)
     if not len(cells):
@@ -50,21 +51,26 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     sections, jumps = _sections(heat, along)
     cold, warm = lines[cells, :1], lines[cells, 1:]
     conductivity = 1 / cold[:, 0] if along is None else 1 / (cold * along[:, cells])[..., 0]
-    matrix = space.stiffness(conductivity, cells)
     on: Any = space.on(cells)
     crossed = crossings(heat.domain)
     names = _named(domain, cells, crossed)
     if crossed or domain is not heat.domain or along is not None:
         on = Paths(heat.domain.space.on(cells), on, crossed, None if along is None else np.sqrt(along[:, cells]))
         counts = [len(c.warmed[0].areas) for c in crossed]
-        matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
         cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
         warm = np.vstack([warm, np.zeros((sum(counts), 1))])
+    if near is None:
+        matrix = sum((c.conductance for c in crossed), space.stiffness(conductivity, cells))
+    else:
+        there, none = near.heat.domain, np.zeros(len(cells))
+        change = space.changes(conductivity, none, near.space, near.conductivity, none, cells)[0]
+        matrix = sum((c.conductance for c in crossed), near.matrix + change)
+        matrix = sum((-c.conductance for c in crossings(there)), matrix)
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
-        sections, jumps, csc_array(matrix), names, Ordering(space.places), solved, terminals,
-        OfCells(domain, "resistivity", cells) if follows else None,
+        sections, jumps, csc_array(matrix), names, near.ordering if near else Ordering(space.places), solved,
+        terminals, OfCells(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 

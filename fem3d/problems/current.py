@@ -138,13 +138,17 @@ class Conductor:
             return float(ratio.max() / ratio.min())
 
         if condition(near.cold) > WORSE * condition(mean):
-            change = (1 / mean - 1 / self.cold)[: len(self.cells), 0]
-            if isinstance(self.on, Paths):
-                change = change / self.on.roots[..., 0] ** 2
-            matrix = csc_array(self.matrix + self.space.stiffness(change, self.cells))
-            near = replace(self, cold=mean, matrix=matrix)
+            near = replace(self, cold=mean)
+            change = near.conductivity - self.conductivity
+            near = replace(near, matrix=csc_array(self.matrix + self.space.stiffness(change, self.cells)))
             self.kept.tell(near=near)
         return near
+
+    @property
+    def conductivity(self) -> np.ndarray:
+        """(3, cells), or (cells,) where it is the same along all axes: at the initial temperature (S/m)."""
+        conductivity: np.ndarray = 1 / self.cold[: len(self.cells), 0]
+        return conductivity / self.on.roots[..., 0] ** 2 if isinstance(self.on, Paths) else conductivity
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
         """Return the share of the drive that falls in the conductor, which ``dissipated`` a power (W): the rest falls

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import Problems, added, contributions, problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
-from fem3d.runs.differences import Point, Table, Values, difference, move
+from fem3d.runs.differences import STEP, Difference, Table, Values, move
 from fem3d.solution.tangent import TIGHT
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import boxes
@@ -289,18 +289,20 @@ def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -
     """
     domain, part, accuracy = model.structure.heat.domain, symmetry.reduce(device.scene()), TIGHT * device.accuracy_3d
 
-    def point(key: str, step: float, lower: bool) -> Point:
+    own = problems(domain, accuracy)
+
+    def levels(key: str, step: float) -> tuple[Values, Values]:
         other = neighbour(device, key, step) if key else device
-        given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy)
+        given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy, own) if key else own
         values = []
-        for structure in structures(other, given, part.copies)[: 1 + lower]:
+        for structure in structures(other, given, part.copies)[:2]:
             base = structure.base()
             state = steady(structure.modal(base.project(base.fields), base.patterns, accuracy), other)
             values.append(Values({q: float(getattr(state, q)) for q in FOLLOWED}))
-        return Point(*values)
+        return values[0], values[1]
 
-    base, table, left_out = point("", 0.0, True), Table(), dict[str, str]()
-    known = {q: Estimate(v, model.steady_errors(device)[q]) for q, v in base.fine.steady.items() if v}
+    base, table, left_out = levels("", 0.0), Table(), dict[str, str]()
+    known = {q: Estimate(v, model.steady_errors(device)[q]) for q, v in base[0].steady.items() if v}
     for key in numbers(device):
         if keys is not None and key not in keys:
             continue
@@ -308,7 +310,7 @@ def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -
             table[key] = {q: Estimate(0.0, 0.0) for q in known}
             continue
         try:
-            found = difference(base, partial(point, key), model.edges)
+            found = Difference(base, levels(key, STEP), levels(key, -STEP)[0], model.edges)
         except (SceneError, NumericsError) as error:
             left_out[key] = str(error)
             continue

@@ -1,15 +1,11 @@
 """Derivatives of quantities by the keys of a scene: differences on a moved mesh.
 
-With f(x) the quantity at a key larger by a relative step x, and two steps a and b, usually h and -h, the derivative of
-the parabola through f(0), f(a) and f(b) is
-
-    D = (b D_a - a D_b) / (b - a),    D_a = (f(a) - f(0)) / a,
-
-for h and -h the central difference. Its distance from D_a bounds the truncation error. A steady state beside another
-one is solved to the first order in h (`fem3d.solution.tangent`), as terms of the second order cancel. The error of
-space is estimated in the next lower space: all solutions share their cells, so that the difference D_a is a smooth
-function of the mesh, and converges as the quantities do. Steady quantities are differentiated in logarithms, which are
-straight for powers.
+With f(h) a quantity at a key larger by a relative step h, the derivative is (f(h) - f(0)) / ln(1 + h), or for a steady
+quantity the mean for h and -h, whose distance from the former bounds the truncation error. A steady state beside
+another one is solved to the first order in h (`fem3d.solution.tangent`), as terms of the second order cancel in the
+mean. All solutions share their cells, factors and quadratures, so that their rounding errors allow small steps. The
+error of space is estimated in the next lower space: the difference is a smooth function of the mesh, and converges as
+the quantities do. Steady quantities are differentiated in logarithms, which are straight for powers.
 
 Transients are projected on the same fields for all values of a key: Krylov fields of the loads, and of the dual
 problems of the traces. A trace is then off by the product of the errors of both solutions, and the change of the fields
@@ -17,18 +13,18 @@ by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10
 
 The mesh moves with the faces of another scene that has the same parts. Each axis is mapped by itself: a plane of faces
 goes where its faces go, and coordinates between two planes move in proportion. Bricks stay bricks, and cells, functions
-and unknowns stay the same.
+and unknowns stay the same. Only the cells that move or whose properties differ are assembled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import combinations_with_replacement
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import left
@@ -36,11 +32,14 @@ from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
+from fem3d.problems.cholesky import part
+from fem3d.problems.paths import Potential
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.results.probes import reading
 from fem3d.solution import transient
 from fem3d.solution.reduced import orthonormal
+from fem3d.solution.steady import SteadyState
 from fem3d.solution.tangent import Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces import edge_exponents
@@ -77,30 +76,29 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     scene: Any = other.scene
     if isinstance(scene, MeshScene):
         return groups(Placed(scene, domain.placed.mesh), domain.space.p)
-    maps = [_planes(part.scene, scene, axis) for axis in range(3)]
+    maps = [_displacements(part.scene, scene, axis) for axis in range(3)]
     if not isinstance(domain.space, BrickSpace):
         mesh = domain.space.mesh
-        points = np.array([np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
+        points = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
         return box_cells(scene, replace(mesh, doflocs=points), domain.space.p)
     grid = domain.space.grid
-    breaks = tuple(np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
+    breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
     return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))
 
 
-def _planes(scene: Any, other: Any, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (m) of the planes across an axis, ascending, in a scene and in another one."""
+def _displacements(scene: Any, other: Any, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates (m) of the planes across an axis in a scene, ascending, and their displacements (m) to another."""
     pairs = np.array(sorted(_faces(scene, other, axis)))
-    extent, largest = np.ptp(pairs[:, 0]), np.abs(pairs[:, 1] - pairs[:, 0]).max()
-    at, to = [pairs[0, 0]], [pairs[0, 1]]
-    for before, after in pairs[1:]:
-        if before - at[-1] > ROUNDING * extent:
-            at.append(before)
-            to.append(after)
-        elif abs((after - before) - (to[-1] - at[-1])) > TOGETHER * largest + ROUNDING * ROUNDING * extent:
-            raise SceneError(f"faces at {'xyz'[axis]} = {before:.6g} m lie in one plane and move apart")
-    if (np.diff(to) <= 0).any():
+    extent, displacements = np.ptp(pairs[:, 0]), pairs[:, 1] - pairs[:, 0]
+    planes = np.flatnonzero(np.diff(pairs[:, 0], prepend=-np.inf) > ROUNDING * extent)
+    parting = np.maximum.reduceat(displacements, planes) - np.minimum.reduceat(displacements, planes)
+    allowed = TOGETHER * np.abs(displacements).max() + 4 * np.spacing(np.abs(pairs).max())
+    if (parting > allowed).any():
+        at = pairs[planes[parting.argmax()], 0]
+        raise SceneError(f"faces at {'xyz'[axis]} = {at:.6g} m lie in one plane and move apart")
+    if (np.diff(pairs[planes, 1]) <= 0).any():
         raise SceneError(f"faces across {'xyz'[axis]} move past each other")
-    return np.array(at), np.array(to)
+    return pairs[planes, 0], displacements[planes]
 
 
 def _faces(scene: Scene, other: Scene, axis: int) -> Iterator[tuple[float, float]]:
@@ -125,16 +123,15 @@ def _names(scene: AnyScene) -> list[str]:
     return [item.name for items in (parts, scene.boundaries, scene.probes) for item in items]
 
 
-STEP = 2.0**-10
-"""Relative step of a key: a parabola is then off by some 1e-6 of a derivative."""
-NOISE = 1e-8
-"""Relative error that rounding in two solutions leaves in their difference over the step."""
+STEP = 2.0**-12
+"""Relative step of a key, to both sides: the mean is then off by some 1e-7 of a derivative."""
+SHORT = 2.0**-15
+"""Relative step of a key to one side, over time, and the truncation error of a derivative of order one. The time steps
+have the square of it as their relative error, which over the step is as large."""
+NOISE = 1e-11
+"""Relative error of two solutions that rounding leaves in their difference."""
 FEWER = 2
 """Generations of Krylov fields that the lower space takes less, to show the error of leaving out fields."""
-MARCHED = 1e-8
-"""Relative error of time steps, which is divided by the step."""
-SMALL = 0.1
-"""Relative change of a quantity up to which its logarithm is differentiated; larger ones are of values near zero."""
 
 Table = dict[str, dict[str, Estimate]]
 """By key and quantity: d ln quantity / d ln key."""
@@ -190,11 +187,8 @@ class Values:
     traces: Traces = field(default_factory=dict)
 
 
-class Point(NamedTuple):
-    """The values of a scene, and if needed its values in the next lower space, in fewer Krylov fields."""
-
-    fine: Values
-    low: Values | None = None
+Levels = tuple[Values, Values]
+"""The values of a scene, and its values in the next lower space, in fewer Krylov fields."""
 
 
 def sensitivities(
@@ -219,81 +213,64 @@ def sensitivities(
         if the scene itself cannot be solved again
     """
     solver = _Solver(study, answer, rows)
-    base = solver.base
-    steady, course = Table(), Course(solver.times, base.fine.traces, {}, {})
+    steady, course = Table(), Course(solver.times, solver.base[0].traces, {}, {})
     profile, left_out = dict[str, np.ndarray](), dict[str, str]()
     for key, vary in keys.items():
         try:
-            found = difference(base, partial(solver.beside, vary), solver.edges)
+            found = solver.difference(vary)
         except (SceneError, NumericsError) as error:
             left_out[key] = str(error)
             continue
         steady[key] = {name: found.logarithmic(name, e) for name, e in known.items()}
-        if rows is not None:
-            profile[key] = found.slope(lambda values: values.profile)[0]
-        traces = {name: found.of_trace(name) for name in base.fine.traces}
+        profile[key] = found.steady(lambda values: values.profile)[0]
+        traces = {name: found.of_trace(name) for name in course.traces}
         course.values[key] = {name: value for name, (value, _) in traces.items()}
         course.errors[key] = {name: error for name, (_, error) in traces.items()}
+    if rows is None:
+        profile = {}
     return Sensitivities(steady, dict(known), None if answer.response is None else course, profile, left_out)
 
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """A scene and two neighbours, whose key differs by the relative ``steps``; ``edges`` is the ratio of the error of
-    space to the change by the lower space."""
+    """The values of a scene, and of its neighbours: in the steady state with a key larger by `STEP` (``more``) and
+    smaller by it (``less``), over time with a key larger by `SHORT`. ``edges`` is the ratio of the error of space to
+    the change by the lower space."""
 
-    base: Point
-    steps: tuple[float, float]
-    points: tuple[Point, Point]
+    base: Levels
+    more: Levels
+    less: Values
     edges: float
+    over_time: Levels | None = None
 
-    def slope(self, read: Callable[[Values], Any]) -> tuple[Any, Any]:
-        """Return the derivative of a reading, and its error."""
-        (a, b), zero = self.steps, read(self.base.fine)
-        first, second = ((read(p.fine) - zero) / h for p, h in zip(self.points, self.steps, strict=True))
-        slope = (b * first - a * second) / (b - a)
-        low, base_low = self.points[0].low, self.base.low
-        assert low is not None
-        assert base_low is not None
-        lower = (read(low) - read(base_low)) / a
-        return slope, abs(slope - first) + self.edges * abs(first - lower)
+    def _one_sided(self, beside: Levels, step: float, read: Callable[[Values], Any]) -> tuple[Any, Any]:
+        """The derivative of a reading by the logarithm of the key, and its error of space."""
+        pairs = zip(beside, self.base, strict=True)
+        fine, low = ((read(there) - read(here)) / np.log1p(step) for there, here in pairs)
+        return fine, self.edges * abs(fine - low)
+
+    def steady(self, read: Callable[[Values], Any]) -> tuple[Any, Any]:
+        """Return the derivative of a steady reading, and its error."""
+        first, error = self._one_sided(self.more, STEP, read)
+        mean = (first + (read(self.less) - read(self.base[0])) / np.log1p(-STEP)) / 2
+        return mean, error + abs(mean - first)
 
     def logarithmic(self, name: str, known: Estimate) -> Estimate:
-        """Return d ln quantity / d ln key, by differences of logarithms if these are small."""
-        zero = self.base.fine.steady[name]
-        changes = [p.fine.steady[name] / zero - 1 for p in self.points]
-        if not any(changes):
+        """Return d ln quantity / d ln key."""
+        zero = self.base[0].steady[name]
+        if zero == self.more[0].steady[name] == self.less.steady[name]:
             return Estimate(0.0, 0.0)
-        if max(map(abs, changes)) < SMALL:
-            slope, error = self.slope(lambda values: np.log(abs(values.steady[name])))
-        else:
-            slope, error = self.slope(lambda values: values.steady[name] / zero)
-        rounding = NOISE * (1 + abs(float(slope)))
+        slope, error = self.steady(lambda values: np.log(abs(values.steady[name])))
+        rounding = NOISE / STEP * (1 + abs(float(slope)))
         return Estimate(float(slope), float(error) + known.error / abs(known.value) + rounding)
 
     def of_trace(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return d trace / d ln key (n,) and its error (n,), in the trace's unit."""
-        slope, error = self.slope(lambda values: values.traces[name])
-        return slope, error + MARCHED / STEP * np.abs(self.base.fine.traces[name]).max()
-
-
-def difference(base: Point, solve: Callable[[float, bool], Point], edges: float) -> Difference:
-    """Solve with a key changed on both sides, or twice on one side where the other has no solution.
-
-    ``solve`` takes the relative step of the key, and whether the lower space is needed. Raises SceneError where a scene
-    beside the base is not the same but for its numbers, and NumericsError where neither side has a solution.
-    """
-    solved, failure = list[tuple[float, Point]](), None
-    for step in (STEP, -STEP, STEP / 2, -STEP / 2):
-        try:
-            solved.append((step, solve(step, not solved)))
-        except NumericsError as error:
-            failure = failure or error
-        if len(solved) == 2:
-            (a, one), (b, other) = solved
-            return Difference(base, (a, b), (one, other), edges)
-    assert failure is not None
-    raise failure
+        assert self.over_time is not None
+        slope, error = self._one_sided(self.over_time, SHORT, lambda values: values.traces[name])
+        size = float(np.abs(self.base[0].traces[name]).max())
+        # Of the time steps, of a power, and of a pole.
+        return slope, error + SHORT * (2 * size + float(np.abs(slope).max()) ** 2 / (size or 1.0))
 
 
 class _Solver:
@@ -306,71 +283,82 @@ class _Solver:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
-            self._fields = dict[int, np.ndarray]()
+            self._fields, self._potentials = dict[int, np.ndarray](), dict[int, list[Potential]]()
             if answer.steady is None:
                 self._base, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
-        self.edges = 1.0
+        self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
-            self.edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-        self._own: Problems | None = None
-        self._own, self._tangents = self._moved(study), dict[int, Tangent]()
+            self._edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+        self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
                 k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
+        self.base = self._levels(study, self._own)
 
-        self.base = self._point(study, self._own, True)
-
-    def beside(self, vary: Vary, step: float, lower: bool) -> Point:
-        """Return the values of the scene whose key is larger by a relative step, in the ``lower`` space too."""
-        study = vary(step)
-        return self._point(study, self._moved(study), lower)
-
-    def _point(self, study: Study, given: Problems, lower: bool) -> Point:
-        return Point(self._values(study, given, -1), self._values(study, given, -2) if lower else None)
+    def difference(self, vary: Vary) -> Difference:
+        """Solve with a larger and a smaller key. Raises SceneError where a scene beside the base is not the same but
+        for its numbers, and NumericsError where one has no solution."""
+        more, less, over_time = self.base, self.base[0], None
+        if self._answer.steady is not None:
+            study, other = vary(STEP), vary(-STEP)
+            given = self._moved(study)
+            more = self._steady(study, given, -1)[0], self._steady(study, given, -2)[0]
+            less = self._steady(other, self._moved(other), -1)[0]
+        if self._answer.response is not None:
+            study = vary(SHORT)
+            over_time = self._levels(study, self._moved(study))
+        return Difference(self.base, more, less, self._edges, over_time)
 
     def _moved(self, study: Study) -> Problems:
-        """The problems of a scene on the mesh of the answer, moved."""
-        given = nested.problems(move(self._answer.heat.domain, self._part, study.part), study.accuracy)
-        for heat, conductor in zip(given.heats, given.conductors, strict=True):
-            heat.ordering.share(self._answer.heat.ordering)
-            if conductor is not None and self._answer.conductor is not None:
-                conductor.ordering.share(self._answer.conductor.ordering)
-        if self._own is not None:
-            # The factors of the scene itself are near enough to start from and to correct by.
-            for heat, own in zip(given.heats, self._own.heats, strict=True):
-                heat.kept.tell(solve_steady=own.solve_steady)
-            for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
-                if conductor is not None and known is not None:
-                    near = known.kept.get("near", lambda: None) or known
-                    conductor.kept.tell(near=near, cold_potentials=known.cold_potentials)
+        """The problems of a scene on the mesh of the answer, moved, with the factors of the answer's own scene."""
+        domain = move(self._answer.heat.domain, self._part, study.part)
+        given = nested.problems(domain, study.accuracy, self._own)
+        if not np.array_equal(given.heat.order, self._own.heat.order):
+            raise SceneError("other nodes have given temperatures when the scene changes")
+        for heat, own in zip(given.heats, self._own.heats, strict=True):
+            heat.kept.tell(solve_steady=own.solve_steady)
+        for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
+            if conductor is not None and known is not None:
+                solve = _corrected(known.solve_cold, part(conductor.matrix, conductor.free))
+                near = known.kept.get("near", lambda: None) or known
+                conductor.kept.tell(near=near, cold_potentials=known.cold_potentials, solve_cold=solve)
         return given
+
+    def _levels(self, study: Study, given: Problems) -> Levels:
+        """Solve in both spaces."""
+        return self._values(study, given, -1), self._values(study, given, -2)
+
+    def _steady(self, study: Study, given: Problems, level: int) -> tuple[Values, SteadyState]:
+        """Solve the steady state in one of the nested spaces."""
+        if (tangent := self._tangents.get(level)) is None:
+            state = nested.solution(study, given, level).state
+        else:
+            state = tangent.state(given.heats[level], given.conductors[level])
+        steady = {n: float(v) for n, v in study.steady(outputs.of_steady(state, study.part)).items()}
+        profile = np.empty(0) if self._rows is None else self._rows @ state.heat.field(state.rise)
+        return Values(steady, profile), state
 
     def _values(self, study: Study, given: Problems, level: int) -> Values:
         """Solve in one of the nested spaces; over time in the fields of the base."""
-        steady, profile, response = dict[str, float](), np.empty(0), self._answer.response
+        values, response = Values({}), self._answer.response
         if self._answer.steady is not None:
-            tangent = self._tangents.get(level)
-            if tangent is None:
-                state = nested.solution(study, given, level).state
-            else:
-                state = tangent.state(given.heats[level], given.conductors[level])
-            steady = {n: float(v) for n, v in study.steady(outputs.of_steady(state, study.part)).items()}
-            if self._rows is not None:
-                profile = self._rows @ state.heat.field(state.rise)
+            values, state = self._steady(study, given, level)
         if response is None:
-            return Values(steady, profile, {})
+            return values
         if self._answer.steady is not None:
             base = Base.of_steady(state, study.accuracy)
         else:
-            base = hold(given.heats[level], given.conductors[level], self._hot, self._base.heat)
+            near = self._potentials.get(level, ())
+            base, potentials = hold(given.heats[level], given.conductors[level], self._hot, self._base.heat, near)
+            self._potentials.setdefault(level, potentials)
         if level not in self._fields:
             self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))
         reduced = base.project(np.column_stack([base.fields, self._fields[level]]))
-        marched = transient.march(base, reduced, study.end, MARCHED)
-        return Values(steady, profile, study.traces(outputs.of_transient(marched, study.part, self.times)))
+        marched = transient.march(base, reduced, study.end, SHORT**2)
+        return replace(values, traces=study.traces(outputs.of_transient(marched, study.part, self.times)))
 
     def _loads_and_duals(self, study: Study, base: Base, generations: int) -> np.ndarray:
         """(free nodes, fields): the Krylov fields of the loads of a base, and of the dual problems of the traces."""
@@ -394,3 +382,15 @@ class _Solver:
         halves = (bare, generations), (dual, generations // 2)
         spaces = [Krylov(each, self._shift, earliest).fields(count) for each, count in halves]
         return orthonormal(base.heat, np.column_stack(spaces))
+
+
+def _corrected(solve: Callable[[np.ndarray], np.ndarray], matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
+    """Return a solver of a matrix by one of a matrix near it, with two corrections, to the cube of their difference."""
+
+    def solved(load: np.ndarray) -> np.ndarray:
+        solution = solve(load)
+        for _ in range(2):
+            solution = solution + solve(load - (matrix @ solution.T).T)
+        return solution
+
+    return solved

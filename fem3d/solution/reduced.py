@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -231,7 +232,8 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
     if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
         fields = _independent(fields, weighted)
         products = fields.T @ (heat.inner_mass @ fields)
-    return np.linalg.solve(np.linalg.cholesky(products), fields.T).T
+    made: np.ndarray = solve_triangular(np.linalg.cholesky(products), fields.T, lower=True).T
+    return made
 
 
 def _independent(fields: np.ndarray, weighted: np.ndarray) -> np.ndarray:

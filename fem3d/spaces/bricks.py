@@ -114,18 +114,16 @@ class BrickSpace(Space):
                 energy[:, cells] = shares @ (flow * each[at])
         return energies
 
-    def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
+    def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so both travel through one conversion as a complex number.
-        return halves(self._matrix(np.arange(len(c)), k, c))
+        return halves(self._matrix(np.arange(len(c)) if cells is None else cells, k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        everywhere = np.zeros((*k.shape[:-1], self.h.shape[1]))
-        everywhere[..., cells] = k
-        return halves(self._matrix(cells, everywhere, np.zeros(self.h.shape[1])))[0]
+        return self.matrices(k, np.zeros(len(cells)), cells)[0]
 
     def _matrix(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        volume, entries = self.h.prod(axis=0), []
-        scale = np.concatenate([k * volume / self.h**2, [c * volume]])
+        h, entries, scale = self.h[:, cells], [], np.zeros((4, self.h.shape[1]))
+        scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):
             one, at = local(self.p, self._highest(alike)), self.dofs[:, alike]
             both = one.entries[:3].T @ scale[:3, alike] + 1j * np.outer(one.entries[3], scale[3, alike])

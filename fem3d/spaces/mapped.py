@@ -111,9 +111,9 @@ class MappedSpace(Space):
             energy[:] = whole * np.where(total > 0, sizes / np.maximum(total, 1e-300), 1 / 3)
         return energies
 
-    def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
+    def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so one elimination order suits both.
-        return halves(self._summed(np.arange(len(c)), k, c))
+        return halves(self._summed(np.arange(len(c)) if cells is None else cells, k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         return halves(self._summed(cells, k, np.zeros(len(cells))))[0]

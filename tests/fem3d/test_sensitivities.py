@@ -11,9 +11,8 @@ import pytest
 
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
-from fem3d.runs.differences import STEP, Point, Sensitivities, Values, difference
+from fem3d.runs.differences import Sensitivities
 from fem3d.runs.sensitivities import of_scene, of_sink
-from scenes.errors import RunawayError
 from scenes.faces import SIGMA
 from scenes.free import from_dict
 from scenes.loading import load_free
@@ -359,18 +358,3 @@ def test_faces_that_would_part_are_named():
     assert set(found.left_out) == {"sink.width", "anchor.pad_width"}
     assert "move apart" in found.left_out["sink.width"]
     assert "anchor.pad_length" in found.steady
-
-
-def test_one_side_is_enough():
-    """At its limit a scene has no solution above: two steps below give the slope and its error."""
-
-    def solve(step: float, lower: bool) -> Point:
-        if step > 0:
-            raise RunawayError("above the limit", 1.0)
-        value = Values({"q": (1 + step) ** 2, "r": math.exp(3 * step)})
-        return Point(value, value if lower else None)
-
-    found = difference(solve(0.0, True), solve, 1.0)
-    for name, exact in (("q", 2.0), ("r", 3.0)):
-        slope = found.logarithmic(name, Estimate(1.0, 0.0))
-        assert abs(slope.value - exact) <= slope.error < 2 * STEP
