@@ -324,7 +324,7 @@ class _Solver:
             if conductor is not None and known is not None:
                 solve = _corrected(known.solve_cold, part(conductor.matrix, conductor.free))
                 near = known.kept.get("near", lambda: None) or known
-                conductor.kept.tell(near=near, cold_potentials=known.cold_potentials, solve_cold=solve)
+                conductor.kept.tell(near=near, solve_cold=solve)
         return given
 
     def _levels(self, study: Study, given: Problems) -> Levels:

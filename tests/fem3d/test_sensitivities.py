@@ -281,6 +281,15 @@ def test_over_time():
         assert by_name["most"].value == pytest.approx(by_name["top"].value, abs=by_name["most"].error)
 
 
+def test_a_voltage_over_time():
+    """At a constant resistivity rises go with the square of the voltage, the current in proportion."""
+    found = solved(bar(run={"end_time": 1e-4, "accuracy": 1e-2}), "boundary.voltage near.voltage")
+    by_name = found.steady["boundary.voltage near.voltage"]
+    for name, exponent in (("peak", 2), ("mean", 2), ("current", 1)):
+        assert by_name[name].value == pytest.approx(exponent, abs=1e-4)
+        assert abs(by_name[name].value - exponent) <= by_name[name].error < 2e-2
+
+
 def test_inputs_that_jump():
     """The scene is linear in its source and in all temperatures together."""
     given = deepcopy(HEATED)
