@@ -33,7 +33,6 @@ NOTABLE = 0.5
 """A change of size or time is stated only where it leaves less than this part of the distance."""
 LEAST = 0.005
 """Changes of size and of time smaller than this are none."""
-NO_CHANGE = "its shape is another: no change of size or of time brings it nearer"
 JUMP = 2e-9
 """Rows closer in time than this part of the run are the values just before and just after a jump."""
 MOST_WINDOWS = 16

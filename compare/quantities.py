@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.course import NO_CHANGE, Course, at
+from compare.course import Course, at
 from compare.verdict import Check, against_3d
 from scenes import physics
 from scenes.checks import FIRST_TIME
@@ -139,7 +139,7 @@ def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -
 
     def note() -> str:
         meant = _meant(base, unit, float(course.model[course.worst]), float(course.fem3d[course.worst]))
-        return meant.removeprefix("; ") or course.change(abs(scale.value)) or NO_CHANGE
+        return meant.removeprefix("; ") or course.change(abs(scale.value))
 
     error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {_whole(unit)}"
     return course.comparison(f"{cut(name, 24)}, trace", unit, error, scale, whole, note)

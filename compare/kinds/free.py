@@ -108,7 +108,6 @@ class FreeKind(Kind[AnyScene]):
         if outcome.reduced1d is None:
             return ""
         from compare.blame import answer
-        from compare.course import NO_CHANGE
         from compare.quantities import called
 
         name, probes = outcome.reduced1d.model, {probe.name for probe in outcome.scene.probes}
@@ -117,11 +116,9 @@ class FreeKind(Kind[AnyScene]):
             return f"{name} and 3D have no quantity in common."
         far = [check for check in checks if check.time is not None and check.verdict == "differs"]
         worst = max(far, key=lambda check: abs(check.difference), default=None)
-        claims = []
-        for check in checks:
-            detail = check.because.partition("; ")[2] if check is worst else ""
-            title = called(check.id.removesuffix(OVER_TIME))
-            claims.append(replace(check, title=title, because="" if detail == NO_CHANGE else detail))
+        titles = [called(check.id.removesuffix(OVER_TIME)) for check in checks]
+        details = [check.because.partition("; ")[2] if check is worst else "" for check in checks]
+        claims = [replace(check, title=t, because=d) for check, t, d in zip(checks, titles, details, strict=True)]
         return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
