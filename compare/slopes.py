@@ -272,7 +272,7 @@ def own_model(
     if course is not None and times is not None and in_3d is not None and not steady:
         tops = {name: in_3d.top.get(name, float(times[-1])) for name in course.values if name in in_3d.sizes}
         values = {name: float(np.interp(top, course.time, course.values[name])) for name, top in tops.items()}
-        changes = {k: {n: np.interp([tops[n]], times, by[n]) for n in tops if n in by} for k, by in traces.items()}
+        changes = {k: {n: np.interp([tops[n]], times, by[n])[0] for n in tops if n in by} for k, by in traces.items()}
     shift = dict[str, dict[str, float]]()
     if thermal := thermal_probes(scene) if scene.kind == "free" else []:
         from fem3d.runs.sensitivities import floor_of
