@@ -16,7 +16,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
-from signal import Signals
+from signal import SIGKILL, Signals
 from threading import Lock, Thread
 from typing import Any, TypeVar
 from weakref import finalize
@@ -128,7 +128,9 @@ class Worker:
 
 
 def _end(process: subprocess.Popen[bytes], pipe: Connection) -> None:
-    process.kill()
+    """End a process and the programs that it started, which are in its group."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, SIGKILL)
     process.wait()
     pipe.close()
 

@@ -29,7 +29,6 @@ from compare.models.model import (
     match_outputs,
     plain_name,
 )
-from compare.processes import with_parent
 from scenes.errors import SceneError, printable, quoted
 
 _REFUSED = {
@@ -136,14 +135,14 @@ def _circuit(name: str, line: str) -> str:
 
 
 def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
-    """Return the vectors of an analysis by their nodes; ngspice ends with this process."""
+    """Return the vectors of an analysis by their nodes."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.raw"
         (Path(folder) / "model.cir").write_text(text, encoding="utf-8")
         try:
             ran = subprocess.run(
                 ["ngspice", "-n", "-b", "-r", "model.raw", "model.cir"], cwd=folder, stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, preexec_fn=with_parent, timeout=LONGEST,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, timeout=LONGEST,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise SceneError(f"--model {name} has not answered in {LONGEST / 60:g} minutes, and was ended") from None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -128,8 +127,7 @@ def draw(uncertain: Uncertain, count: int) -> np.ndarray:
 
     covariance, keys = uncertain.covariance(), len(uncertain.relative)
     scale = np.sqrt(np.diag(covariance))
-    name = "rng" if "rng" in signature(qmc.LatinHypercube.__init__).parameters else "seed"
-    engine = qmc.LatinHypercube(keys, **{name: np.random.default_rng(0)})
+    engine = qmc.LatinHypercube(keys, seed=np.random.default_rng(0))
     normal = qmc.MultivariateNormalQMC(np.zeros(keys), covariance / np.outer(scale, scale), engine=engine)
     return np.clip(normal.random(count) * scale, -FURTHEST, FURTHEST)
 

@@ -63,20 +63,9 @@ def film_cooling(position: float, biot: float, number: float) -> float:
     return float(terms.sum())
 
 
-def sine_driven(fraction: float, diffusion_time: float, omega: float, time: float) -> float:
-    """The rise at ``fraction`` of a slab, 0 at its near face, whose far face follows sin(omega t) from t = 0, over that
-    sine's amplitude; ``diffusion_time`` is L^2/alpha (s). By Duhamel's theorem (3.5)."""
-    n = np.arange(1, 4 * TERMS + 1)
-    rate = n**2 * np.pi**2 / diffusion_time
-    # The straight line follows at once; each sine follows its rate of change.
-    lag = omega * (rate * np.cos(omega * time) + omega * np.sin(omega * time) - rate * np.exp(-rate * time))
-    lag = lag / (rate**2 + omega**2)
-    terms = 2 * (-1.0) ** n / (n * np.pi) * np.sin(n * np.pi * fraction) * lag
-    return float(fraction * np.sin(omega * time) + terms.sum())
-
-
 def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np.ndarray, time: float) -> float:
-    """Return `sine_driven` for a far face that follows straight lines from the first of some ``times`` (s) on."""
+    """Return the rise at ``fraction`` of a slab, 0 at its near face, whose far face follows straight lines between
+    ``values`` at some ``times`` (s); ``diffusion_time`` is L^2/alpha (s). By Duhamel's theorem (3.5)."""
     n = np.arange(1, 4 * TERMS + 1)
     rate = n**2 * np.pi**2 / diffusion_time
     lag = np.zeros(len(n))
