@@ -14,7 +14,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from scenes.errors import did_you_mean, listed, printable
-from scenes.units import DECIMAL, ICE_POINT, PLAIN, Powers, UnitError, called, leading_unit, parse_quantity, spelled
+from scenes.units import (
+    DECIMAL,
+    ICE_POINT,
+    PLAIN,
+    UNITS,
+    Powers,
+    UnitError,
+    called,
+    double,
+    exact,
+    leading_unit,
+    parse_quantity,
+    spelled,
+)
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
@@ -44,13 +57,13 @@ def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | N
         raise UnitError("is longer than 500 characters: say parts of it as parameters of their own")
     plain = spelled(text)
     if match := _LITERAL.fullmatch(plain):
-        exact = _exact(match[1])
-        return (_double(exact + ICE_POINT), (0, 0, 0, 0, 1)) if match[2] else (_double(exact), None)
+        value, celsius = exact(match[1]), bool(match[2])
+        return double(value + ICE_POINT * celsius), UNITS["degC"][0] if celsius else None
     try:
         measure = _evaluate(plain, names)
     except RecursionError:
         raise UnitError("is nested too deep: say parts of it as parameters of their own") from None
-    return _double(measure.value), measure.powers
+    return double(measure.value), measure.powers
 
 
 def is_expression(given: object) -> bool:
@@ -77,7 +90,7 @@ def _evaluate(plain: str, names: Mapping[str, Measure]) -> Measure:
         if behind := re.compile(r"\s*([A-Za-z_]\w*)").match(plain, end):
             raise UnitError(f'has "{number} {printable(behind[1])}": write {number}*{printable(behind[1])}')
         parts.append(f" _{len(numbers)} ")
-        numbers[f"_{len(numbers)}"] = Measure(_exact(number) * unit.factor, unit.powers)
+        numbers[f"_{len(numbers)}"] = Measure(exact(number) * unit.factor, unit.powers)
         at = end
     try:
         tree = ast.parse("".join([*parts, plain[at:]]).strip(), mode="eval") if plain.isascii() else None
@@ -122,7 +135,7 @@ def _combined(operator: ast.operator, a: Measure, b: Measure) -> Measure:
             by = 1 if isinstance(operator, ast.Mult) else -1
             if by == -1 and not b.value:
                 raise UnitError("divides by zero")
-            powers: Powers = tuple(p + by * q for p, q in zip(a.powers, b.powers, strict=True))  # type: ignore[assignment]
+            powers = tuple(p + by * q for p, q in zip(a.powers, b.powers, strict=True))
             return Measure(_short(a.value * b.value**by), powers)
         case ast.Pow():
             return _raised(a, b)
@@ -157,31 +170,17 @@ def _raised(base: Measure, exponent: Measure) -> Measure:
     near = e.limit_denominator(12)
     if base.powers != PLAIN and abs(near - e) > 1e-12:
         raise UnitError(f"raises {called(base.powers)} to {float(e):g}: give a fraction such as 1/2 or 2/3")
-    powers: Powers = tuple(near * p for p in base.powers)  # type: ignore[assignment]
+    powers = tuple(near * p for p in base.powers)
     if e.denominator == 1:
         return Measure(_short(value ** int(e)), powers)
     if value < 0:
         raise UnitError("takes a root of a negative number")
-    root = math.sqrt(_double(value)) if e == Fraction(1, 2) else _double(value) ** float(e)
+    root = math.sqrt(double(value)) if e == Fraction(1, 2) else double(value) ** float(e)
     return Measure(Fraction(root), powers)
-
-
-def _exact(number: str) -> Fraction:
-    # A double bounds the exponent before an exact power of ten could fill the memory.
-    if not math.isfinite(float(number)):
-        raise UnitError("is not a finite number")
-    return Fraction(number) if float(number) else Fraction(0)
 
 
 def _short(value: Fraction) -> Fraction:
     """The fraction, rounded to a double where it has very many digits."""
     if max(value.numerator.bit_length(), value.denominator.bit_length()) <= 4000:
         return value
-    return Fraction(_double(value))
-
-
-def _double(value: Fraction) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        raise UnitError("is not a finite number") from None
+    return Fraction(double(value))

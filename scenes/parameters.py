@@ -20,7 +20,7 @@ from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.expressions import FUNCTIONS, PI, Measure, measured
-from scenes.units import PLAIN, Powers, UnitError, called, dimension_of, is_unit
+from scenes.units import PLAIN, UNITS, Powers, UnitError, called, dimension_of
 
 SECTION = "parameters"
 _NAME = re.compile(r"(?<![\w.])[A-Za-z]\w{0,59}(?!\w)", re.ASCII)
@@ -80,7 +80,7 @@ def _check_name(name: str) -> None:
         fault = "is no name: give letters, digits and _, a letter first, 60 at most"
     elif name in (*FUNCTIONS, PI):
         fault = "is called like a function or a constant: give another name"
-    elif is_unit(name):
+    elif name in UNITS:
         fault = f"is called like a unit, and 2 {name} would be two things: give another name, such as {name}_0"
     else:
         return

@@ -15,30 +15,24 @@ from math import isfinite
 
 from scenes.errors import did_you_mean, printable
 
-Power = int | Fraction
-Powers = tuple[Power, Power, Power, Power, Power]
+Powers = tuple[int | Fraction, ...]
 """The exponents of metre, kilogram, second, ampere and kelvin: whole, but for those of roots."""
 
 PLAIN: Powers = (0, 0, 0, 0, 0)
-_SYMBOLS: dict[str, tuple[Powers, Fraction]] = {
-    "m": ((1, 0, 0, 0, 0), Fraction(1)),
-    "g": ((0, 1, 0, 0, 0), Fraction(1, 1000)),
-    "s": ((0, 0, 1, 0, 0), Fraction(1)),
-    "A": ((0, 0, 0, 1, 0), Fraction(1)),
-    "K": ((0, 0, 0, 0, 1), Fraction(1)),
-    "V": ((2, 1, -3, -1, 0), Fraction(1)),
-    "W": ((2, 1, -3, 0, 0), Fraction(1)),
-    "J": ((2, 1, -2, 0, 0), Fraction(1)),
-    "S": ((-2, -1, 3, 2, 0), Fraction(1)),
-    "ohm": ((2, 1, -3, -2, 0), Fraction(1)),
-}
-_WITHOUT_PREFIX: dict[str, tuple[Powers, Fraction]] = {
-    "min": ((0, 0, 1, 0, 0), Fraction(60)),
-    "degC": ((0, 0, 0, 0, 1), Fraction(1)),
-    "ppm": (PLAIN, Fraction(1, 10**6)),
-    "%": (PLAIN, Fraction(1, 100)),
-}
+_SYMBOLS: dict[str, Powers] = {
+    "m": (1, 0, 0, 0, 0), "g": (0, 1, 0, 0, 0), "s": (0, 0, 1, 0, 0), "A": (0, 0, 0, 1, 0), "K": (0, 0, 0, 0, 1),
+    "V": (2, 1, -3, -1, 0), "W": (2, 1, -3, 0, 0), "J": (2, 1, -2, 0, 0), "S": (-2, -1, 3, 2, 0),
+    "ohm": (2, 1, -3, -2, 0),
+}  # fmt: skip
 _PREFIXES = {"G": 9, "M": 6, "k": 3, "": 0, "c": -2, "m": -3, "u": -6, "n": -9, "p": -12}
+UNITS = {
+    f"{prefix}{symbol}": (powers, Fraction(10) ** (exponent - 3 * (symbol == "g")))
+    for symbol, powers in _SYMBOLS.items() for prefix, exponent in _PREFIXES.items()
+} | {
+    "min": (_SYMBOLS["s"], Fraction(60)), "degC": (_SYMBOLS["K"], Fraction(1)),
+    "ppm": (PLAIN, Fraction(1, 10**6)), "%": (PLAIN, Fraction(1, 100)),
+}  # fmt: skip
+"""The powers and the size in SI units of every unit without a power."""
 ICE_POINT = Fraction("273.15")  # K, of 0 degC: the definition of the degree Celsius
 
 DECIMAL = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -75,6 +69,22 @@ class Unit:
     celsius: bool = False
 
 
+def exact(number: str) -> Fraction:
+    """Return a decimal number as a fraction; raises UnitError beyond the range of doubles."""
+    # A double bounds the exponent before an exact power of ten could fill the memory.
+    if not isfinite(float(number)):
+        raise UnitError("is not a finite number")
+    return Fraction(number) if float(number) else Fraction(0)
+
+
+def double(value: Fraction) -> float:
+    """Return the nearest double; raises UnitError beyond the range of doubles."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise UnitError("is not a finite number") from None
+
+
 def parse_quantity(text: str) -> tuple[float, Unit | None]:
     """Return the SI value of a number with a unit, and the unit (``None`` without one).
 
@@ -83,16 +93,10 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
     match = _QUANTITY.fullmatch(spelled(text)) if len(text) <= _LONGEST else None
     if match is None:
         raise UnitError("is not a number with a unit")
-    number, rest = float(match[1]), match[2]
-    unit = parse_unit(rest) if rest.strip() else None
-    # A double bounds the exponent before an exact power of ten could fill the memory.
-    if unit is None or not isfinite(number):
-        return number, unit
-    exact = (Fraction(match[1]) if number else 0) * unit.factor
-    try:
-        return float(exact + ICE_POINT if unit.celsius else exact), unit
-    except OverflowError:
-        return float("inf"), unit
+    number, unit = exact(match[1]), parse_unit(match[2]) if match[2].strip() else None
+    if unit is None:
+        return float(number), None
+    return double(number * unit.factor + ICE_POINT * unit.celsius), unit
 
 
 @lru_cache(maxsize=256)
@@ -102,12 +106,10 @@ def parse_unit(text: str) -> Unit:
     Raises UnitError.
     """
     plain = spelled(text).strip()
-    if plain == "degC":
-        return Unit(_WITHOUT_PREFIX["degC"][0], Fraction(1), celsius=True)
     unit, end = leading_unit(plain, 0)
     if end < len(plain):
         raise UnitError(f'has an unknown unit "{printable(text.strip())}"')
-    return unit
+    return Unit(unit.powers, unit.factor, celsius=plain == "degC")
 
 
 def leading_unit(text: str, at: int, names: Collection[str] = ()) -> tuple[Unit, int]:
@@ -126,11 +128,12 @@ def leading_unit(text: str, at: int, names: Collection[str] = ()) -> tuple[Unit,
             raise UnitError(
                 f'has "{factor}", a unit and a parameter: write {name}**{power} for the unit, or rename the parameter'
             )
-        if sign and at == start and not is_unit(name):
+        if sign and at == start and name not in UNITS:
             break
         base, size = _named(name)
         exponent = (-1 if sign == "/" else 1) * int(power or 1)
-        powers, scale, at = _combine(powers, base, exponent), scale * size**exponent, match.end()
+        powers = tuple(p + exponent * q for p, q in zip(powers, base, strict=True))
+        scale, at = scale * size**exponent, match.end()
     return Unit(powers, scale), at
 
 
@@ -140,42 +143,20 @@ def spelled(text: str) -> str:
 
     def factors(match: re.Match[str]) -> str:
         parts = re.split(r"[\s*]+", match[1].strip())
-        units = all(is_unit(re.sub(r"-?\d*$", "", part)) for part in parts)
+        units = all(re.sub(r"-?\d*$", "", part) in UNITS for part in parts)
         return "".join(f"/{part} " for part in parts) if units else match[0]
 
     return _BRACKET.sub(factors, plain.replace("^", "**"))
 
 
 def _named(name: str) -> tuple[Powers, Fraction]:
-    """Base units and size of a unit without a power. Raises UnitError with a hint."""
-    unit = _known(name)
-    if unit is not None:
-        return unit
-    known = [*(f"{prefix}{symbol}" for prefix in _PREFIXES for symbol in _SYMBOLS), *_WITHOUT_PREFIX]
-    joined = next((f"{name[:at]} {name[at:]}" for at in range(1, len(name)) if {name[:at], name[at:]} <= {*known}), "")
-    meant = _WORDS.get(name.lower()) or (joined and f"({joined})")
-    hint = f', did you mean "{meant}"' if meant else did_you_mean(name, known)
+    """Powers and size of a unit without a power. Raises UnitError with a hint."""
+    if name in UNITS:
+        return UNITS[name]
+    joined = next((f"({name[:at]} {name[at:]})" for at in range(len(name)) if {name[:at], name[at:]} <= {*UNITS}), "")
+    meant = _WORDS.get(name.lower()) or joined
+    hint = f', did you mean "{meant}"' if meant else did_you_mean(name, UNITS)
     raise UnitError(f'has an unknown unit "{printable(name)}"{hint.rstrip("?")}')
-
-
-def _known(name: str) -> tuple[Powers, Fraction] | None:
-    if name in _WITHOUT_PREFIX:
-        return _WITHOUT_PREFIX[name]
-    for symbol, (powers, size) in _SYMBOLS.items():
-        prefix = name.removesuffix(symbol)
-        if name.endswith(symbol) and prefix in _PREFIXES:
-            return powers, size * Fraction(10) ** _PREFIXES[prefix]
-    return None
-
-
-def is_unit(name: str) -> bool:
-    """Whether a name is a unit without a power, such as W."""
-    return _known(name) is not None
-
-
-def _combine(a: Powers, b: Powers, times: int) -> Powers:
-    m, kg, s, ampere, kelvin = (x + times * y for x, y in zip(a, b, strict=True))
-    return m, kg, s, ampere, kelvin
 
 
 @dataclass(frozen=True)
