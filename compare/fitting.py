@@ -157,10 +157,10 @@ def _moved(scene: Any, keys: Sequence[str], logarithms: np.ndarray) -> Any:
         from scenes.validity import check as check_sink
 
         return replace(check_sink(scene), expected_to_differ=None)
-    from scenes.free import check
+    from scenes.free.rules import checked
 
     # A mesh is checked against its scene when it is read.
-    return replace(check(scene) if scene.parts == "boxes" else scene, expected_to_differ=None)
+    return replace(checked(scene) if scene.parts == "boxes" else scene, expected_to_differ=None)
 
 
 def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:

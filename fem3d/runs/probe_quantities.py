@@ -40,10 +40,8 @@ def pairs(scene: AnyScene) -> dict[str, graph.Pair]:
         from meshes.grouped.check import check
         from meshes.grouped.read import read
 
-        joined = check(scene, read(scene.path, scene.unit)).joined()
-    else:
-        joined = grid_of(scene).joined()
-    return graph.pairs(scene, joined.values())
+        return graph.pairs(check(scene, read(scene.path, scene.unit)))
+    return graph.pairs(grid_of(scene))
 
 
 def to_solve(scene: Any) -> Any:

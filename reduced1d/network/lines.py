@@ -165,7 +165,7 @@ def layout(scene: AnyScene) -> Layout:
     if behind:
         raise SceneError(f"a network has no electrical resistance at a contact yet: leave {behind[0]} out")
     grid = grid_of(scene)
-    pairs = graph.pairs(scene, grid.joined().values())
+    pairs = graph.pairs(grid)
     number = {b.name: i for i, b in enumerate(scene.boundaries)}
     cut = _Cutting(replace(grid, scene=tidy(grid)))
     return Layout(

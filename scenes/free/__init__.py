@@ -8,7 +8,7 @@ from typing import Any
 from scenes.free import document
 from scenes.free.tables import BOXES, ON_MESH
 from scenes.free.tables import as_dict as as_dict
-from scenes.model import AnyScene, Scene
+from scenes.model import AnyScene
 from scenes.schema import Schema, override
 
 
@@ -25,20 +25,15 @@ def built(flat: Mapping[str, Any], schema: Schema, name: str, folder: str) -> An
     values = schema.read(flat)
     if schema is ON_MESH:
         return document.on_mesh(values, name, folder)
-    return check(document.of_boxes(values, name, folder))
+    from scenes.free import rules
+
+    return rules.checked(document.of_boxes(values, name, folder))
 
 
 def rebuilt(scene: AnyScene, flat: Mapping[str, Any]) -> AnyScene:
     """Return the scene of a flat one, of the kind and in the folder of another; raises SceneError."""
     folder = getattr(scene, "folder", "") or (scene.model.folder if scene.model else "")
     return built(flat, schema_of_scene(scene), scene.name, folder)
-
-
-def check(scene: Scene) -> Scene:
-    """Return `scenes.free.rules.checked` of a scene of boxes; raises SceneError."""
-    from scenes.free import rules
-
-    return rules.checked(scene)
 
 
 def schema_of_scene(scene: AnyScene) -> Schema:

@@ -7,7 +7,7 @@ Cells and faces have numbers; a mask (cells,) chooses cells, a label (cells,) nu
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from functools import cached_property
 from itertools import pairwise
 from math import inf
@@ -17,7 +17,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import ROUNDING, AnyScene, Contact, Scene, Schedule, Value
+from scenes.model import ROUNDING, AnyScene, Contact, Schedule, Value
 
 
 class CellGraph(ABC):
@@ -177,14 +177,13 @@ Pair = tuple[Any, Any]
 """An electrode, and the other one of its conductor: boundaries."""
 
 
-def pairs(scene: AnyScene, conductors: Iterable[Collection[str]]) -> dict[str, Pair]:
+def pairs(graph: CellGraph) -> dict[str, Pair]:
     """Return the electrode and the other one for each probe of a resistance, by its name.
 
-    ``conductors``: the names of the electrodes of each conductor. Raises SceneError for a probe on no electrode, for a
-    conductor with one or several others, and where no current passes for some time.
+    Raises SceneError for a probe on no electrode, for a conductor with one or several others, and where no current
+    passes for some time.
     """
-    joined = list(conductors)
-    return {p.name: _pair(scene, p, joined) for p in scene.probes if p.quantity == "resistance"}
+    return {p.name: _pair(graph, p) for p in graph.scene.probes if p.quantity == "resistance"}
 
 
 def resistance(between: np.ndarray, current: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -198,34 +197,25 @@ def resistance(between: np.ndarray, current: np.ndarray, time: np.ndarray) -> np
     return np.interp(time, time[passing], between[passing] / current[passing])
 
 
-def _pair(scene: AnyScene, probe: Any, conductors: list[Collection[str]]) -> Pair:
-    said = f"probe {quoted(probe.name)} asks for a resistance"
-    electrodes = {b.name: b for b in scene.boundaries if b.kind == "voltage"}
-    electrode = next((b for b in electrodes.values() if _same(scene, probe, b)), None)
+def _pair(graph: CellGraph, probe: Any) -> Pair:
+    said, conductors = f"probe {quoted(probe.name)} asks for a resistance", graph.joined().values()
+    electrodes = {b.name: b for b in graph.scene.boundaries if b.kind == "voltage"}
+    electrode = next((b for b in electrodes.values() if np.array_equal(graph.faces(probe), graph.faces(b))), None)
     if electrode is None:
-        place = "the corners" if isinstance(scene, Scene) else "the group"
-        raise SceneError(f"{said}, and no electrode is there: give {place} of one, of {listed(list(electrodes))}")
+        one = f"give {graph.place_word} of one, of {listed(list(electrodes))}"
+        raise SceneError(f"{said}, and no electrode is there: {one}")
     others = {n for names in conductors if electrode.name in names for n in names} - {electrode.name}
     if len(others) != 1:
         has = f"{len(others)} others, {listed(sorted(others))}" if others else "no other"
         whose = f"the conductor of {quoted(electrode.name)} has {has}"
         raise SceneError(f"{said}, which is between two electrodes, and {whose}: give one of a conductor with two")
     partner = electrodes[others.pop()]
-    if _idle(scene, electrode, partner):
+    if _idle(graph.scene, electrode, partner):
         by_current = inf in (electrode.series_resistance, partner.series_resistance)
         flows = "current passes" if by_current else "voltage drives one"
         where = f"{flows} between {quoted(electrode.name)} and {quoted(partner.name)}"
         raise SceneError(f"{said}, and for some time no {where}: give a small one, as one would to measure")
     return electrode, partner
-
-
-def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
-    """Whether a probe is on the place of a boundary."""
-    if not isinstance(scene, Scene):
-        return bool(probe.group == boundary.group)
-    size = max(u - v for b in scene.boxes for u, v in zip(b.upper, b.lower, strict=True))
-    both = (*zip(probe.lower, boundary.lower, strict=True), *zip(probe.upper, boundary.upper, strict=True))
-    return all(abs(a - b) <= ROUNDING * size for a, b in both)
 
 
 def _idle(scene: AnyScene, electrode: Any, partner: Any) -> bool:

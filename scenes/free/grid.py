@@ -117,8 +117,11 @@ class Grid(CellGraph):
         return chosen[np.isin(owner, [n for n, box in enumerate(self.scene.boxes) if box.name in probe.boxes])]
 
     def faces(self, item: Boundary | Probe) -> np.ndarray:
-        """Return the faces in a flat box, none where it misses the grid."""
-        (axis,) = self.flat(item.lower, item.upper)
+        """Return the faces in a flat box, none where it misses the grid or is not flat."""
+        flat = self.flat(item.lower, item.upper)
+        if len(flat) != 1:
+            return np.empty(0, int)
+        axis = flat[0]
         planes, at = self.planes[axis], item.lower[axis]
         if not planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]:
             return np.empty(0, int)

@@ -189,9 +189,8 @@ def check_side(graph: CellGraph, probe: Any, parts: tuple[str, ...], side: np.nd
 def check_parts(graph: CellGraph) -> None:
     """Refuse conductors without a voltage, floating parts, parts without an exit for heat, and scenes at rest."""
     scene, labels = graph.scene, graph.parts(graph.solid)
-    conductors = graph.joined().values()
-    physics.refuse_ungrounded(scene.boundaries, conductors)
-    pairs(scene, conductors)
+    physics.refuse_ungrounded(scene.boundaries, graph.joined().values())
+    pairs(graph)
 
     def refuse_others(fine: set[int], says: str, advice: str) -> None:
         """Refuse the first part of the solid without one of the ``fine`` labels."""

@@ -10,7 +10,8 @@ from fem3d.runs import scene as runs
 from meshes.columns import Columns
 from meshes.grid import coarsest
 from scenes.errors import NumericsError, SceneError
-from scenes.free import check, from_dict
+from scenes.free import from_dict
+from scenes.free.rules import checked
 from scenes.free.tables import as_dict
 from scenes.model import Boundary, Probe, Scene
 from scenes.result import Result
@@ -29,7 +30,7 @@ def heated(pads: int = 3) -> Scene:
         Probe("out", (200 * UM, 0.0, 0.0), (200 * UM, *side[1:]), "heat_flow"),
         Probe("top", (0.0, 0.0, 2 * UM), (200 * UM, 200 * UM, 2 * UM), "temperature", "max"),
     )
-    return check(replace(scene, boundaries=(*scene.boundaries, *ends), probes=probes))
+    return checked(replace(scene, boundaries=(*scene.boundaries, *ends), probes=probes))
 
 
 @cache
@@ -82,7 +83,7 @@ def test_cells_fill_the_boxes(seed):
 
 def test_plan_names_reason_for_tetrahedra():
     pads = 20
-    scene = check(plate(pads))
+    scene = checked(plate(pads))
     result = runs.solve(scene)
     said = {step.step: step.reason for step in result.details["plan"]}
     assert "a grid of bricks would take" in said["mesh"]
@@ -94,11 +95,11 @@ def test_plan_names_reason_for_tetrahedra():
 
 
 def test_requested_kind_of_mesh_is_used():
-    few, many = heated(), replace(check(plate(10)), memory=1e9)
+    few, many = heated(), replace(checked(plate(10)), memory=1e9)
     assert runs.start(replace(few, mesh="tetrahedra"))[1].whole
     assert not runs.start(replace(few, mesh="bricks"))[1].whole
     with pytest.raises(NumericsError, match=r"run\.memory allows 1 GB"):
-        runs.solve(replace(check(plate(20)), mesh="bricks", memory=1e9))
+        runs.solve(replace(checked(plate(20)), mesh="bricks", memory=1e9))
     assert runs.start(many)[1].whole
     found = as_dict(replace(few, mesh="tetrahedra"))
     assert found["run"]["mesh"] == "tetrahedra"
@@ -110,7 +111,7 @@ def test_requested_kind_of_mesh_is_used():
 
 def test_tetrahedra_beyond_memory_are_refused():
     with pytest.raises(NumericsError, match=r"degree 2, .* run\.memory allows 0\.1 GB; set run\.memory"):
-        runs.solve(replace(check(plate(40)), mesh="tetrahedra", memory=1e8))
+        runs.solve(replace(checked(plate(40)), mesh="tetrahedra", memory=1e8))
 
 
 @pytest.mark.long
@@ -133,5 +134,5 @@ def test_unreached_accuracy_is_a_warning(monkeypatch):
 def test_transient_values_agree_within_errors():
     times = (1e-4, 3e-4, 1e-3)
     scene = replace(heated(1), steady=False, end_time=1e-3, output_times=times)
-    meshes = (check(replace(scene, mesh=mesh)) for mesh in ("bricks", "tetrahedra"))
+    meshes = (checked(replace(scene, mesh=mesh)) for mesh in ("bricks", "tetrahedra"))
     assert gap(*(runs.solve(each, whole=True) for each in meshes), times) <= 1

@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 from benchmarks.walls import Layer, step_response
 from fem3d.results import outputs
 from fem3d.runs.scene import solve
-from scenes.free import check, from_dict
+from scenes.free import from_dict
+from scenes.free.rules import checked
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
 from tests.fem3d import gap, plain_grid, steady_on, whole
@@ -93,7 +94,7 @@ def pair(thermal: float, electric: float, behind: float = 0.0, coefficient: floa
         ),
         contacts=(Contact("c", ("a", "b"), thermal, electric),), **{"steady": True, **more},
     )  # fmt: skip
-    return check(scene)
+    return checked(scene)
 
 
 def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
@@ -121,7 +122,7 @@ def test_contact_and_series_resistance_add():
     contact, behind, series = 3e-8, 2e-8, 20.0
     scene = pair(0.0, contact, behind)
     ends = (*scene.boundaries[:2], replace(scene.boundaries[2], series_resistance=series))
-    found = solve(check(replace(scene, boundaries=ends))).steady
+    found = solve(checked(replace(scene, boundaries=ends))).steady
     area = SIDE**2
     current = VOLTS / ((3 * RHO * LENGTH + contact + behind) / area + series)
     for name, value in (("current", current), ("volts at the end", current * (behind / area + series))):
@@ -132,7 +133,7 @@ def _rim(resistance: float, **more: Any) -> Scene:
     """Two blocks side by side on a plate, all of one material, with a contact under the first one: it ends inside."""
     m = Material("m", K, 1.0, CAPACITY)
     low, high, side = LENGTH, 2 * LENGTH, SIDE
-    return check(Scene(
+    return checked(Scene(
         "rim",
         (
             Box("plate", m, (0.0, 0.0, 0.0), (high, side, low)), Box("block", m, (0.0, 0.0, low), (low, side, high)),
@@ -184,7 +185,7 @@ def test_part_of_scene_with_contacts_equals_whole():
     )
     ends = [((x, 0.0, 0.0), (x, side, side)) for x in (-low, low)]
     at = (side, 0.0, 0.0)
-    scene = check(Scene(
+    scene = checked(Scene(
         "row", boxes_,
         (
             Boundary("cold", "temperature", *ends[0], 293.0), Boundary("cold too", "temperature", *ends[1], 293.0),

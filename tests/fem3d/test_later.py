@@ -7,7 +7,7 @@ import pytest
 
 from fem3d.adaptivity.adapt import Search, indicators
 from fem3d.runs import scene as runs
-from scenes.free import check
+from scenes.free.rules import checked
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d import drawn
 
@@ -64,7 +64,7 @@ def meander(pads: int, accuracy: float) -> Scene:
         Probe("mean", (0.0, 0.0, 0.0), (SIDE, SIDE, low)),
         Probe("current", *faces[0], "current"),
     )
-    return check(Scene("meander", tuple(boxes), (*ends, *electrodes), probes, 293.0, accuracy=accuracy, steady=True))
+    return checked(Scene("meander", tuple(boxes), (*ends, *electrodes), probes, 293.0, accuracy=accuracy, steady=True))
 
 
 def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:

@@ -138,7 +138,7 @@ def refused(scene):
 
 def test_what_is_no_resistance_is_refused():
     elsewhere = Probe("r", *across(0.0, (2e-5, 2.2e-5), (0.0, T)), "resistance")
-    assert 'no electrode is there: give the corners of one, of "plus", "minus", "read" and "ground"' in refused(
+    assert 'no electrode is there: give corners of one, of "plus", "minus", "read" and "ground"' in refused(
         chip(probes=(elsewhere,))
     )
     assert 'for some time no voltage drives one between "read" and "ground"' in refused(chip(read=0.0))

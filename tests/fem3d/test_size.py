@@ -19,7 +19,7 @@ from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, boxes
 from fem3d.spaces.size import foreseen
 from scenes.errors import NumericsError
-from scenes.free import check
+from scenes.free.rules import checked
 from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 from tests.meshes.test_grid import first
@@ -63,7 +63,7 @@ def test_predicted_factor_size_is_within_two(pads):
 )
 def test_too_many_planes_are_refused(pads, when):
     """20 pads took 5.8 GB before they were refused, 50 were killed at 23.6 GB."""
-    scene = replace(check(plate(pads)), memory=4e9)
+    scene = replace(checked(plate(pads)), memory=4e9)
     with pytest.raises(NumericsError) as refused:
         runs.solve(replace(scene, mesh="bricks"))
     said = str(refused.value)
@@ -84,7 +84,7 @@ def on_tetrahedra() -> Scene:
     """A plate with a pad, and the heat that its warm end takes."""
     scene = plate(1)
     out = Probe("out", (200 * UM, 0.0, 0.0), (200 * UM, 200 * UM, 2 * UM), "heat_flow")
-    return check(replace(scene, mesh="tetrahedra", probes=(*scene.probes, out)))
+    return checked(replace(scene, mesh="tetrahedra", probes=(*scene.probes, out)))
 
 
 def kept(scene: Any, names: list[str]) -> int:

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from scenes import physics
 from scenes.errors import SceneError
-from scenes.free import as_dict, check, from_dict
+from scenes.free import as_dict, from_dict
+from scenes.free.rules import checked
 from scenes.free.tables import as_toml
 from scenes.loading import builtin_text, examples
 from scenes.loading import load_free as load
@@ -186,16 +187,16 @@ SINKS = [
 
 @pytest.mark.parametrize("sink", SINKS)
 def test_the_sink_is_a_free_scene(sink):
-    scene = check(sink.scene())
+    scene = checked(sink.scene())
     assert from_dict(as_dict(scene)) == scene
     assert from_dict(tomllib.loads(as_toml(scene))) == scene
-    assert check(replace(scene, steady=True)).steady
+    assert checked(replace(scene, steady=True)).steady
 
 
 def test_a_sink_without_its_substrate_is_not():
     scene = replace(Sink().scene(), steady=True)
     with pytest.raises(SceneError, match="no exit for heat"):
-        check(replace(scene, boundaries=tuple(b for b in scene.boundaries if b.kind == "voltage")))
+        checked(replace(scene, boundaries=tuple(b for b in scene.boundaries if b.kind == "voltage")))
 
 
 def test_contacts_and_sides_of_probes_come_back():
