@@ -245,12 +245,12 @@ class OwnModel:
     """A 1D or lumped model that a scene names.
 
     ``file`` is relative to ``folder``; ``parameters`` are SI numbers, or texts: quantities with units or keys of the
-    scene; ``outputs`` maps probes to the names of the model.
+    scene; ``outputs`` are the names of the model by the probes.
     """
 
     file: str = ""
-    parameters: tuple[tuple[str, float | str], ...] = ()
-    outputs: tuple[tuple[str, str], ...] = ()
+    parameters: dict[str, float | str] = field(default_factory=dict, hash=False)
+    outputs: dict[str, str] = field(default_factory=dict, hash=False)
     folder: str = ""
 
 

@@ -24,7 +24,7 @@ from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
 
 T = TypeVar("T")
-_HOW_LONG = ("run.end_time", "run.output_times")  # keys of transients alone
+HOW_LONG = ("run.end_time", "run.output_times")  # keys of transients alone
 
 RESISTIVITY, CONDUCTIVITY = "resistivity", "electrical_conductivity"
 
@@ -149,9 +149,13 @@ class Schema:
         every = {**values, **inverses}
         return _with(default, {p if p == SECTION else self.paths[p].attribute: value for p, value in every.items()})
 
+    def values(self, scene: object) -> dict[str, Any]:
+        """Return the values of the keys of a scene, by their paths."""
+        return {path: attrgetter(key.attribute)(scene) for path, key in self.paths.items()}
+
     def write(self, scene: object) -> dict[str, Any]:
         """Return a scene as a flat one that reads back equal: SI numbers and plain JSON types."""
-        values = {path: attrgetter(key.attribute)(scene) for path, key in self.paths.items()}
+        values = self.values(scene)
         left_out = [p if value is None else twin(p) for p, value in values.items() if p.endswith(CONDUCTIVITY)]
         return {path: self.paths[path].kind.write(value) for path, value in values.items() if path not in left_out}
 
@@ -252,7 +256,7 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
     if {"run.steady", "run.end_time"} <= given:
         return flat
     if "run.steady" in given and flat["run.steady"] is True:
-        return {path: value for path, value in flat.items() if path in given or path not in _HOW_LONG}
+        return {path: value for path, value in flat.items() if path in given or path not in HOW_LONG}
     if "run.end_time" in given:
         flat.pop("run.steady", None)
         if "run.output_times" in flat and "run.output_times" not in given:

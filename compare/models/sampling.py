@@ -42,16 +42,16 @@ def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Questi
     parameters = _parameters(scene, own_model, document)
     if parameters:
         document["model"] = {**document["model"], "parameters": parameters}
-    return Question(scene.name, document, units, units, parameters, dict(own_model.outputs))
+    return Question(scene.name, document, units, units, parameters, own_model.outputs)
 
 
 def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
     """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
     names = {} if scene.parameters is None else scene.parameters.measures()
-    keys = dict(_numbers(document)) if any(isinstance(given, str) for _, given in own_model.parameters) else {}
+    keys = dict(_numbers(document)) if any(isinstance(given, str) for given in own_model.parameters.values()) else {}
     varied = of_free(scene) if keys else {}
     values = {}
-    for name, given in own_model.parameters:
+    for name, given in own_model.parameters.items():
         if not isinstance(given, str):
             values[name] = given
             continue

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 from scenes import functions, laws, physics
 from scenes import model as m
 from scenes.errors import SceneError, did_you_mean, quoted, unknown
-from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED
+from scenes.free.tables import BOXES, CONDITIONS, ON_MESH, RADIATION, RESISTANCES, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
-from scenes.schema import CONDUCTIVITY, RESISTIVITY, Item, section
+from scenes.schema import CONDUCTIVITY, HOW_LONG, RESISTIVITY, Item
 
 Values = Mapping[str, Any]
 S = TypeVar("S", m.Scene, m.MeshScene)
@@ -45,8 +45,7 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
 
     Raises SceneError.
     """
-    mesh = section(values, "mesh")
-    if "file" not in mesh:
+    if "mesh.file" not in values:
         raise SceneError('mesh.file is missing: give the path of a mesh, relative to the scene, such as "chip.msh"')
     bodies = tuple(
         m.Body(_material({key: v for key, v in item.values.items() if key != "groups"}), groups)
@@ -61,31 +60,23 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
         for item in _separate_radiation(values.get("boundary", ()))
     )
     probes = tuple(_group_probe(item, bodies) for item in values.get("probe", ()))
-    unit = mesh.get("unit", 1.0)
-    return _complete(
-        m.MeshScene(name, mesh["file"], unit, bodies, sources, boundaries, probes, folder=folder), values, folder
-    )
+    return _complete(m.MeshScene(name, "", 1.0, bodies, sources, boundaries, probes, folder=folder), values, folder)
 
 
 def _complete(scene: S, values: Values, folder: str) -> S:
-    """The scene with its contacts and its sections [scene], [run], [model] and [checks]."""
+    """The scene with its contacts and its sections."""
     contacts = []
     for item in values.get("contact", ()):
         resistances = {key: item.values[key] for key in RESISTANCES if key in item.values}
         if not resistances:
             raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave it out")
         contacts.append(m.Contact(item.name, item.values["between"], **resistances))
-    run, own, checks = (section(values, name) for name in ("run", "model", "checks"))
-    tolerances, differing = checks.get("tolerances", {}), checks.get("expect_differs")
-    model = None
-    if own:
-        parameters, outputs = (tuple(own.get(name, {}).items()) for name in ("parameters", "outputs"))
-        model = m.OwnModel(own.get("file", ""), parameters, outputs, folder)
-    _check_names([item.name for item in values.get("probe", ())], own.get("outputs", {}), tolerances, differing or ())
-    scene = replace(
-        scene, contacts=tuple(contacts), model=model, tolerances=tolerances, expected_to_differ=differing,
-        parameters=values.get("parameters"), **section(values, "scene"), **_run_keys(run),
-    )  # fmt: skip
+    _check_names(values)
+    if any(path.startswith("model.") for path in values):
+        scene = replace(scene, model=m.OwnModel(folder=folder))
+    schema = ON_MESH if isinstance(scene, m.MeshScene) else BOXES
+    keys = {path: value for path, value in values.items() if path not in schema.lists}
+    scene = schema.apply(keys | _end_time(values), replace(scene, contacts=tuple(contacts)))
     _check_steady(scene)
     needed, used = physics.needed(scene), {material.name for material in physics.materials(scene)}
     for item in values.get("material", ()):
@@ -96,16 +87,17 @@ def _complete(scene: S, values: Values, folder: str) -> S:
     return scene
 
 
-def _check_names(probes: list[str], outputs: Any, tolerances: Any, differing: Any) -> None:
+def _check_names(values: Values) -> None:
     """Refuse outputs and checks that name no probe."""
+    probes = [item.name for item in values.get("probe", ())]
     checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), m.SLOPES]
     called = "a check, which are called as the probes"
-    for path, names, allowed, what in (
-        ("model.outputs", outputs, probes, "a probe"),
-        ("checks.tolerances", tolerances, checks, called),
-        ("checks.expect_differs", differing, checks, called),
+    for path, allowed, what in (
+        ("model.outputs", probes, "a probe"),
+        ("checks.tolerances", checks, called),
+        ("checks.expect_differs", checks, called),
     ):
-        for name in [each for each in names if each not in allowed]:
+        for name in [each for each in values.get(path) or () if each not in allowed]:
             listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
             raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
 
@@ -121,21 +113,22 @@ def _check_steady(scene: m.AnyScene) -> None:
             raise SceneError(f"{path} varies in time, and run.steady = true: give one value, or run.end_time")
 
 
-def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
-    times: tuple[float, ...] = run.get("output_times", ())
-    if run.get("steady"):
-        for key in [each for each in ("end_time", "output_times") if each in run]:
-            raise SceneError(f"run.steady = true and run.{key} contradict each other: give one of them")
-        return run
+def _end_time(values: Values) -> dict[str, float]:
+    """The end of a transient, by its key; none in a steady state."""
+    times: tuple[float, ...] = values.get("run.output_times", ())
+    if values.get("run.steady"):
+        for key in [each for each in HOW_LONG if each in values]:
+            raise SceneError(f"run.steady = true and {key} contradict each other: give one of them")
+        return {}
     last = times[-1] if times else 0.0
-    if "end_time" not in run and not last > 0:
+    if "run.end_time" not in values and not last > 0:
         raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
-    end = run.get("end_time", last)
+    end = values.get("run.end_time", last)
     if math.isclose(last, end, rel_tol=1e-12):
         end = last  # one time, reckoned in two ways
     if last > end:
         raise SceneError(f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s")
-    return {**run, "end_time": end}
+    return {"run.end_time": end}
 
 
 def _material(properties: dict[str, Any]) -> m.Material:

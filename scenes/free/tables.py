@@ -20,7 +20,7 @@ from scenes.checks import Differing, tolerances
 from scenes.functions import Following
 from scenes.keys import ACCURACY, VALID_TO
 from scenes.physics import HEAT_KEYS
-from scenes.schema import Key, Schema
+from scenes.schema import HOW_LONG, Key, Schema, nest
 
 UNUSED = 1.0
 """The value of a material's property that the scene does not need and the file does not give."""
@@ -153,23 +153,15 @@ ON_MESH = Schema(
 def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     """Return the document of a scene without its default values."""
     needed = physics.needed(scene)
-    run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
-    if scene.output_times and not scene.steady:
-        run["output_times"] = list(scene.output_times)
-    run |= {key: value for key in ("mesh", "memory") if (value := getattr(scene, key, None))}
-    checks: dict[str, Any] = {"tolerances": dict(scene.tolerances)} if scene.tolerances else {}
-    if scene.expected_to_differ is not None:
-        checks["expect_differs"] = list(scene.expected_to_differ)
-    own = scene.model or m.OwnModel()
-    model = {"file": own.file, "parameters": dict(own.parameters), "outputs": dict(own.outputs)}
     materials = {each.name: _of_material(each, needed) for each in physics.materials(scene)}
     if isinstance(scene, m.MeshScene):
         bodies = {body.material.name: {"groups": list(body.groups)} for body in scene.bodies}
         materials = {name: table | bodies[name] for name, table in materials.items()}
+    sections = _sections(scene)
     document: dict[str, Any] = {
-        "scene": {"name": scene.name, "initial_temperature": scene.initial_temperature},
+        "scene": sections["scene"],
         "parameters": dict(scene.parameters.values) if scene.parameters is not None else None,
-        "mesh": {"file": scene.file, "unit": scene.unit} if isinstance(scene, m.MeshScene) else None,
+        "mesh": sections.get("mesh"),
         "material": list(materials.values()),
         scene.heated[0]: [_of_part(part) for part in getattr(scene, scene.heated[1])],
         "boundary": [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries],
@@ -179,11 +171,20 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
             | {key: value for key in RESISTANCES if (value := getattr(c, key)) or c.perfect}
             for c in scene.contacts
         ] or None,
-        "run": {**run, "accuracy": scene.accuracy},
-        "model": {key: value for key, value in model.items() if value} if scene.model is not None else None,
-        "checks": checks or None,
+        "run": sections["run"],
+        "model": sections.get("model"),
+        "checks": sections.get("checks"),
     }  # fmt: skip
     return {table: content for table, content in document.items() if content is not None}
+
+
+def _sections(scene: m.AnyScene) -> dict[str, Any]:
+    """The sections of a scene without its default values."""
+    schema = ON_MESH if isinstance(scene, m.MeshScene) else BOXES
+    values = schema.values(scene if scene.model else replace(scene, model=m.OwnModel()))
+    left_out = [path for path, value in values.items() if value is None or value is False or value in ("", {})]
+    left_out += [path for path in HOW_LONG if scene.steady or not values[path]]
+    return nest({path: schema.paths[path].kind.write(value) for path, value in values.items() if path not in left_out})
 
 
 def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
