@@ -46,7 +46,7 @@ class BoxCells(CellMesh):
 
     @property
     def name(self) -> str:
-        crowded = crowding(self.scene, coarsest(self.scene).breaks)
+        crowded = crowding(coarsest(self.scene).breaks)
         return f"{crowded}: {self.cells.t.shape[1]:,} tetrahedra of the scene"
 
     @property
@@ -107,7 +107,7 @@ def on_tetrahedra(scene: Scene, grid: Size) -> BoxCells:
     """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
-        crowded = crowding(scene, coarsest(scene).breaks)
+        crowded = crowding(coarsest(scene).breaks)
         unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
         why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
     return BoxCells(Columns.of(scene), why, accuracy=scene.accuracy).fitting()

@@ -79,7 +79,7 @@ def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
         unknowns, planes = float(f"{size.unknowns:.2g}"), grids.coarsest(scene).breaks
         raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
-            f"{allowed(scene)}{why}; {crowding(scene, planes)}: let more coincide, or leave out what does not "
+            f"{allowed(scene)}{why}; {crowding(planes)}: let more coincide, or leave out what does not "
             "matter"
         )
 

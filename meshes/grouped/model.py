@@ -16,9 +16,6 @@ import numpy as np
 from skfem import MeshHex, MeshTet
 
 INSIDE = 1e-6  # reference coordinates; coordinates in files have six or more digits
-STEPS = 30  # iterations at most; Newton's method doubles the digits in each
-# A place is on a facet where its distance in the coordinates of the reference cell is less; parts of a cell are larger.
-ON_FACET = 1e-7
 
 
 class MeshFileError(ValueError):
@@ -122,7 +119,7 @@ def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = Non
         return None
     mapping = mesh.mesh.mapping()
     x = np.full((3, len(cells), 1), 0.25 if mesh.simplex else 0.5)
-    for _ in range(STEPS):
+    for _ in range(30):  # Newton's method doubles the digits in each
         slopes = np.moveaxis(mapping.DF(x, tind=cells)[..., 0], -1, 0)
         away = (point[:, None] - mapping.F(x, tind=cells)[..., 0]).T
         step = np.linalg.solve(slopes, away[..., None])[..., 0].T
@@ -212,6 +209,6 @@ def _within(flat: Any, fine: Any, parents: np.ndarray) -> np.ndarray:
     facets = np.full(len(cell), -1)
     for number, corners in enumerate(reference.facets):
         first, second, last = reference.p[:, [corners[0], corners[1], corners[-1]]].T
-        on = np.abs(np.cross(second - first, last - first) @ (at - first[:, None])) < ON_FACET
+        on = np.abs(np.cross(second - first, last - first) @ (at - first[:, None])) < INSIDE
         facets[on] = flat.t2f[number, cell[on]]
     return facets

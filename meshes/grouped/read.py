@@ -14,6 +14,7 @@ import io
 import re
 from dataclasses import replace
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,14 +24,8 @@ from meshes.grouped.model import Block, GroupedMesh, MeshData, MeshFileError, di
 from scenes.errors import SceneError, check_regular, printable, quoted
 from scenes.model import ROUNDING
 
-# Gmsh's numbers of the types of cells, with meshio's names and the counts of nodes.
-_TYPES = {
-    1: ("line", 2), 2: ("triangle", 3), 3: ("quad", 4), 4: ("tetra", 4), 5: ("hexahedron", 8), 6: ("wedge", 6),
-    7: ("pyramid", 5), 8: ("line3", 3), 9: ("triangle6", 6), 10: ("quad9", 9), 11: ("tetra10", 10),
-    12: ("hexahedron27", 27), 13: ("wedge18", 18), 14: ("pyramid14", 14), 15: ("vertex", 1), 16: ("quad8", 8),
-    17: ("hexahedron20", 20), 18: ("wedge15", 15), 19: ("pyramid13", 13), 21: ("triangle10", 10),
-    26: ("line4", 4), 29: ("tetra20", 20), 36: ("quad16", 16), 92: ("hexahedron64", 64),
-}  # fmt: skip
+# Nodes of the cells whose name by meshio has no number.
+_NODES = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 # Gmsh's place of each of meshio's nodes.
 _EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
 _ORDER = {
@@ -67,6 +62,8 @@ class _Entity(NamedTuple):
 
 def read_gmsh(data: bytes) -> MeshData:
     """Read a mesh in Gmsh's format 4.1. Raises MeshFileError."""
+    from meshio.gmsh import gmsh_to_meshio_type
+
     if b"$PartitionedEntities" in data:
         raise MeshFileError("it is partitioned: save it whole, without partitions")
     header = _section(data, b"MeshFormat").split(maxsplit=3)
@@ -83,9 +80,10 @@ def read_gmsh(data: bytes) -> MeshData:
     for _ in range(section.take("size", 4)[0]):
         dim, tag, number = (int(n) for n in section.take("int", 3))
         count = section.take_one("size")
-        if number not in _TYPES:
+        if number not in gmsh_to_meshio_type:
             raise MeshFileError(f"it has cells of Gmsh's type {number}: mesh with cells of first or second order")
-        kind, width = _TYPES[number]
+        kind = gmsh_to_meshio_type[number]
+        width = _NODES.get(kind) or int(kind.lstrip(ascii_lowercase))
         rows = section.take("size", count * (1 + width)).reshape(count, 1 + width)
         nodes = node_rows(ids, rows[:, 1:])[:, _ORDER.get(kind, slice(None))]
         entities.append(_Entity(kind, nodes, tag, physical.get((dim, tag), [])))

@@ -7,16 +7,15 @@ coordinates.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from scenes.errors import SceneError, listed
+from scenes.errors import SceneError
 from scenes.free.graph import CellGraph
-from scenes.model import ROUNDING, Boundary, Box, Point, Probe, Scene, is_zero
+from scenes.model import ROUNDING, Boundary, Point, Probe, Scene, is_zero
 
 VOID = -1  # The owner of a cell outside the solid.
 _MOST_CELLS = 10_000_000
@@ -165,7 +164,7 @@ def grid_on(scene: Scene, planes: tuple[np.ndarray, ...]) -> Grid:
     count = float(np.prod([len(p) - 1.0 for p in planes]))
     if count > _MOST_CELLS:
         raise SceneError(
-            f"the scene is cut into {count:.3g} cells, and {_MOST_CELLS:.0e} are the most: {crowding(scene, planes)}; "
+            f"the scene is cut into {count:.3g} cells, and {_MOST_CELLS:.0e} are the most: {crowding(planes)}; "
             "give fewer, or let more of them coincide"
         )
     grid = Grid(scene, planes, np.full([len(p) - 1 for p in planes], VOID, np.int32))
@@ -193,24 +192,7 @@ def distinct(coordinates: Sequence[float], small: float) -> list[float]:
     return kept
 
 
-def crowding(scene: Scene, planes: tuple[np.ndarray, ...]) -> str:
-    """Say how many planes (m, ascending) cross a scene along each axis, and which items alone use most of them.
-
-    A plane of one small box crosses the whole scene.
-    """
-    items: list[Box | Boundary | Probe] = [
-        *scene.boxes, *scene.boundaries, *(p for p in scene.probes if p.lower != p.upper),
-    ]  # fmt: skip
-    alone: Counter[str] = Counter()
-    for axis, at in enumerate(planes):
-        users: dict[int, set[str]] = {}
-        for item in items:
-            for end in (item.lower[axis], item.upper[axis]):
-                users.setdefault(int(np.abs(at - end).argmin()), set()).add(item.name)
-        alone.update(next(iter(names)) for names in users.values() if len(names) == 1)
+def crowding(planes: tuple[np.ndarray, ...]) -> str:
+    """Say how many planes (m, ascending) cross a scene along each axis. A plane of one small box crosses it whole."""
     counts = ", ".join(f"{len(at)} along {'xyz'[axis]}" for axis, at in enumerate(planes))
-    sentence = f"boxes, boundaries and probes begin and end at planes that all cross the whole scene, {counts}"
-    if not alone:
-        return sentence
-    named = listed([name for name, _ in alone.most_common()])
-    return f"{sentence}; {alone.total()} of these are used once, most by {named}"
+    return f"boxes, boundaries and probes begin and end at planes that all cross the whole scene, {counts}"
