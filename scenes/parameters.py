@@ -118,25 +118,17 @@ def quantity(text: str) -> tuple[float, Powers | None]:
 
 @dataclass(frozen=True)
 class Parameters:
-    """The parameters of a scene that was read.
+    """The parameters of a scene that was read: their ``measures`` by name, the ``free`` ones (`Names.free`), and the
+    ``flat`` scene with its expressions."""
 
-    ``values`` (SI units) and ``powers`` are by name, ``free`` is the result of `Names.free`, and ``flat`` is the flat
-    scene with its expressions.
-    """
-
-    values: dict[str, float]
-    powers: dict[str, Powers]
+    measures: Mapping[str, Measure]
     free: tuple[str, ...]
     flat: Mapping[str, object]
 
-    @staticmethod
-    def of(names: Names, flat: Mapping[str, object]) -> Parameters:
-        values, powers = {n: float(m.value) for n, m in names.items()}, {n: m.powers for n, m in names.items()}
-        return Parameters(values, powers, names.free(), flat)
-
-    def measures(self) -> dict[str, Measure]:
-        """Return the values of the names in expressions."""
-        return {name: Measure.from_float(value, self.powers[name]) for name, value in self.values.items()}
+    @property
+    def values(self) -> dict[str, float]:
+        """The values by name, in SI units."""
+        return {name: float(measure.value) for name, measure in self.measures.items()}
 
     def key(self, path: str) -> str | None:
         """Return the free parameter that a path such as "parameters.w" names, ``None`` where the path names none.
@@ -144,9 +136,9 @@ class Parameters:
         Raises SceneError for a parameter that is zero or not free.
         """
         name = path.removeprefix(f"{SECTION}.")
-        if name == path or name not in self.values:
+        if name == path or name not in self.measures:
             return None
-        if name in self.free and self.values[name]:
+        if name in self.free and self.measures[name].value:
             return name
         table, others = self.flat[SECTION], ", ".join(f"{SECTION}.{n}" for n in self.free) or "another key"
         given = table[name] if isinstance(table, Mapping) else None
@@ -156,7 +148,9 @@ class Parameters:
         """Return the flat scene with other values (SI units) of some parameters."""
         table = self.flat[SECTION]
         assert isinstance(table, Mapping)
-        given = {name: f"{float(value)!r} {dimension_of(self.powers[name]).unit}" for name, value in values.items()}
+        given = {
+            name: f"{float(value)!r} {dimension_of(self.measures[name].powers).unit}" for name, value in values.items()
+        }
         return {**self.flat, SECTION: {**table, **given}}
 
 

@@ -119,7 +119,7 @@ class Schema:
                 if path != SECTION
             }
         _refuse_twins(values)
-        return values | {SECTION: Parameters.of(names, flat)} if names else values
+        return values | {SECTION: Parameters(dict(names), names.free(), flat)} if names else values
 
     def kind(self, table: str, key: str, item: Mapping[str, object]) -> Kind:
         """Return the kind of a key of an item of a table."""

@@ -18,6 +18,7 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws, physics
+from scenes.expressions import Measure
 from scenes.free.tables import LISTS
 from scenes.functions import EXPONENT, Following, Surroundings
 from scenes.keys import TYPES, type_of
@@ -69,7 +70,7 @@ def kind_of(scene: Any, path: str) -> Quantity:
     """Return the kind of number of a key."""
     parameters: Parameters | None = scene.parameters
     if parameters is not None and (name := parameters.key(path)):
-        return Quantity(dimension_of(parameters.powers[name]), 0.0, inf, signed=True)
+        return Quantity(dimension_of(parameters.measures[name].powers), 0.0, inf, signed=True)
     return every_number(scene)[path].kind
 
 
@@ -99,9 +100,9 @@ def neighbour(scene: T, path: str, step: float) -> T:
     part = 0.5 if step > 0 else -0.5
     moved: Any = transferred(given, less, more, part)
     # Models that are made of the parameters read their values.
-    ends = [other.parameters.values for other in (less, more)]
-    values = {n: v + part * (ends[1][n] - ends[0][n]) for n, v in given.parameters.values.items()}
-    beside: T = replace(moved, parameters=replace(given.parameters, values=values))
+    a, b, measures = less.parameters.values, more.parameters.values, given.parameters.measures
+    measures = {n: Measure.from_float(float(m.value) + part * (b[n] - a[n]), m.powers) for n, m in measures.items()}
+    beside: T = replace(moved, parameters=replace(given.parameters, measures=measures))
     return _run_as(beside, given)
 
 

@@ -47,7 +47,7 @@ def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Questi
 
 def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
     """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
-    names = {} if scene.parameters is None else scene.parameters.measures()
+    names = {} if scene.parameters is None else dict(scene.parameters.measures)
     keys = dict(_numbers(document)) if any(isinstance(given, str) for given in own_model.parameters.values()) else {}
     varied = of_free(scene) if keys else {}
     values = {}

@@ -91,22 +91,16 @@ def check_boundaries(graph: CellGraph) -> None:
             )
         if b.kind in ("heat_flux", "convection", "radiation") and np.isin(faces, fixed).all():
             raise SceneError(f"{name} lies where other boundaries fix the temperature: leave it out, or move it")
-    for (a, of_a), (b, of_b) in combinations(held, 2):
-        if a.value != b.value and np.isin(of_a, of_b).any():
-            raise SceneError(
-                f"boundaries {quoted(a.name)} and {quoted(b.name)} overlap with different temperatures, "
-                f"{_shown(a.value, 'K')} and {_shown(b.value, 'K')}: give {place} that do not overlap"
-            )
     # Electrodes of different voltage that touch, even at an edge, would pass an infinite current.
-    electrodes = [(b, np.unique(graph.nodes(faces))) for b, faces in acting if b.kind == "voltage"]
-    for (a, of_a), (b, of_b) in combinations(electrodes, 2):
-        unknown_potential = a.series_resistance or b.series_resistance
-        if (unknown_potential or a.value != b.value) and np.isin(of_a, of_b).any():
-            why = f" with different voltages, {_shown(a.value, 'V')} and {_shown(b.value, 'V')}"
-            why = ", and the potential of one is not given" if unknown_potential else why
-            raise SceneError(
-                f"boundaries {quoted(a.name)} and {quoted(b.name)} touch on a conductor{why}: leave a gap between them"
-            )
+    electrodes = [(b, graph.nodes(faces)) for b, faces in acting if b.kind == "voltage"]
+    for unit, meet, places in (("K", "overlap", held), ("V", "touch on a conductor", electrodes)):
+        for (a, of_a), (b, of_b) in combinations(places, 2):
+            unknown_potential = a.series_resistance or b.series_resistance
+            if (unknown_potential or a.value != b.value) and np.isin(of_a, of_b).any():
+                why = f"with different {a.kind}s, {_shown(a.value, unit)} and {_shown(b.value, unit)}"
+                why = "and the potential of one is not given" if unknown_potential else why
+                both = f"boundaries {quoted(a.name)} and {quoted(b.name)}"
+                raise SceneError(f"{both} {meet} {why}: leave a gap between them")
 
 
 def _jumps(contact: Contact, electric: bool) -> bool:
