@@ -117,7 +117,7 @@ class Material:
     def resistivity_ratios(self) -> tuple[float, float, float]:
         """The resistivities along x, y and z divided by the first, the same at every temperature.
 
-        ValueError where they are not proportional (`scenes.physics.refuse_unlike` excludes this).
+        ValueError where they are not proportional (`scenes.physics.check_law` excludes this).
         """
         x, y, z = laws.along(self.resistivity or 1.0)
         ratios = laws.ratio(x, y), laws.ratio(x, z)

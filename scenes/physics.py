@@ -159,17 +159,14 @@ def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: I
             raise SceneError(f'{gives.format(listed(sorted(names)))}, and {none}: give one a voltage, such as "0 V"')
 
 
-def refuse_both(label: str, material: Material) -> None:
-    """Refuse a law of the resistivity with a temperature coefficient beside it."""
+def check_law(label: str, material: Material) -> None:
+    """Refuse a law of the resistivity beside a temperature coefficient, and laws along x, y and z that are not
+    proportional at every temperature."""
     if laws.varies(material.resistivity) and material.temperature_coefficient:
         coefficient = f"{label}.temperature_coefficient = {material.temperature_coefficient:g} 1/K"
         raise SceneError(
             f"{label}.resistivity is a law of the temperature, and {coefficient} another: give one of them"
         )
-
-
-def refuse_unlike(label: str, material: Material) -> None:
-    """Refuse resistivities along x, y and z that are not proportional at every temperature."""
     along_x, *others = laws.along(material.resistivity or 1.0)
     if any(laws.ratio(along_x, other) is None for other in others):
         unlike = "follows the temperature along x, y and z in different ways"

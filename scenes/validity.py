@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import attrgetter
 from typing import TypeVar
 
 from scenes import laws
@@ -10,7 +9,7 @@ from scenes.device import Device
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
 from scenes.model import ROUNDING, Material
-from scenes.physics import check_resistivity, refuse_both, refuse_laws
+from scenes.physics import check_law, check_resistivity, refuse_laws
 from scenes.sink import Sink
 from scenes.units import LENGTH, TIME
 
@@ -26,9 +25,9 @@ def check(scene: T) -> T:
     its controllers cannot work with. A beam wider than its pads is fine.
     """
     schema = type_of(scene).schema
+    values = schema.values(scene)
     for path, written in schema.write(scene).items():
-        key, value = schema.paths[path], attrgetter(schema.paths[path].attribute)(scene)
-        read = key.kind.read(path, written)
+        value, read = values[path], schema.paths[path].kind.read(path, written)
         if read != value:
             raise SceneError(f"{path} = {quoted(value)} must be given as {read!r} in Python")
     if isinstance(scene, Device):
@@ -117,5 +116,5 @@ def _shown(length: float) -> str:
 
 
 def _check_film(film: Material, where: str, temperature: float) -> None:
-    refuse_both(f"materials.{film.name}", film)
+    check_law(f"materials.{film.name}", film)
     check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)

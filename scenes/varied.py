@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
-from operator import attrgetter
+from operator import attrgetter, eq
 from typing import Any, TypeVar
 
 from scenes import laws, physics
@@ -57,8 +57,27 @@ def numbers(scene: Any) -> dict[str, float]:
 
 def made_of_parameters(scene: Any) -> set[str]:
     """Return the keys that the file of a scene gives by parameters, which stand for them."""
-    made = _made_of_parameters(scene)
-    return {path for path in every_number(scene) if any(_covers(each, path) for each in made)}
+    parameters: Parameters | None = scene.parameters
+    if parameters is None:
+        return set()
+
+    def paths(path: str, given: Any) -> Iterator[str]:
+        """The paths of the values that are made of parameters."""
+        if isinstance(given, str) and set(re.findall(r"[A-Za-z_]\w*", given)) & set(parameters.measures):
+            yield path
+        elif isinstance(given, Mapping):
+            for key, value in given.items():
+                yield from paths(f"{path}.{key}", value)
+        elif isinstance(given, (list, tuple)):
+            for i, value in enumerate(given):
+                point = f"{path}.{'xyz'[i]}" if path.endswith(("lower", "upper")) and i < 3 else f"{path}[]"
+                yield from paths(f"{path}.{label_of(path, i + 1, value)[0]}" if path in LISTS else point, value)
+
+    made = {p for key, value in parameters.flat.items() if key != SECTION for p in paths(key, value)}
+    made |= {f"box.{faces[0]}" for faces, _ in _planes(scene) if made & {f"box.{face}" for face in faces}}
+    parts = [re.split(r"[.[]", each) for each in made]
+    # A value that is made of parameters is all or a part of a key's, or the other way round.
+    return {path for path in every_number(scene) if any(all(map(eq, re.split(r"[.[]", path), each)) for each in parts)}
 
 
 def zeros(scene: Any) -> tuple[str, ...]:
@@ -112,8 +131,7 @@ def _run_as(scene: T, other: Any) -> T:
         run = {name: getattr(other, name) for name in ("end_time", "output_times", "accuracy", "steady")}
         return replace(scene, **run)  # type: ignore[type-var]
     schema = type_of(scene).schema
-    keys = {path: key.attribute for path, key in schema.paths.items() if path.startswith(SETTINGS)}
-    return schema.apply({path: attrgetter(attribute)(other) for path, attribute in keys.items()}, scene)
+    return schema.apply({p: value for p, value in schema.values(other).items() if p.startswith(SETTINGS)}, scene)
 
 
 def _rebuilt(scene: Any, name: str, factor: float) -> Any:
@@ -127,38 +145,9 @@ def _rebuilt(scene: Any, name: str, factor: float) -> Any:
     return kind.schema.apply(kind.schema.read(flat), kind.default)
 
 
-def _made_of_parameters(scene: Any) -> list[str]:
-    """The paths of all values that the file of a scene makes of parameters."""
-    parameters: Parameters | None = scene.parameters
-    if parameters is None:
-        return []
-
-    def paths(path: str, given: Any) -> Iterator[str]:
-        if isinstance(given, str) and set(re.findall(r"[A-Za-z_]\w*", given)) & set(parameters.values):
-            yield path
-        elif isinstance(given, Mapping):
-            for key, value in given.items():
-                yield from paths(f"{path}.{key}", value)
-        elif isinstance(given, (list, tuple)):
-            tables = path in LISTS
-            for i, value in enumerate(given):
-                point = f"{path}.{'xyz'[i]}" if path.endswith(("lower", "upper")) and i < 3 else f"{path}[]"
-                yield from paths(f"{path}.{label_of(path, i + 1, value)[0]}" if tables else point, value)
-
-    made = [p for key, value in parameters.flat.items() if key != SECTION for p in paths(key, value)]
-    return made + [f"box.{faces[0]}" for faces, _ in _planes(scene) if any(f"box.{face}" in made for face in faces)]
-
-
-def _covers(made: str, path: str) -> bool:
-    """Whether a value that is made of parameters is all or a part of a key's."""
-    short, long = sorted((made, path), key=len)
-    return long == short or long.startswith((f"{short}.", f"{short}["))
-
-
 def is_word(scene: object, path: str) -> bool:
     """Whether the value of a key is a word, which stands for a number."""
-    paths = type_of(scene).schema.paths
-    return path in paths and attrgetter(paths[path].attribute)(scene) is None
+    return type_of(scene).schema.values(scene).get(path, path) is None
 
 
 @dataclass(frozen=True)

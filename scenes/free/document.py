@@ -136,8 +136,7 @@ def _material(properties: dict[str, Any]) -> m.Material:
     if CONDUCTIVITY in properties:
         properties = {**properties, RESISTIVITY: laws.inverse(properties[CONDUCTIVITY])}
     material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **properties})
-    physics.refuse_both(f"material {quoted(material.name)}", material)
-    physics.refuse_unlike(f"material {quoted(material.name)}", material)
+    physics.check_law(f"material {quoted(material.name)}", material)
     return material
 
 
