@@ -42,7 +42,7 @@ class Target:
     def __init__(self, scene: Any) -> None:
         self.scene, self.quantities, given = scene, quantities.of(scene), scene.parameters
         free = {} if given is None else {f"{SECTION}.{name}": name for name in given.free}
-        self.keys = {path: dimension_of(given.powers[name]) for path, name in free.items()}
+        self.keys = {path: dimension_of(given.measures[name].powers) for path, name in free.items()}
         self.values = {path: given.values[name] for path, name in free.items()}
         some = [f'"{name} ({unit})"' for name, unit in list(self.quantities.units.items())[:3]]
         self.example = f"as the probes are, such as {', '.join(some)}"
