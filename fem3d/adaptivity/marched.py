@@ -244,7 +244,7 @@ def hold(
     heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: HeatProblem, near: Sequence[Potential] = ()
 ) -> tuple[Base, list[Potential]]:
     """Return the base that holds the currents of hot states of another problem, in a lower space or on a moved mesh,
-    and its potentials, given those ``near`` them if available."""
+    and its potentials; potentials ``near`` these are guesses."""
     base, potentials = cold(heat, conductor, near)
     driven = len(potentials)
     for n, (rise, drive) in enumerate(hot, 1):

@@ -222,12 +222,11 @@ def sensitivities(
             left_out[key] = str(error)
             continue
         steady[key] = {name: found.logarithmic(name, e) for name, e in known.items()}
-        profile[key] = found.steady(lambda values: values.profile)[0]
+        if rows is not None:
+            profile[key] = found.steady(lambda values: values.profile)[0]
         traces = {name: found.of_trace(name) for name in course.traces}
         course.values[key] = {name: value for name, (value, _) in traces.items()}
         course.errors[key] = {name: error for name, (_, error) in traces.items()}
-    if rows is None:
-        profile = {}
     return Sensitivities(steady, dict(known), None if answer.response is None else course, profile, left_out)
 
 
@@ -324,7 +323,10 @@ class _Solver:
             if conductor is not None and known is not None:
                 solve = _corrected(known.solve_cold, part(conductor.matrix, conductor.free))
                 near = known.kept.get("near", lambda: None) or known
-                conductor.kept.tell(near=near, solve_cold=solve)
+                # Supplied at these potentials are currents into electrodes, where they are exact, and residuals.
+                given_here, given_there = (np.array([c.given(v) for v in c.voltages]) for c in (conductor, known))
+                supplied = known.cold_potentials + given_here - given_there
+                conductor.kept.tell(near=near, solve_cold=solve, cold_potentials=supplied)
         return given
 
     def _levels(self, study: Study, given: Problems) -> Levels:
