@@ -202,9 +202,8 @@ class CellMesh(Mesh):
         too_much = missing > grading.share_of(missing, AIM * target)
         shorter = self._longest(by_axis) & too_much
         order = np.argsort(-missing)
-        order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
-        order = order[too_much[order]]
-        count = len(order)
+        held = np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1
+        count = min(int(held), int(too_much.sum()))
         while count:
             marked = np.zeros_like(shorter)
             marked[:, order[:count]] = shorter[:, order[:count]]

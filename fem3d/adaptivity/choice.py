@@ -25,10 +25,8 @@ from scenes.free.grid import crowding
 from scenes.model import Scene
 from scenes.result import Step
 
-# Growth of the unknowns from the first tetrahedra to an accuracy of 1e-2, and per further decade. A platinum meander on
-# a membrane grows 2.5 times with 10 to 50 pads beside it, random plates 2.3, stacks with vias more; with 10 pads the
-# step from 1e-2 to 1e-3 takes a factor 7.8.
-TO_PERCENT, PER_DECADE = 4.0, 7.0
+# Growth of the unknowns of tetrahedra per decade of the accuracy: with 10 pads beside a platinum meander a factor 7.8.
+PER_DECADE = 7.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,31 +74,20 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
     Raises TooLargeError where both take too much memory.
     """
     scene, size = study.part.scene, reach.least(study.part.scene)
-
-    def bricks(most: float) -> Bricks | None:
-        if scene.mesh or not _suits(scene, size, most):
-            return None
-        # A response over time has its rows on a grid that is fine enough alone.
-        first = replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
-        return first if _suits(scene, foreseen(scene, first.grid), most) else None
-
     if scene.mesh == "bricks":
         return study, Bricks.of(study, over_time)
-    if few := bricks(LARGE):
-        return study, few
-    tetrahedra = on_tetrahedra(whole.part.scene, size)
-    many = bricks(factor(scene.accuracy) * tetrahedra.size.unknowns)
-    return (study, many) if many else (whole, tetrahedra)
+    if not scene.mesh and _suits(scene, size):
+        # A response over time has its rows on a grid that is fine enough alone.
+        first = replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
+        if _suits(scene, foreseen(scene, first.grid)):
+            return study, first
+    return whole, on_tetrahedra(whole.part.scene, size)
 
 
-def _suits(scene: Scene, grid: Size, most: float) -> bool:
-    """Return whether a grid has at most so many unknowns, and fits the memory."""
+def _suits(scene: Scene, grid: Size) -> bool:
+    """Return whether a first grid takes fewer unknowns than tetrahedra of the same accuracy, and fits the memory."""
+    most = LARGE * PER_DECADE ** max(np.log10(1e-2 / scene.accuracy), 0.0)
     return grid.unknowns <= most and reach.fits(scene, grid)
-
-
-def factor(accuracy: float) -> float:
-    """Return the predicted growth of the unknowns from the first tetrahedra to an accuracy."""
-    return float(TO_PERCENT * PER_DECADE ** max(np.log10(1e-2 / accuracy), 0.0))
 
 
 def on_tetrahedra(scene: Scene, grid: Size) -> BoxCells:

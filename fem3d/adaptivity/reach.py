@@ -19,9 +19,6 @@ from scenes.free.grid import crowding
 from scenes.model import Scene
 
 ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
-# Cells, about 13,000 unknowns, beyond which the first grid is made for a larger accuracy: it takes a quarter of the
-# time, which is saved where no quantity sees most features. None of 700 random scenes has as many.
-MANY = 1_000
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers, and of rough solutions
 HARDLY = 0.25  # exponent below which edges need more layers than fit above rounding
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
@@ -39,17 +36,12 @@ _CGROUPS = Path("/sys/fs/cgroup")
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     """Return the grid to begin with.
 
-    It is made for a larger accuracy where an edge is so singular that its layers would come close to rounding, or where
-    the layers of many features make the grid large: not every quantity sees each feature, and refinement adds the rest.
+    It is made for a larger accuracy where an edge is so singular that its layers would come close to rounding.
     """
     if marks.sharpest <= HARDLY:
         # The accuracy of a first layer of this length.
         accuracy = max(accuracy, LAYER ** (2 * marks.sharpest) / grading.LAYERS)
-    grid = grading.first_grid(scene, accuracy, marks)
-    while accuracy < COARSEST and foreseen(scene, grid).cells > MANY:
-        accuracy *= 10
-        grid = grading.first_grid(scene, accuracy, marks)
-    return grid
+    return grading.first_grid(scene, accuracy, marks)
 
 
 def least(scene: Scene) -> Size:
