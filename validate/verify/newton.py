@@ -101,27 +101,13 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Electrode:
-    """``nodes`` of one potential: a ``voltage`` (V, one for all or each) behind ``series`` (ohm), or a ``current``
-    (A) into the solid."""
+    """``nodes`` of one potential: a given ``voltage`` (V), or ``None`` where a ``source`` (A) beside a ``conductance``
+    (S) drives the current source - conductance potential into the solid."""
 
     nodes: np.ndarray
-    voltage: Any = 0.0
-    series: float = 0.0
-    current: float | None = None
-
-    @property
-    def floats(self) -> bool:
-        """Whether the potential is unknown."""
-        return self.current is not None or self.series > 0
-
-    @property
-    def conductance(self) -> float:
-        """The conductance (S) of the lead of a floating electrode."""
-        return 0.0 if self.current is not None else 1 / self.series
-
-    def entering(self, potential: float) -> float:
-        """The current (A) into a floating electrode at a potential (V)."""
-        return self.current if self.current is not None else (self.voltage - potential) / self.series
+    voltage: float | None = None
+    source: float = 0.0
+    conductance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +145,7 @@ class Problem:
         electrodes = np.concatenate([e.nodes for e in self.electrodes] or [np.empty(0, int)])
         conducting = [np.unique(p.on.element_dofs) for p in self.parts if p.resistivity and self.electrodes]
         inner = np.setdiff1d(np.concatenate(conducting or [np.empty(0, int)]), electrodes)
-        groups = [*self.free[:, None], *(self.size + e.nodes for e in self.electrodes if e.floats)]
+        groups = [*self.free[:, None], *(self.size + e.nodes for e in self.electrodes if e.voltage is None)]
         groups += [*(self.size + inner)[:, None]]
         columns = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
         return csr_matrix((np.ones(len(columns)), (np.concatenate(groups), columns)), (2 * self.size, len(groups)))
@@ -217,7 +203,7 @@ class Problem:
         for nodes, value in self.held:
             temperature[nodes] = value
         for electrode in self.electrodes:
-            if not electrode.floats:
+            if electrode.voltage is not None:
                 potential[electrode.nodes] = electrode.voltage
         before = temperature.copy() if before is None else before
         for iteration in range(MOST + 1):
@@ -226,9 +212,9 @@ class Problem:
             residual, blocks = self.assembled(state, by_rate * (temperature - before), by_rate)
             leads = np.zeros(2 * self.size)
             for electrode in self.electrodes:
-                if electrode.floats:
+                if electrode.voltage is None:
                     node = electrode.nodes[0]
-                    residual[1, node] -= electrode.entering(potential[node])
+                    residual[1, node] -= electrode.source - electrode.conductance * potential[node]
                     leads[self.size + node] = electrode.conductance
             jacobian = unknown.T @ (bmat(blocks, "csr") + diags(leads)) @ unknown
             change = -(unknown @ spsolve(jacobian.tocsc(), unknown.T @ residual.ravel())).reshape(state.shape)

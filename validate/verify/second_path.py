@@ -142,8 +142,12 @@ def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Proble
             held.append((nodes(basis, boundary), value))
         elif boundary.kind == "voltage":
             series, where = boundary.series_resistance, nodes(basis, boundary)
-            given = Electrode(where, current=value) if series == math.inf else Electrode(where, value, series)
-            electrodes.append(given)
+            if series == 0:
+                electrodes.append(Electrode(where, value))
+            elif series == math.inf:
+                electrodes.append(Electrode(where, source=value))
+            else:
+                electrodes.append(Electrode(where, source=value / series, conductance=1 / series))
         else:
             leaving = {
                 "heat_flux": lambda value, _: newton.law(-value), "convection": newton.cooled,
