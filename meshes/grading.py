@@ -27,12 +27,10 @@ HIGHEST_DEGREE = 8
 LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees the error of an edge
 SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
 SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
-# An interval between two features that is longer than this times the narrowest extent has two bends of its own.
-LONG = 4.0
 # In the first grid the energy at singular edges may miss this factor times the accuracy; on random scenes 25 and 225
 # take as many unknowns within 15 %.
 LAYERS = 75.0
-FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validate bench`: levels at 3e-5 and 1e-5)
+FINE = 3e-5  # accuracy from which on the first grid has degree 6 (`validate bench`: levels at 3e-5 and 1e-5)
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
 # error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
@@ -69,9 +67,8 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
     at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
-    accuracy. Where both ends of a long one are features it is cut in the middle, as it would be by a mirror. At a high
-    accuracy a constriction counts beyond its reach, too, and is separated from the smooth rest. A layer at most half as
-    thick as the features at it are wide is thin: one interval of low degree crosses it.
+    accuracy. A layer is thin if it is at most half as thick as the features at it are wide: one interval of low degree
+    crosses it.
     """
     planes = grids.coarsest(scene).breaks
     thin, reaches = _reaches(scene, planes)
@@ -81,17 +78,11 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     breaks, degrees = [], []
     for d in range(3):
         axis_breaks, axis_degrees = [planes[d][:1]], []
-        for i, (a, b, flat) in enumerate(zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True)):
-            at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
-            longest = [_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True)]
-            inner = [] if flat else _graded(a, b, *longest)
-            if not flat and {a, b} <= marks.planes[d] and b - a > LONG * near.min():
-                inner = sorted([*inner, (a + b) / 2])
-            if inner and accuracy <= FINE:
-                graded = [c for c, length in zip((a, b), longest, strict=True) if length is not None]
-                inner = _beyond_reach(a, b, inner, float(near.min()), graded)
+        for i, (a, b) in enumerate(pairwise(planes[d].tolist())):
+            near = zip((a, b), reaches[d][i : i + 2].tolist(), strict=True)
+            inner = [] if thin[d][i] else _graded(a, b, *(_longest(c, marks, d, r, accuracy) for c, r in near))
             axis_breaks.append(np.array([*inner, b]))
-            axis_degrees += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
+            axis_degrees += [across] if thin[d][i] else [degree] * (len(inner) + 1)
         breaks.append(np.concatenate(axis_breaks))
         degrees.append(np.array(axis_degrees))
     return Grid(tuple(breaks), tuple(degrees), scene.boxes)
@@ -167,26 +158,6 @@ def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[
         return distances
 
     return [a + step for step in reversed(steps(at_a))] + [b - step for step in steps(at_b)]
-
-
-def _beyond_reach(a: float, b: float, inner: list[float], reach: float, graded: list[float]) -> list[float]:
-    """Return breakpoints inside (a, b), with one more in each interval longer than four times a reach: two reaches away
-    from the end that is next to the nearer of the ``graded`` ends."""
-    cuts = []
-    for low, high in pairwise([a, *inner, b]):
-        if high - low > 4 * reach:
-            nearer = min(graded, key=lambda end: abs((low + high) / 2 - end))
-            cuts.append(low + 2 * reach if nearer == a else high - 2 * reach)
-    return sorted([*inner, *cuts])
-
-
-def _layered(count: int, degree: int, at_a: bool, at_b: bool) -> list[int]:
-    """Degrees of intervals that shrink towards singular ends: one less at them."""
-    degrees = [degree] * count
-    for at, on in ((0, at_a), (count - 1, at_b)):
-        if on:
-            degrees[at] = max(degree - 1, min(degree, LEAST_AT_EDGE))
-    return degrees
 
 
 def shortest_of(grid: Grid) -> float:
