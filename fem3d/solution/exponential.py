@@ -17,15 +17,12 @@ import numpy as np
 from numpy.polynomial import Polynomial, legendre
 
 from fem3d.problems.following import solve_by_gmres
+from fem3d.solution.newton import MOST_NEWTON
 from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
 from statespace.runtime import phi
 
 SOLVED = 1e-12  # last step of Newton's method, over the size of the states
-MOST_NEWTON = 12  # steps of Newton's method in one step in time, after which it is shortened
-INNER = 1e-3  # relative residual of a linear system
-# Halvings of a step in which a response runs away: they give the time to a millionth of the step.
-HALVINGS = 20
 MOST_IN_TIME = 20_000  # in time, those that are taken and those that fail
 SHORTEST = 1e-13  # step over the end time
 
@@ -146,7 +143,7 @@ def _collocate(
         lacking = free + driven(sources) - states
         if not (np.isfinite(lacking).all() and np.isfinite(slope).all()):
             return None
-        change, _ = solve_by_gmres(product, lacking.ravel(), INNER, lacking.size)
+        change, _ = solve_by_gmres(product, lacking.ravel(), SOLVED**0.25, lacking.size)
         if change is None:
             return None
         # Sources by their slope: of large ones that differ little, they are known better than by the states.
@@ -204,8 +201,7 @@ def runs_away(time: float, accuracy: float = 1e-3) -> str:
 
 def last_time(holds: Callable[[float], bool], low: float, high: float) -> float:
     """The last time (s) between two at which something holds, by bisection."""
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
+    while low < (middle := (low + high) / 2) < high:
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low
 
