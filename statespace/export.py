@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -127,7 +128,7 @@ class _Netlist:
         terms += "".join(_times(f"+V(c{i + 1})", self._sum(m.U[i, row])) for i in range(len(m.S)))
         terms += self._paired(m.P[:, row])
         if not self.document["steady_only"]:
-            terms += "".join(f"{w:+.12g}*I(Vrate{k + 1})" for k, w in enumerate(m.W[row]) if w)
+            terms += "".join(f" {w:+.12g}*I(Vrate{k + 1})" for k, w in enumerate(m.W[row]) if w)
         return terms or "0"
 
     def _paired(self, each: np.ndarray) -> str:
@@ -139,11 +140,11 @@ class _Netlist:
         """The terms of z with some factors (z,)."""
         least = 1e-15 * float(np.abs(row).max(initial=0.0))
         kept = ((factor, name) for factor, name in zip(row.tolist(), self.z, strict=True) if abs(factor) > least)
-        return "".join(f"{factor:+.12g}*{name}" if name else f"{factor:+.12g}" for factor, name in kept)
+        return "".join(f" {factor:+.12g}*{name}" if name else f" {factor:+.12g}" for factor, name in kept)
 
 
 def _times(factor: str, terms: str) -> str:
-    return f"{factor}*({terms})" if terms else ""
+    return f" {factor}*({terms})" if terms else ""
 
 
 def _number(value: float) -> str:
@@ -152,13 +153,8 @@ def _number(value: float) -> str:
 
 def _wrapped(line: str) -> str:
     """A line without leading signs, which not every simulator reads, broken before terms after 100 characters."""
-    width, lines, rest = 100, list[str](), re.sub(r"(\(|= )\+", r"\1", line)
-    while len(rest) > width:
-        at = max(rest.rfind(sign, 20, width) for sign in ("+V(", "-V(", "+0.", "-0.", "*("))
-        at = at if at > 0 else next((m.start() for m in re.finditer(r"[+*]", rest) if m.start() >= 20), len(rest))
-        lines.append(rest[:at])
-        rest = rest[at:]
-    return "\n+ ".join([*lines, rest]) if rest else "\n+ ".join(lines)
+    plain = re.sub(r"([(=]) *\+", r"\1 ", line)
+    return "\n+ ".join(wrap(plain, 100, break_long_words=False, break_on_hyphens=False))
 
 
 MISSING = "no FMU, which takes pythonfmu: pip install 'heated-microstructure-validation[fmu]'"
