@@ -127,17 +127,19 @@ class Progress:
         self._say = say or (lambda _: None)
         self._start = time.perf_counter()
         self._stages: dict[str, float] = {}
+        self.processor_time: dict[str, float] = {}
 
     def __call__(self, text: str) -> None:
         self._say(text)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
+        start, processor = time.perf_counter(), time.process_time()
         try:
             yield
         finally:
             self._stages[name] = self._stages.get(name, 0.0) + time.perf_counter() - start
+            self.processor_time[name] = self.processor_time.get(name, 0.0) + time.process_time() - processor
 
     def timing(self) -> dict[str, float]:
         return {**self._stages, "total": time.perf_counter() - self._start}

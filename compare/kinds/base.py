@@ -242,7 +242,8 @@ class Kind(ABC, Generic[S]):
         states, accuracy = options.export.states, options.export.accuracy
         from fem3d.runs.compact import compact
 
-        return compact(scene, states, accuracy, progress)
+        seconds = progress.processor_time.get("fem3d")
+        return compact(scene, states, accuracy, progress, seconds, outcome.fem3d)
 
     @property
     @abstractmethod

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -23,30 +24,41 @@ from fem3d.results.outputs import Outputs
 from fem3d.results.probes import reading
 from fem3d.runs import probe_quantities, projection
 from fem3d.runs import scene as scene_run
-from fem3d.runs.probe_quantities import OF_FLOW, earliest
+from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.runs.projection import Projection
 from fem3d.solution import transient
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError, SceneError, quoted
-from scenes.model import DERIVED, AnyScene, Schedule, Value
+from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
+from scenes.result import Result
 from statespace.channels import OWN, Channel, apart, channels, driven, scenarios
 from statespace.document import scene_document
-from statespace.reduction import Reference, References, StateSpace, Times, compare, reduce, worst
+from statespace.reduction import Reference, References, StateSpace, Times, compare, not_reached, reduce, worst
 from statespace.runtime import CompactModel
 
-TRUTH, SPACE = 0.5, 0.02
-"""Parts of the accuracy: for the runs of the full model and the mesh of the compact one, and for the fields."""
+FULL = "the full model"
+TRUTH, SPACE, ROUGH = 0.5, 0.02, 3.0
+"""Parts of the accuracy: for the runs of the full model and the mesh of the compact one, for the fields, and for the
+mesh where its part is not reached."""
+LONGEST, ALWAYS = 7.0, 50.0
+"""Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
+"""
 INSTANTS = 60
 """Instants of each run at which a model is compared."""
-FARTHEST = 0.2
-"""A step of a temperature changes a resistivity by at most this fraction."""
+# The step of each given temperature is this fraction of the previous step, with opposite sign: equal steps would
+# cancel out.
+LESS = 0.8
+FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
+MOST_PLACES, NEAR = 12, 1e-4
+"""Places of an extreme at most, and the part of a run's scale by which a place may miss the extreme."""
 
 
 def compact(
-    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
+    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None,
+    seconds: float | None = None, rough: Result | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """Make the document of a scene's compact model.
 
     Parameters
@@ -59,11 +71,16 @@ def compact(
         Largest error, relative to the same scales as the scene's accuracy.
     say : callable
         Takes progress messages.
+    seconds : float, optional
+        Processor time of an earlier 3D solution; by default the time of the first run.
+    rough : Result, optional
+        The earlier 3D solution, whose mesh the first run over time begins with.
 
     Returns
     -------
     dict
-        The document of `statespace.runtime.CompactModel`. It has "warnings" where the accuracy is not reached.
+        The document of `statespace.runtime.CompactModel`. It has "warnings" where the time or the memory ends before
+        the accuracy is reached.
 
     Raises
     ------
@@ -74,36 +91,60 @@ def compact(
     """
     check(scene)
     try:
-        return _compact(scene, states, accuracy, say)
+        return _compact(scene, states, accuracy, say, seconds, rough)
     except NumericsError:
         raise
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise NumericsError(f"no model of few states is found: {error}; leave out --export") from None
 
 
-def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None]) -> dict[str, Any]:
+def _compact(
+    scene: AnyScene,
+    states: int | None,
+    accuracy: float,
+    say: Callable[[str], None],
+    seconds: float | None,
+    rough: Result | None,
+) -> dict[str, Any]:
     if not physics.heat(scene):
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
-    inputs = channels(scene)
+    inputs, start = channels(scene), process_time()
     tried = scenarios(scene, inputs)
-    own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say)
-    references = {OWN: own}
-    for name, step in tried.items():
-        # A step of the only drive may be the scene itself.
-        references[name] = own if step == scene else _references(step, inputs, TRUTH * accuracy, say, own)
-    say("compact model: mesh and fields")
+    own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough=rough)
+    # A step of the only drive may be the scene itself.
+    references = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
+    tried = {name: each for name, each in tried.items() if name not in references}
+    first = process_time() - start
+    limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
+    # Where the runs of all inputs would take more than two thirds of the time, later runs are less accurate.
+    room = max((limit - start) * 2 / 3 - first, 0.1 * first)
+    truth = TRUTH * max(1.0, len(tried) * first / room)
+    because, last = "", 0.0
+    while tried and process_time() + last < limit:
+        begun, name = process_time(), next(iter(tried))
+        references[name] = _references(tried.pop(name), inputs, truth * accuracy, say, own)
+        last = process_time() - begun
     steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
-    rich, times = _rich(scene, inputs, _problem(scene, inputs, TRUTH * accuracy, own), steps, accuracy)
-    space = rich.state_space(_places(scene, rich, references, SPACE * accuracy))
+    say("compact model: mesh and fields")
+    try:
+        # The errors of a model on a mesh file are those of its mesh, which is kept.
+        problem = _problem(scene, inputs, (ROUGH if isinstance(scene, MeshScene) else TRUTH) * accuracy, own)
+    except NumericsError as error:
+        problem, because = _problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
+    rich, times, guessed = _rich(scene, inputs, problem, steps, accuracy)
+    space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
     reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
     order = space.leading(steps, rest, times)
-    made = reduce(
-        lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references, accuracy,
-        states, "the full model",
-    )  # fmt: skip
+    made = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references,
+                  accuracy, states, FULL)  # fmt: skip
+    if made["warnings"]:
+        because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (truth > TRUTH)
+        made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
+    if tried:
+        made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(tried)}")
     text = [
         "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, with "
         f"their errors. With {space.states} states it is {reached:.1e} at most.",
@@ -134,7 +175,7 @@ def check(scene: AnyScene) -> None:
 
 def _references(
     scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None],
-    own: list[Reference] | None = None,
+    own: list[Reference] | None = None, rough: Result | None = None,
 ) -> list[Reference]:  # fmt: skip
     """Solve the full model of a scenario, over time and in the steady state; ``own`` are the runs of the scene."""
     say("compact model: a run of the full model")
@@ -151,7 +192,7 @@ def _references(
             # Over time there is no need for a steady state.
     at: Any = slice(None)
     if not scene.steady:
-        results.append(scene_run.solve(finer))
+        results.append(scene_run.solve(finer, rough=rough))
         at = instants(scene, results[-1].over_time.time, inputs)
     runs = [Reference.of_result(inputs, result, result.details["scales"], at) for result in results]
     if own is None:
@@ -170,9 +211,15 @@ def _rise(scene: AnyScene, runs: list[Reference]) -> float:
     return max(rises, default=0.0)
 
 
+def first_time(scene: AnyScene) -> float:
+    """Return the earliest time (s) at which the accuracy of traces holds."""
+    instants = [t for t in scene.output_times if 0 < t <= scene.end_time]
+    return min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time
+
+
 def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
     """Choose times for the comparison of a model, where the accuracy holds, also after a jump."""
-    first = earliest(scene)
+    first = first_time(scene)
     drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
     given = [v for v in drives.values() if isinstance(v, Schedule)]
     jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
@@ -189,22 +236,30 @@ def _problem(scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own:
     ``accuracy`` for inputs that together make rises of the size of the scene's ``own``, relative to its scales or more,
     as such rises may cancel out in a probe."""
     scales, rise = own[0].scales, _rise(scene, own)
-    named, mixed = replace(apart(scene, inputs), accuracy=accuracy), _mixed(scene, inputs, rise)
-    start = scene_run.start(driven(named, mixed))[1]
-    part = scene_run.part_of(named, start.whole)
+    named = apart(scene, inputs)
+    start, mixed = None, _mixed(scene, inputs, rise)
+    if isinstance(named, MeshScene):
+        part, start = scene_run.part_of(named, True), scene_run.on_file(named)
+        start = start.with_scene(replace(driven(named, mixed), accuracy=accuracy))
+    else:
+        start = scene_run.start(replace(driven(named, mixed), accuracy=accuracy))[1]
+        start = start if start.whole else None
+        part = scene_run.part_of(named, start is not None)
     mixed_scene = replace(driven(scene, mixed), accuracy=accuracy)
-    mixed_part = replace(part, scene=driven(part.scene, mixed))
+    mixed_part = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
 
     def largest(out: Outputs) -> dict[str, float]:
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(mixed_scene, out, {}).items()}
 
     study = replace(
-        probe_quantities.study(mixed_scene, mixed_part), field=None, extrapolated=False, steady_scales=largest,
+        probe_quantities.study(mixed_scene, mixed_part),
+        field=None,
+        extrapolated=False,
+        steady_scales=largest,
         trace_scales=largest,
-    )  # fmt: skip
-    first = start if start.whole else None
-    mesh = adapt(study, not scene.steady, mesh=first, with_steady=scene.steady).mesh
-    given = mesh.with_scene(part.scene).problems()
+    )
+    mesh: Any = adapt(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
+    given = mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
 
 
@@ -216,8 +271,8 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
     values: dict[str, Value] = {}
     for c in inputs:
         if c.kind in ("temperature", "ambient"):
-            # Equal steps would cancel out.
-            values[c.name] = c.rest + size / (1 + len(values)) * (-1) ** len(values)
+            values[c.name] = c.rest + size
+            size *= -LESS
         else:
             values[c.name] = c.largest
     return values
@@ -225,51 +280,53 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
 
 def _rich(
     scene: AnyScene, inputs: tuple[Channel, ...], problem: Problem, steps: np.ndarray, accuracy: float
-) -> tuple[Projection, Times]:
-    """Project the problem on more fields than are needed, and return the times (s) for which they are."""
+) -> tuple[Projection, Times, dict[str, np.ndarray]]:
+    """Project the problem on more fields than are needed; and the times (s) for which they are, and for each probe of
+    an extreme the rows of its places in the steady response to each load."""
     heat, conductor, part = problem
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         assert conductor is not None
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
         alone = Base(heat, conductor, independent(conductor, cold), none, [])
-        return Projection(alone, alone.project(none), part, inputs, True), None
+        return Projection(alone, alone.project(none), part, inputs, True), None, {}
     slow = projection.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
-    first = slow if scene.steady else earliest(scene)
-    base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), first), end, accuracy)
+    earliest = slow if scene.steady else first_time(scene)
+    base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
     steps = np.concatenate([[1.0], steps])
     loads = [*projection.loads_of(base, steps), *base.loads]
-    times = None if scene.steady else (first, min(slow, end))
+    times = None if scene.steady else (earliest, min(slow, end))
     jumps = projection.jumps_of(heat, steps)
     reduced = base.project(projection.krylov_fields(heat, [*loads, *jumps], times, SPACE * accuracy))
-    return Projection(base, reduced, part, inputs, scene.steady), times
+    rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
+    places = {
+        probe.name: np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
+        for probe in heat.domain.scene.probes
+        if probe.quantity == "temperature" and reading(heat, probe).extreme is not None
+    }
+    return Projection(base, reduced, part, inputs, scene.steady), times, places
 
 
 def _document(scene: AnyScene, inputs: tuple[Channel, ...], space: StateSpace) -> dict[str, Any]:
-    return scene_document(scene, scene.name, inputs, space, earliest(scene))
+    return scene_document(scene, scene.name, inputs, space, first_time(scene))
 
 
-def _places(scene: AnyScene, rich: Projection, references: References, tolerance: float) -> dict[str, np.ndarray]:
-    """For each probe of an extreme the rows of its places in the runs, within a tolerance relative to their scales."""
-    heat, places = rich.heat, dict[str, np.ndarray]()
-    thermal = (p for p in heat.domain.scene.probes if p.quantity == "temperature")
-    extremes = [p for p in thermal if reading(heat, p).extreme is not None]
-    if not extremes:
-        return places
-    space = rich.state_space({})
-    model = CompactModel(_document(scene, rich.channels, space))
+def _places(scene: AnyScene, rich: Projection, space: StateSpace, references: References) -> dict[str, np.ndarray]:
+    """For each probe of an extreme the rows of its places in the runs."""
+    model, heat, places = CompactModel(_document(scene, rich.channels, space)), rich.heat, {}
     drives, states, scales = [], list[np.ndarray](), []
     for run in (run for runs in references.values() for run in runs):
-        times = [np.inf] if run.times is None else np.geomspace(earliest(scene), scene.end_time, 6).tolist()
+        times = [np.inf] if run.times is None else np.geomspace(first_time(scene), scene.end_time, 6).tolist()
         drives += [model.inputs_at(run.inputs, t) for t in times]
         states += [model.rest(drives[-1])] if run.times is None else [*model.march(times, run.inputs)]
         scales += [run.scales] * len(times)
     rises = rich.rises(space.amplitudes(np.array(states), np.array(drives)), np.array(drives))
-    for probe in extremes:
-        rows = np.array([goal_row(heat, probe, u) for u in rises])
-        near = np.array([tolerance * scale[probe.name] for scale in scales])
-        places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
+    for probe in heat.domain.scene.probes:
+        if probe.quantity == "temperature" and reading(heat, probe).extreme is not None:
+            rows = np.array([goal_row(heat, probe, u) for u in rises])
+            near = np.array([NEAR * scale[probe.name] for scale in scales])
+            places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
     return places
 
 
@@ -286,7 +343,11 @@ def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray
         Largest allowed deficit of the chosen rows' largest value.
     """
     tops = values.max(axis=0)
-    kept = [int(values[:, (np.abs(tops) / near).argmax()].argmax())]
-    while (short := (tops - values[kept].max(axis=0)) / near).max() > 1:
-        kept.append(int(values[:, short.argmax()].argmax()))
+    kept: list[int] = []
+    while len(kept) < MOST_PLACES:
+        short = (tops - values[kept].max(axis=0) if kept else np.abs(tops)) / near
+        field = int(short.argmax())
+        if kept and short[field] <= 1:
+            break
+        kept.append(int(values[:, field].argmax()))
     return rows[kept]

@@ -19,6 +19,8 @@ from scenes.model import UNITS
 from statespace.channels import Channel
 from statespace.reduction import SOONER, Row, StateSpace, Times
 
+FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
+
 
 def slowest(heat: HeatProblem) -> float:
     """Return the relaxation time (s) of a uniformly heated structure."""
@@ -64,27 +66,25 @@ def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarra
 def krylov_fields(heat: HeatProblem, loads: list[np.ndarray], times: Times, enough: float) -> np.ndarray:
     """(free nodes, fields): the rational Krylov fields (M + s K)^-1 F of some loads (all nodes), mass-orthonormal.
 
-    They hold the steady responses and, between the ``times``, shifts s (s), which are halved until the residual at any
-    shift is below the part ``enough`` of its load, or further fields depend on these. Source: Ruhe, Linear Algebra
-    Appl. 58, 1984.
+    They hold the steady responses and, between the ``times``, shifts s (s), which are added until the residual at any
+    shift is below the part ``enough`` of its load. Source: Ruhe, Linear Algebra Appl. 58, 1984.
     """
     inner = [load[: heat.free] for load in loads]
     fields = [heat.solve_steady(load) for load in inner]
     if times is None or not loads:
         return np.column_stack(fields) if fields else np.empty((heat.free, 0))
-    shifts = missing = [times[0] / SOONER, max(times)]
-    basis = np.empty((heat.free, 0))
-    while missing:
+    shifts = np.geomspace(times[0] / SOONER, max(times), FIRST).tolist()
+    missing = shifts
+    while True:
         for shift in missing:
             solve = heat.solve_shifted(shift)
             fields += [solve(load) for load in inner]
-        fewer, basis = basis.shape[1], orthonormal(heat, np.column_stack(fields))
-        if basis.shape[1] == fewer:
-            break
+        basis = orthonormal(heat, np.column_stack(fields))
         between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
         missing = [g for g in between if _residual(heat, basis, np.column_stack(inner), g) > enough]
+        if not missing or len(shifts) >= MOST:
+            return basis
         shifts = sorted([*shifts, *missing])
-    return basis
 
 
 def _residual(heat: HeatProblem, basis: np.ndarray, loads: np.ndarray, shift: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.adaptivity import choice
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.marched import BEFORE, TIME_SHARE
-from fem3d.adaptivity.mesh import Answer
+from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
 from fem3d.adaptivity.reach import COARSEST
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
@@ -38,9 +38,11 @@ from scenes.units import TIME
 LOOKED_AT = 9  # times of a run at which rises are compared with the ends of tables
 
 
-def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
+def solve(
+    scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False, rough: Result | None = None
+) -> Result:
     """Solve the probes of a scene in 3D, steady or over time, each with its estimated error; ``whole`` ignores mirror
-    symmetry.
+    symmetry. The mesh of cells of a ``rough`` result over time of the same scene is refined to begin with.
 
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
     If errors on a mesh file exceed the accuracy of the scene, a warning is added. Raises SceneError where mesh and
@@ -50,6 +52,9 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     study, mesh = start(scene, whole)
+    answer: Answer | None = None if rough is None else rough.details.get("answer")
+    if answer is not None and answer.response is not None and answer.mesh.whole:
+        study, mesh = _refined(scene, answer.mesh, answer.response)
     answer = adapt(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
@@ -81,6 +86,14 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
 
     every = probe_quantities.study(scene, part_of(scene, True))
     return choice.choose(study, every, over_time=not scene.steady)
+
+
+def _refined(scene: AnyScene, mesh: Mesh, response: Response) -> tuple[Study, Mesh]:
+    """Return the study of a whole scene, and the ``mesh`` of a less accurate response refined for it."""
+    study = probe_quantities.study(scene, part_of(scene, True))
+    mesh = mesh.with_scene(study.part.scene)
+    indicators = Indicators(response.goals, max(response.relative.values()))
+    return study, mesh.refine(indicators, (1 - ROW_SHARE) * scene.accuracy) or mesh
 
 
 def on_file(scene: MeshScene) -> Any:

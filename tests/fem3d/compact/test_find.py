@@ -93,6 +93,16 @@ def test_the_scene_itself(document):
     assert max(e["relative"] for e in each) <= ACCURACY
 
 
+def test_a_model_stops_in_time_with_a_warning(bar, monkeypatch):
+    """The inputs whose steps there is no time for are named."""
+    monkeypatch.setattr("fem3d.runs.compact.ALWAYS", 0.0)
+    made = compact(replace(bar, steady=True, accuracy=1e-2), None, 1e-4, seconds=1e-4)
+    assert CompactModel(made).steady()["current"] > 0
+    assert set(made["error"]) == {"the scene", "step of in.voltage"}, "this step is the scene"
+    untried = made["warnings"][-1]
+    assert "not compared with the full one for a step of held.temperature, a step of air.ambient" in untried
+
+
 def in_python(folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:
     """By the file alone, in a Python that has none of this package."""
     code = (
