@@ -32,7 +32,8 @@ TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations 
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
-LOOSER, TIGHTEST = 10.0, 4  # ratio of the tolerances of two responses that are compared; how many are tried
+LOOSER = 10.0  # ratio of the tolerances of two responses that are compared
+TIGHTEST = 1e-3  # times the first tolerance: steps are not shortened below it
 QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
 ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
@@ -53,7 +54,8 @@ class Marched:
     answer, worse: the response, and the response in fewer fields or looser steps.
     generations: how many generations of Krylov fields the answer has; 0 at full order.
     checked: times (s) of the ``traces``, the outputs ``out`` and the comparison.
-    scales, gaps: of each trace its scale, and the error by fields and steps.
+    scales, gaps: of each trace its scale, and the error by fields, steps and quadratures.
+    tolerance, quadrature: at full order the tolerance of steps, and the relative error by quadratures of laws.
     """
 
     answer: Response
@@ -64,6 +66,8 @@ class Marched:
     traces: Quantities
     scales: dict[str, float]
     gaps: dict[str, float]
+    tolerance: float = 0.0
+    quadrature: float = 0.0
 
     @staticmethod
     def compared(
@@ -75,6 +79,24 @@ class Marched:
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         gaps = {name: part * gap for name, gap in distance(traces, study.traces(other)).items()}
         return Marched(answer, worse, generations, checked, out, traces, scales, gaps)
+
+    @staticmethod
+    def of_steps(
+        study: Study,
+        answer: FullResponse,
+        worse: FullResponse,
+        steady_out: Outputs | None,
+        tolerance: float,
+        quadrature: float,
+    ) -> Marched:
+        """Return a response at full order with its errors by comparison with looser steps.
+
+        Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): of
+        the change 1 / (LOOSER - 1) is left, and three times that error is stated.
+        """
+        march = Marched.compared(study, answer, worse, steady_out, 3 / (LOOSER - 1))
+        gaps = {name: gap + quadrature * march.scales[name] for name, gap in march.gaps.items()}
+        return replace(march, gaps=gaps, tolerance=tolerance, quadrature=quadrature)
 
     def enough(self, accuracy: float) -> bool:
         """Return whether fields and steps cause a small part of the allowed error."""
@@ -118,26 +140,30 @@ def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
 
 
 def _full(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
-    """Solve a problem with temperature-dependent properties in as short steps as the accuracy requires."""
+    """Solve a problem with temperature-dependent properties in steps for a small part of the accuracy."""
     worse: FullResponse | None = None
-    points, off, first = 0, 0.0, LOOSER * TIME_SHARE * study.accuracy
-    for number, tolerance in enumerate(first * LOOSER ** -np.arange(TIGHTEST)):
+    loosest = tolerance = LOOSER * TIME_SHARE * study.accuracy
+    points, off = 0, 0.0
+    while True:
         try:
-            answer = march_full(base.heat, base.conductor, study.end, float(tolerance), study.earliest, points)
+            answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
         except (BeyondLawError, RunawayInTimeError):
-            if number > 0:
+            if tolerance < loosest:
                 raise
-            continue  # loose steps may run away alone
-        if worse is None:
-            points, off = _quadrature(base, answer, QUADRATURE * study.accuracy)
-        else:
-            # Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section
-            # II.4): of the change 1 / (LOOSER - 1) is left, and three times that error is stated.
-            march = Marched.compared(study, answer, worse, steady_out, 3 / (LOOSER - 1))
-            if march.enough(study.accuracy):
-                break
-        worse = answer
-    return replace(march, gaps={name: gap + off * march.scales[name] for name, gap in march.gaps.items()})
+            tolerance /= LOOSER  # the loosest steps may run away alone
+            continue
+        if worse is not None:
+            return Marched.of_steps(study, answer, worse, steady_out, tolerance, off)
+        points, off = _quadrature(base, answer, QUADRATURE * study.accuracy)
+        worse, tolerance = answer, tolerance / LOOSER
+
+
+def shortened(study: Study, base: Base, steady_out: Outputs | None, march: Marched) -> Marched:
+    """Return the response of a problem with temperature-dependent properties in shorter steps than another one."""
+    assert isinstance(march.answer, FullResponse)
+    tolerance, points = march.tolerance / LOOSER, march.answer.points
+    answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
+    return Marched.of_steps(study, answer, march.answer, steady_out, tolerance, march.quadrature)
 
 
 def _quadrature(base: Base, response: FullResponse, enough: float) -> tuple[int, float]:
