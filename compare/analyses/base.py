@@ -44,7 +44,8 @@ class Analysis(ABC, Generic[T]):
         return bool(getattr(options, self.name))
 
     def skip_reason(self, scene: Solvable, options: Options) -> str:
-        """Return why a requested analysis is not run; empty where it is. Asked before and after `prepare`."""
+        """Return why a requested analysis is not run; empty where it is. Asked by the plan before a run, and within a
+        run after the models are solved."""
         return ""
 
     def plan(self, scene: Solvable, options: Options) -> Step:
@@ -52,7 +53,10 @@ class Analysis(ABC, Generic[T]):
         return step(self.name, self.about, self.skip_reason(scene, options))
 
     def prepare(self, outcome: AnyOutcome, progress: Progress) -> None:
-        """Act before the models are solved. Raises SceneError for a scene that it cannot handle."""
+        """Act before the models are solved; may solve its own, as calibration does.
+
+        Raises SceneError for a scene that it cannot handle, and ArithmeticError where its own numerics fail.
+        """
 
     @abstractmethod
     def run(self, outcome: AnyOutcome, progress: Progress) -> T | None:
@@ -78,5 +82,5 @@ class Analysis(ABC, Generic[T]):
         summary[self.name] = self.document(found, outcome)
 
     def figure(self, found: T, outcome: AnyOutcome) -> Figure | None:
-        """Draw a figure with matplotlib; those of the built-in analyses are in `validate.report.figures`."""
+        """Draw a figure with matplotlib, or None; those of the built-in analyses are in `validate.report.figures`."""
         return None

@@ -47,8 +47,9 @@ class Kind(ABC, Generic[S]):
     The kinds are the sink, the device and free scenes. `compare.pipeline.solve` calls ``refuse``, ``declared``,
     ``open_model``, ``solve`` (3D and 1D results by model), ``ask`` (the user's own model), ``checks``, ``alarms``,
     ``warnings``, and after the analyses ``answer``. The plan takes ``steps`` and ``outputs``, the analyses take
-    ``quantities``, ``comparisons``, ``slopes``, ``nearby`` and ``compact``. ``report`` serves the terminal, the page,
-    summary.json and traces.csv. Abstract methods must be overridden, the others have defaults.
+    ``quantities``, ``shown``, ``comparisons``, ``slopes``, ``nearby``, ``step``, ``exportable`` and ``compact``.
+    ``report`` serves the terminal, the page, summary.json and traces.csv. Abstract methods must be overridden and name,
+    call and traces set; the others have defaults.
 
     Attributes
     ----------

@@ -1,8 +1,9 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
 A level is one mesh with its solutions in the nested spaces and the errors of its goals. Its answer is accepted, or the
-mesh is refined by its error indicators; where a space has no solution it is refined a little everywhere, and where
-heating runs away, to confirm that it does.
+mesh is refined by its error indicators. It is refined everywhere where states go beyond a resistivity law, where only a
+lower space has no solution, and where heating runs away, to confirm that it does. Any other failure in the highest
+space ends the run.
 """
 
 from __future__ import annotations
@@ -41,14 +42,15 @@ def adapt(
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
     A level is one mesh with nested spaces of degrees p, p - 1 and, on bricks and on tetrahedra of degree 3, p - 2. Its
-    steady state is solved in each space, and in all but the lowest one the dual problem a(v, z) = J(v) of each
-    temperature and heat flow J, linearized about u(p) where a property follows a law. Potentials have dual problems of
+    steady state is solved in the two highest spaces; in the third only a linear problem, with the heat of u(p-1), for
+    the rate. In all but the lowest space the dual problem a(v, z) = J(v) of each temperature and heat flow J is solved,
+    linearized about u(p) where a property follows a law. Potentials have dual problems of
     the cold conductor; currents have none, except across contacts. The residual r = l - a(u(p-1), .) and the dual
     weights z_i give the contributions z_i r_i of the last degrees, which `Estimator` extrapolates to the error of J.
     `goal_errors.examined` completes it, with parts for currents, iteration, extremes and the heat balance among others.
     On cells `cell_mesh.corrected` then raises or lowers errors by what earlier meshes show. Errors are relative to the
-    scales of `Study`. The next mesh is finer where the indicators of goals are largest. With both, the transient is
-    solved once the steady state has reached three quarters of the accuracy.
+    scales of `Study`. The next mesh is finer where the indicators of goals are largest; hexahedra of files are all cut.
+    With both, the transient is solved on every level whose steady errors are at most three quarters of the accuracy.
 
     Parameters
     ----------
@@ -56,16 +58,17 @@ def adapt(
     with_transient, with_steady : solve the transient, the steady state, or both. A scene whose conditions vary in time
         has no steady state: it takes with_steady=False.
     progress : called with lines of text, for levels and for transients after a steady state
-    mesh : first mesh; by default a grid of bricks
+    mesh : first mesh, by default a grid of bricks; a large grid is solved at degree 2 first (`Mesh.begin`)
 
-    Returns the last level. Its errors may exceed the accuracy where the mesh is at its limit of memory or unknowns, and
-    over time where traces would need too many rows; the errors and `Mesh.warnings` say so.
+    Returns the last level. Its errors may exceed the accuracy over time, where traces would need too many rows, and
+    where the mesh is at its limit of memory or unknowns: on cells, and on bricks with ``as_far_as_it_goes``. The errors
+    and `Mesh.warnings` say so.
 
     Raises RunawayError if no steady state is found at the whole drive (there is none, it is hotter than
     `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError if states
-    stay beyond a resistivity law, TooLargeError if a mesh exceeds the memory, and NumericsError for any other reason,
-    such as heat without an exit, errors that no longer fall, a singular edge that puts the accuracy out of reach, an
-    iteration that does not converge, or `MOST_LEVELS`.
+    stay beyond a resistivity law, TooLargeError if a grid of bricks exceeds the memory (a refined one only without
+    ``as_far_as_it_goes``), and NumericsError for any other reason, such as heat without an exit, errors that no longer
+    fall, a singular edge that puts the accuracy out of reach, an iteration that does not converge, or `MOST_LEVELS`.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)

@@ -24,8 +24,8 @@ over every second degree, by q / (1 - q): q is the decay over two degrees of the
 
 On the cells of a mesh the measured rate is used: at least SLOWEST, and at most 4s at an edge of exponent s, even if
 that is slower. A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. On
-tetrahedra the change that theory expects of later degrees is added to the values of quantities
-(`fem3d.adaptivity.nested`).
+tetrahedra the change that theory expects of later degrees is added to the values of quantities, unless the study wants
+the values of the field itself or a property follows a law (`fem3d.adaptivity.nested`).
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ class Mesh(ABC):
 
     @abstractmethod
     def refine_all(self) -> Mesh | None:
-        """Return the mesh a little finer everywhere, or None where that is impossible."""
+        """Return the mesh finer everywhere, bricks by a degree and cells by halves; None where that is impossible."""
 
     @abstractmethod
     def with_scene(self, scene: Any) -> Mesh:

@@ -90,13 +90,16 @@ def solve_steady(
         problem set the actual one
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
         `SteadyState.unsettled` is the relative error that they leave.
-    start : (all nodes,), rise (K) near the solution, such as the state of another mesh
+    start : (all nodes,), rise (K) near the solution, such as the state of another space
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
-    Raises RunawayError where the path of states ends below the whole drive, with a limit in words if this is a runaway:
-    a fold, an infinite rise, or a voltage that uses up a falling resistivity. Raises BeyondLawError where the
-    resistivity reaches zero otherwise, and NumericsError where conditions vary in time, heat has no exit, the
-    resistivity is not positive without a drive, or the iteration does not converge.
+    Returns the `SteadyState`.
+
+    Raises RunawayError where the path of states ends below the whole drive: with a limit in words if this is a runaway
+    (a fold, an infinite rise, or a voltage that uses up a falling resistivity), without one where states become hotter
+    than `newton.HOTTEST` or Newton's method no longer converges. Raises BeyondLawError where the resistivity reaches
+    zero otherwise, and NumericsError where conditions vary in time, heat has no exit, the resistivity is not positive
+    without a drive, a potential is not found, or the path takes more than MOST_POINTS points.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
