@@ -55,7 +55,7 @@ def plate_series(source: tuple[float, float], target: tuple[float, float]) -> fl
 
 def test_crosstalk_of_an_array_agrees_with_plate_series():
     example = runpy.run_path(str(ROOT / "examples" / "array.py"))
-    found = example["crosstalk"](load("sink", ["substrate.thickness=0.5mm", "run.accuracy=5e-4"]), 2, 400e-6)
+    found = example["crosstalk"](load("sink", ["substrate.thickness=0.5mm", "run.accuracy=5e-5"]), 2, 400e-6)
     # The oxide blocks are 1150 um apart, at both ends of each beam; half of the heat leaves through each.
     feet = [[(1.5e-3 + x, 1.5e-3 + y) for y in (-575e-6, 575e-6)] for x in (-200e-6, 200e-6)]
     expected = np.mean([[plate_series(p, q) for p in feet[0]] for q in feet[1]])
