@@ -1,9 +1,9 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
 A level is one mesh with its solutions in the nested spaces and the errors of its goals. Its answer is accepted, or the
-mesh is refined by its error indicators. It is refined everywhere where states go beyond a resistivity law, where only a
-lower space has no solution, and where heating runs away, to confirm that it does. Any other failure in the highest
-space ends the run.
+mesh is refined by its error indicators. It is refined everywhere where states go beyond a resistivity law or only a
+lower space has no solution; where heating runs away, for a state just below the limit, to confirm that it does. Any
+other failure in the highest space ends the run.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayIn
 # The error of a fold's voltage over its change from the mesh before: the sum of all further changes if each is at most
 # 3/4 of its predecessor. A larger voltage runs away on any mesh.
 SURELY = 3.0
+# Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
+# believed.
+BELOW = (0.99, 0.95)
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -171,10 +174,20 @@ class Search:
         if np.isfinite(change):
             runaway.error = max(SURELY * change, ON_PATH * runaway.limit)
         # If heat alone drives a scene, the limit is a fraction of the heat.
-        confirmed = (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change
-        # Without a named limit states exist beyond it, but are too hot.
-        accurate = not runaway.largest or change <= self.study.accuracy * runaway.limit
-        return None if confirmed and accurate else mesh.refine_all()
+        drive = abs(self.study.voltage) or 1.0
+        confirmed = drive - runaway.limit > SURELY * change
+        if confirmed and not runaway.largest:
+            return None  # states beyond the limit exist, but are too hot
+        for fraction in BELOW:
+            level = self._level_below(mesh, fraction * runaway.limit / drive)
+            if level is None:
+                continue
+            # Near a pole or a fold of the drive the rise there is off by the limit's error over its distance.
+            near, allowed = fraction == BELOW[0], self.study.accuracy / (1 - fraction)
+            if confirmed and level.worst <= allowed and (near or change <= self.study.accuracy * runaway.limit):
+                return None
+            return mesh.refine(indicators(level), min(allowed, level.worst) / 2)
+        return mesh.refine_all()
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:
         """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
@@ -189,3 +202,11 @@ class Search:
             return mesh.refine(indicators(level), self.enough)
         before, self.ran_away = self.ran_away, True
         return None if before else mesh.refine_all()
+
+    def _level_below(self, mesh: Mesh, fraction: float) -> Level | None:
+        """Solve at a ``fraction`` of the drive; None where a space has no steady state."""
+        given = mesh.problems().driven(fraction)
+        try:
+            return mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
+        except NumericsError:
+            return None

@@ -24,7 +24,10 @@ class Meshes:
         if self.marched and isinstance(told, RunawayInTimeError):
             told = NumericsError("inputs that vary have no steady state")
         self.marched = True
-        return SimpleNamespace(heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told)
+        return SimpleNamespace(
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told,
+            driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
+        )  # fmt: skip
 
     def begin(self) -> "Meshes":
         return self
