@@ -109,7 +109,7 @@ class Fields:
         self._domain, self._space, self._planes = heat.domain, heat.domain.space, symmetry.planes
         simplex = len(self._space.mesh.t) == 4
         self.cell_type, self._element = ("tetra10", ElementTetP2()) if simplex else ("hexahedron27", ElementHex2())
-        self._places, self._order, self._flipped = _tetrahedron() if simplex else _hexahedron()
+        self._places = np.asarray(self._element.doflocs)
         self.material_names = list(dict.fromkeys(m.name for m in self._domain.materials))
         self._levels = [  # the potentials of the mirror planes
             next((b.value for b in symmetry.scene.boundaries if b.name == f"symmetry-{'xyz'[axis]}"), 0.0)
@@ -173,8 +173,9 @@ class Fields:
         inverted = self._space.mesh.mapping().detDF(middle)[self._cell, 0] < 0
         odd = np.array([image.bit_count() % 2 == 1 for image in range(len(number))])
         flipped = (odd[:, None] != inverted)[..., None]
-        turned = np.where(flipped, number[..., self._flipped], number)
-        return turned.reshape(-1, len(self._places))[:, self._order]
+        order, mirrored = _tetrahedron(self._places) if len(self._places) == 10 else _hexahedron(self._places)
+        turned = np.where(flipped, number[..., mirrored], number)
+        return turned.reshape(-1, len(self._places))[:, order]
 
     @property
     def points(self) -> np.ndarray:
@@ -286,20 +287,17 @@ class Fields:
         return density, heating, distance
 
 
-def _hexahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The nodes (27, 3) of the reference hexahedron, their order (27,) in VTK, and the nodes of its mirror image."""
-    from skfem.io.meshio import HEX_MAPPING
+def _hexahedron(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The order (27,) in VTK of the nodes of the reference hexahedron, and the nodes of its mirror image."""
+    from skfem.io.meshio import HEX_MAPPING  # takes meshio along
 
-    places = np.asarray(ElementHex2().doflocs)
     # scikit-fem's reference corner is VTK's opposite one.
-    return places, _nodes(places, 1 - places[HEX_MAPPING]), _nodes(places, np.abs(places - [1, 0, 0]))
+    return _nodes(places, 1 - places[HEX_MAPPING]), _nodes(places, np.abs(places - [1, 0, 0]))
 
 
-def _tetrahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _tetrahedron(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same for a tetrahedron of 10 nodes, whose first two corners the mirror image exchanges."""
-    places = np.asarray(ElementTetP2().doflocs)
-    mirrored = np.column_stack([1 - places.sum(axis=1), places[:, 1:]])
-    return places, np.arange(10), _nodes(places, mirrored)
+    return np.arange(10), _nodes(places, np.column_stack([1 - places.sum(axis=1), places[:, 1:]]))
 
 
 def _nodes(places: np.ndarray, at: np.ndarray) -> np.ndarray:

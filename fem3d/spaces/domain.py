@@ -226,10 +226,8 @@ class Domain(ABC):
         region, space = self.locate(probe), self.space
         beside = self._beside(region, inside)
         if region.dimension == 3:
-            cells, row = region.numbers, np.zeros(space.size)
-            for alike in space.alike(cells if beside is None else cells[beside[cells]]):
-                row += space.on(alike).load(np.ones((len(alike), 1)))
-            return row / sum(space.on(alike).weights.sum() for alike in space.alike(cells))
+            cells = region.numbers if beside is None else region.numbers[beside[region.numbers]]
+            return space.on(cells).load(np.ones((len(cells), 1))) / space.on(region.numbers).weights.sum()
         if region.dimension == 2:
             return self.seen(region.numbers, beside).load() / self.seen(region.numbers).areas.sum()
         row, lengths = np.zeros(space.size), 0.0
