@@ -47,13 +47,13 @@ def adapt(
     A level is one mesh with nested spaces of degrees p, p - 1 and, on bricks and on tetrahedra of degree 3, p - 2. Its
     steady state is solved in the two highest spaces; in the third only a linear problem, with the heat of u(p-1), for
     the rate. In all but the lowest space the dual problem a(v, z) = J(v) of each temperature and heat flow J is solved,
-    linearized about u(p) where a property follows a law. Potentials have dual problems of
-    the cold conductor; currents have none, except across contacts. The residual r = l - a(u(p-1), .) and the dual
-    weights z_i give the contributions z_i r_i of the last degrees, which `Estimator` extrapolates to the error of J.
-    `goal_errors.examined` completes it, with parts for currents, iteration, extremes and the heat balance among others.
-    On cells `cell_mesh.corrected` then raises or lowers errors by what earlier meshes show. Errors are relative to the
-    scales of `Study`. The next mesh is finer where the indicators of goals are largest; hexahedra of files are all cut.
-    With both, the transient is solved on every level whose steady errors are at most three quarters of the accuracy.
+    linearized about u(p) where a property follows a law. Potentials have dual problems of the cold conductor; currents
+    have none, except across contacts. The energy products of the last changes of the solution and the dual weights
+    contribute to the error of J, cell by cell, and `Estimator` extrapolates them. `goal_errors.examined` adds parts for
+    currents, iteration, extremes and the heat balance among others. On cells `cell_mesh.corrected` then raises or
+    lowers errors by what earlier meshes show. Errors are relative to the scales of `Study`. The next mesh is finer
+    where the indicators of goals are largest; hexahedra of files are all cut. With both, the transient is solved on
+    every level whose steady errors are at most three quarters of the accuracy.
 
     Parameters
     ----------

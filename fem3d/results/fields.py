@@ -166,6 +166,11 @@ class Fields:
         return at.reshape(3, -1)[:, first].T, first, number.reshape(key.shape)
 
     @cached_property
+    def orders(self) -> tuple[np.ndarray, np.ndarray]:
+        """The order of the nodes of a cell in VTK, and the nodes of its mirror image."""
+        return _tetrahedron(self._places) if len(self._places) == 10 else _hexahedron(self._places)
+
+    @cached_property
     def cells(self) -> np.ndarray:
         """The points of the cells, in an order that turns none inside out."""
         number = self._numbered[2]
@@ -173,7 +178,7 @@ class Fields:
         inverted = self._space.mesh.mapping().detDF(middle)[self._cell, 0] < 0
         odd = np.array([image.bit_count() % 2 == 1 for image in range(len(number))])
         flipped = (odd[:, None] != inverted)[..., None]
-        order, mirrored = _tetrahedron(self._places) if len(self._places) == 10 else _hexahedron(self._places)
+        order, mirrored = self.orders
         turned = np.where(flipped, number[..., mirrored], number)
         return turned.reshape(-1, len(self._places))[:, order]
 

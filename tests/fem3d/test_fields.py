@@ -104,7 +104,7 @@ def test_factors_refuse_coupling_unknown_to_ordering():
 def interpolated(cells, values, xi):
     """Values at the same place (-1..1)^3 of every cell, from its 27 in VTK's order."""
     at = (np.array(xi) + 1)[:, None] / 2
-    element, order = ElementHex2(), cells._order
+    element, order = ElementHex2(), cells.orders[0]
     weights = np.array([float(element.lbasis(at, i)[0][0]) for i in order])
     return values[cells.cells] @ weights
 

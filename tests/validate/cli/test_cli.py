@@ -169,8 +169,9 @@ def test_figures_without_opengl(monkeypatch, capsys):
         ("sink --voltage abc", "numpy scipy skfem matplotlib pyvista"),
         (
             "sink --only 1d --no-figures --quiet",
-            "skfem reduced1d.ladder.plate reduced1d.ladder.levels fem3d.runs.compact compare.checks",
+            "skfem reduced1d.ladder.plate fem3d.runs.compact compare.device_checks",
         ),
+        ("sink --no-figures --quiet", "meshio matplotlib pyvista pandas"),
     ],
 )
 def test_what_is_not_asked_for_is_not_imported(command, heavy):
