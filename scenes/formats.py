@@ -23,10 +23,10 @@ def scale(value: float, unit: str, prefixed: bool = False) -> tuple[float, str]:
 def with_error(value: float, error: float, unit: str, prefixed: bool = False) -> tuple[str, str, str, int, float]:
     """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column.
 
-    Decimals go up to the error's second digit, 12 at most, and to eight digits of the value at most; an error below the
-    last one is rounded up to it, and so stays a bound.
+    The prefix is of the larger one of value and error. Decimals go up to the error's second digit, 12 at most, and to
+    eight digits of the value at most; an error below the last one is rounded up to it, and so stays a bound.
     """
-    factor, shown = scale(value, unit, prefixed)
+    factor, shown = scale(max(abs(value), error) if math.isfinite(error) else value, unit, prefixed)
     most = 7 - math.floor(math.log10(abs(value * factor))) if value and math.isfinite(value) else 6
     scaled = error * factor
     meant = 1 - math.floor(math.log10(scaled)) if scaled > 0 and math.isfinite(scaled) else 6

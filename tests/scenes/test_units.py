@@ -96,6 +96,7 @@ def test_nothing_has_no_sign_and_small_kelvins_have_a_prefix_where_asked_for():
     assert quantity(2.647e-3, "K", 3) == "0.00265 K"
     assert quantity(2.647e-3, "K", 3, prefixed=True) == "2.65 mK"
     assert with_error(2.647e-3, 8.6e-6, "K", prefixed=True)[:3] == ("2.6470", "0.0086", "mK")
+    assert with_error(2e-7, 2.2e-4, "W")[:3] == ("0", "220", "uW")
 
 
 LENGTH, KELVIN = (1, 0, 0, 0, 0), (0, 0, 0, 0, 1)
