@@ -26,6 +26,8 @@ RATIO = 0.15
 HIGHEST_DEGREE = 8
 LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees the error of an edge
 SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
+# An interval between two features that is longer than this times the narrowest extent has two bends of its own.
+LONG = 4.0
 SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
 # In the first grid the energy at singular edges may miss this factor times the accuracy; on random scenes 25 and 225
 # take as many unknowns within 15 %.
@@ -67,8 +69,8 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
     at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
-    accuracy. A layer is thin if it is at most half as thick as the features at it are wide: one interval of low degree
-    crosses it.
+    accuracy. Where both ends of a long one are features it is cut in the middle. A layer is thin if it is at most half
+    as thick as the features at it are wide: one interval of low degree crosses it.
     """
     planes = grids.coarsest(scene).breaks
     thin, reaches = _reaches(scene, planes)
@@ -81,6 +83,8 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
         for i, (a, b) in enumerate(pairwise(planes[d].tolist())):
             near = zip((a, b), reaches[d][i : i + 2].tolist(), strict=True)
             inner = [] if thin[d][i] else _graded(a, b, *(_longest(c, marks, d, r, accuracy) for c, r in near))
+            if not thin[d][i] and {a, b} <= marks.planes[d] and b - a > LONG * reaches[d][i : i + 2].min():
+                inner = sorted([*inner, (a + b) / 2])
             axis_breaks.append(np.array([*inner, b]))
             axis_degrees += [across] if thin[d][i] else [degree] * (len(inner) + 1)
         breaks.append(np.concatenate(axis_breaks))

@@ -33,13 +33,12 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
 LOOSER = 10.0  # ratio of the tolerances of two responses that are compared
-TIGHTEST = 1e-3  # times the first tolerance: steps are not shortened below it
 QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
 ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 SOONEST = 1e-3  # part of the first requested time: sooner after a jump only values before the jump matter
 ROUGH = 1e-3  # accuracy of a response that only locates hot instants
-ROUNDS = 5
+ROUNDS = 5  # of searches for hot instants, and of halving steps at full order
 # A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
 # value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
 BEFORE = 0.95
@@ -55,7 +54,8 @@ class Marched:
     generations: how many generations of Krylov fields the answer has; 0 at full order.
     checked: times (s) of the ``traces``, the outputs ``out`` and the comparison.
     scales, gaps: of each trace its scale, and the error by fields, steps and quadratures.
-    tolerance, quadrature: at full order the tolerance of steps, and the relative error by quadratures of laws.
+    halvings, quadrature: at full order how many times the steps were halved, and the relative error by quadratures of
+        laws.
     """
 
     answer: Response
@@ -66,7 +66,7 @@ class Marched:
     traces: Quantities
     scales: dict[str, float]
     gaps: dict[str, float]
-    tolerance: float = 0.0
+    halvings: int = 0
     quadrature: float = 0.0
 
     @staticmethod
@@ -79,24 +79,6 @@ class Marched:
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         gaps = {name: part * gap for name, gap in distance(traces, study.traces(other)).items()}
         return Marched(answer, worse, generations, checked, out, traces, scales, gaps)
-
-    @staticmethod
-    def of_steps(
-        study: Study,
-        answer: FullResponse,
-        worse: FullResponse,
-        steady_out: Outputs | None,
-        tolerance: float,
-        quadrature: float,
-    ) -> Marched:
-        """Return a response at full order with its errors by comparison with looser steps.
-
-        Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): of
-        the change 1 / (LOOSER - 1) is left, and three times that error is stated.
-        """
-        march = Marched.compared(study, answer, worse, steady_out, 3 / (LOOSER - 1))
-        gaps = {name: gap + quadrature * march.scales[name] for name, gap in march.gaps.items()}
-        return replace(march, gaps=gaps, tolerance=tolerance, quadrature=quadrature)
 
     def enough(self, accuracy: float) -> bool:
         """Return whether fields and steps cause a small part of the allowed error."""
@@ -140,46 +122,47 @@ def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
 
 
 def _full(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
-    """Solve a problem with temperature-dependent properties in steps for a small part of the accuracy."""
-    worse: FullResponse | None = None
-    loosest = tolerance = LOOSER * TIME_SHARE * study.accuracy
-    points, off = 0, 0.0
-    while True:
-        try:
-            answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
-        except (BeyondLawError, RunawayInTimeError):
-            if tolerance < loosest:
-                raise
-            tolerance /= LOOSER  # the loosest steps may run away alone
-            continue
-        if worse is not None:
-            return Marched.of_steps(study, answer, worse, steady_out, tolerance, off)
-        points, off = _quadrature(base, answer, QUADRATURE * study.accuracy)
-        worse, tolerance = answer, tolerance / LOOSER
+    """Solve a problem with temperature-dependent properties in steps whose halves show their error."""
+    tolerance = LOOSER * TIME_SHARE * study.accuracy
+    try:
+        whole = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest)
+    except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
+        whole = march_full(base.heat, base.conductor, study.end, tolerance / LOOSER, study.earliest)
+    points, off = _quadrature(base, whole, QUADRATURE * study.accuracy)
+    return halved(study, base, steady_out, whole, points, off, 1)
 
 
-def shortened(study: Study, base: Base, steady_out: Outputs | None, march: Marched) -> Marched:
-    """Return the response of a problem with temperature-dependent properties in shorter steps than another one."""
-    assert isinstance(march.answer, FullResponse)
-    tolerance, points = march.tolerance / LOOSER, march.answer.points
-    answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
-    return Marched.of_steps(study, answer, march.answer, steady_out, tolerance, march.quadrature)
+def halved(
+    study: Study, base: Base, steady_out: Outputs | None, whole: FullResponse, points: int, off: float, halvings: int
+) -> Marched:
+    """Return the response at full order in the halves of the steps of another one.
+
+    Of the change 1 / (2^order - 1) is left. The order is 4, but in stiff problems may fall to that of the stages, 2
+    (Hairer and Wanner, Solving ODEs II, section IV.15): a third of the change is stated. An error estimated within a
+    step may vanish by chance; the change is zero only if the error is.
+    """
+    tolerance = TIME_SHARE * study.accuracy * LOOSER ** (1 - halvings)
+    answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points, whole.ends(2))
+    march = Marched.compared(study, answer, whole, steady_out, 1 / 3)
+    gaps = {name: gap + off * march.scales[name] for name, gap in march.gaps.items()}
+    return replace(march, gaps=gaps, halvings=halvings, quadrature=off)
 
 
 def _quadrature(base: Base, response: FullResponse, enough: float) -> tuple[int, float]:
     """Return how many more points the quadratures of laws need for their relative error to be small, and this error."""
-    off = 0.0
-    for points in range(0, 2 * MOST_FINER, 2):
-        off = _by_quadrature(base, response, points)
+    points, off = 0, _by_quadrature(base, response, 0)
+    for _ in range(MOST_FINER):
         if off <= enough:
             break
+        points += 2 + points // 2
+        off = _by_quadrature(base, response, points)
     return points, off
 
 
 def _by_quadrature(base: Base, response: FullResponse, points: int) -> float:
     """Return the relative change of the largest rise by quadratures finer than with so many more points: the steady
-    response to the change of the heat at some instants, an upper bound for every mode over time. Of kinks one
-    difference may be small by chance."""
+    response to the change of the heat at some instants, at the initial temperature and about the hottest state. For
+    stable modes it bounds every response over time. Of kinks one difference may be small by chance."""
     heat, conductor = refine_quadratures(base.heat, base.conductor, points)
     if not heat.terms and (conductor is None or conductor.following is None):
         return 0.0
@@ -193,20 +176,22 @@ def _by_quadrature(base: Base, response: FullResponse, points: int) -> float:
             for load, (_, other) in zip(loads, finer, strict=True):
                 assert other is not None
                 load[i] += other.joule_load(other.solve(rise, voltage).density, rise) - own
-    changes = heat.solve_steady(np.concatenate(loads)[:, : heat.free])
+    hot = tangent(base, response, times)
+    changes = np.concatenate([each.solve_steady(np.concatenate(loads)[:, : heat.free]) for each in (base.heat, hot)])
     vertices, largest = heat.unit[: heat.free] == 1.0, float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
     return float(np.abs(changes[:, vertices]).max(initial=0.0)) / largest
 
 
-def tangent(base: Base, march: Marched) -> HeatProblem:
-    """Return the problem linearized about its steady state, or without one about the hottest state of a response."""
+def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
+    """Return the problem linearized about its steady state, or without one about the hottest state of a response at
+    some times (s)."""
     if base.steady is not None and base.steady.heat.about is not None:
         return base.steady.heat
     heat, conductor, density = base.heat, base.conductor, np.empty(0)
-    rises = march.answer.rises(march.checked)
+    rises = response.rises(times)
     hottest = int(np.abs(rises).max(axis=1).argmax())
     if conductor is not None:
-        voltage = heat.inputs.at(march.checked[hottest : hottest + 1])[0] @ conductor.voltages
+        voltage = heat.inputs.at(times[hottest : hottest + 1])[0] @ conductor.voltages
         density = conductor.solve(rises[hottest], voltage).density
     return at_films(linearized(heat, conductor, rises[hottest], density), heat.field(rises[hottest]))
 
@@ -217,7 +202,7 @@ def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
     tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
         like = fine.answer
-        return march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, like.points, like)
+        return march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, like.points, like.ends())
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, tolerance)

@@ -13,14 +13,14 @@ from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import (
     KNOTS,
+    ROUNDS,
     SOONEST,
-    TIGHTEST,
     TIME_SHARE,
     Marched,
     beside,
     distance,
+    halved,
     marched,
-    shortened,
     spread,
     tangent,
 )
@@ -29,6 +29,7 @@ from fem3d.results import fields, outputs, probes
 from fem3d.results.outputs import Quantities, Study
 from fem3d.results.outputs import Response as AnyResponse
 from fem3d.solution import transient
+from fem3d.solution.march import FullResponse
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
 from scenes.errors import NumericsError, RunawayInTimeError
@@ -89,7 +90,7 @@ def respond(
     steady_out = None if steady is None else steady.fine.out
     march = marched(study, bases[0], shift, steady_out, generations)
     if bases[0].follows:
-        given = given.about(tangent(bases[0], march))
+        given = given.about(tangent(bases[0], march.answer, march.checked))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:
@@ -102,9 +103,11 @@ def respond(
     enough = (1 - ROW_SHARE) * study.accuracy
     # Shorter steps where all other errors leave them room.
     others = {name: error - march.gaps[name] + march.quadrature * march.scales[name] for name, error in errors.items()}
-    shortest = TIGHTEST * march.tolerance
-    while march.tolerance > shortest and _worst(march, others) <= enough < _worst(march, errors):
-        before, march = march, shortened(study, bases[0], steady_out, march)
+    while isinstance(march.answer, FullResponse) and march.halvings < ROUNDS:
+        if not _worst(march, others) <= enough < _worst(march, errors):
+            break
+        points, off, before = march.answer.points, march.quadrature, march
+        march = halved(study, bases[0], steady_out, march.answer, points, off, march.halvings + 1)
         errors = {name: error + march.gaps[name] - before.gaps[name] for name, error in errors.items()}
     answer, scales, count = march.answer, march.scales, march.generations
     if _worst(march, errors) > enough and not as_it_is:

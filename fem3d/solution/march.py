@@ -20,6 +20,7 @@ the equations, which the first stage needs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -104,6 +105,10 @@ class FullResponse:
         """The end of the last step (s)."""
         return self.steps[-1].start + self.steps[-1].length
 
+    def ends(self, parts: int = 1) -> list[float]:
+        """Return the ends (s) of the steps, each cut into equal ``parts``."""
+        return [step.start + step.length * n / parts for step in self.steps for n in range(1, parts + 1)]
+
     def number(self, times: np.ndarray) -> np.ndarray:
         """Return (times,) the number of the step that each time is in; at a jump that which follows."""
         starts = np.array([step.start for step in self.steps])
@@ -125,7 +130,7 @@ def march_full(
     tolerance: float,
     earliest: float,
     points: int = 0,
-    like: FullResponse | None = None,
+    ends: Sequence[float] = (),
 ) -> FullResponse:
     """Integrate the nonlinear equations of heat and current with all unknowns, from zero rise to time ``end``.
 
@@ -138,15 +143,14 @@ def march_full(
     tolerance : error of each step at the vertices, relative to the largest rise so far
     earliest : earliest time of interest after a jump (s)
     points : extra quadrature points along each axis for the laws; linearizations keep the quadrature of the problem
-    like : response in another space whose steps are reused. Time errors are then alike: the difference is of space.
+    ends : ends of the steps (s), if these are given. In two spaces with the same steps the difference is of space.
 
     Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
 
     Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
     where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
     """
-    ends = [] if like is None else [step.start + step.length for step in like.steps]
-    return _March(heat, conductor, tolerance, points).run(end, earliest, ends)
+    return _March(heat, conductor, tolerance, points).run(end, earliest, list(ends))
 
 
 class _State(NamedTuple):

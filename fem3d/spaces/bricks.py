@@ -137,8 +137,11 @@ class BrickSpace(Space):
         return [shared for members in self._classes if len(shared := members[chosen[members]])]
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
-        return _rule(self.p, self._highest(cells), more)
+        """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one; ``more``
+        along the longest side of a cell, and along the others in proportion to their length."""
+        h = self.h[:, cells]
+        shares = (h / h.max(axis=0, initial=0.0)).max(axis=1, initial=0.0)
+        return _rule(self.p, self._highest(cells), tuple(np.ceil(more * shares).astype(int).tolist()))
 
     def _highest(self, cells: np.ndarray) -> Degrees:
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
@@ -185,8 +188,8 @@ def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
 
 
 @lru_cache(maxsize=32)
-def _rule(p: int, degrees: Degrees, more: int) -> Rule:
-    (x, u), (y, v), (z, w) = (gauss(d + 1 + more) for d in degrees)
+def _rule(p: int, degrees: Degrees, more: Degrees) -> Rule:
+    (x, u), (y, v), (z, w) = (gauss(d + 1 + m) for d, m in zip(degrees, more, strict=True))
     points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
     weights, functions = np.einsum("i,j,k->ijk", u, v, w).ravel(), np.flatnonzero(active(p, degrees))
     return rule(points, weights, partial(_values, p), functions)

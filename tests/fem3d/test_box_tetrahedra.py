@@ -114,14 +114,6 @@ def test_tetrahedra_beyond_memory_are_refused():
         runs.solve(replace(checked(plate(40)), mesh="tetrahedra", memory=1e8))
 
 
-@pytest.mark.long
-def test_bricks_beyond_memory_are_kept_as_they_are():
-    result = runs.solve(replace(heated(), accuracy=1e-6, memory=6e8))
-    assert "cell_type" not in result.details["mesh"]
-    assert any("as many bricks as the memory has room for" in warning for warning in result.details["warnings"])
-    assert gap(solved("bricks"), result) < 1.0
-
-
 def test_unreached_accuracy_is_a_warning(monkeypatch):
     monkeypatch.setattr("fem3d.adaptivity.cell_mesh.MOST_UNKNOWNS", 1_000)
     result = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-5))

@@ -39,13 +39,25 @@ def close():
 
 @pytest.mark.long
 def test_block_under_small_structure_takes_few_unknowns():
-    first = foreseen(bridge(), scene_run.start(bridge())[1].grid).unknowns
-    found = scene_run.solve(bridge())
+    scene = bridge()
+    first = foreseen(scene, scene_run.start(scene)[1].grid).unknowns
+    found = scene_run.solve(scene)
     assert found.details["unknowns"] < 0.7 * first
     for name, truth in close().items():
         value = found.steady[name]
         assert abs(value.value - truth.value) < value.error + truth.error < 1.2e-2 * (truth.value - 293.0)
         assert abs(value.value + 3 * value.error - truth.value) > value.error + truth.error
+
+
+@pytest.mark.long
+def test_bricks_beyond_memory_are_kept_as_they_are():
+    first = foreseen(bridge(1e-4), scene_run.start(bridge(1e-4))[1].grid)
+    found = scene_run.solve(replace(bridge(1e-4), memory=1.02 * first.memory))
+    assert "cell_type" not in found.details["mesh"]
+    assert any("as many bricks as the memory has room for" in warning for warning in found.details["warnings"])
+    for name, truth in close().items():
+        value = found.steady[name]
+        assert abs(value.value - truth.value) < value.error + truth.error
 
 
 @pytest.mark.long
