@@ -16,6 +16,7 @@ import numpy as np
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.adaptivity.nested import Problems, Solution, solution
+from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.outputs import ROUNDING, Study
@@ -28,6 +29,7 @@ from scenes.errors import BeyondLawError, NumericsError
 # Least error bound of a rise over the largest one, both relative: without it the mean rise of the Joule-heated bar of
 # `validate verify` was off by 280 times its bound.
 OF_WORST = 0.1
+RESISTANCE = "relative change of the resistance"
 
 
 def steady_parts(study: Study, fine: Solution, low: Solution, duals: Duals) -> dict[str, Contributions]:
@@ -61,19 +63,22 @@ class Duals:
     """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all nodes, K).
 
     They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
-    The goals are divided by their ``scales``. ``rows`` are by goal the load vectors (all nodes,),
-    ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed nodes.
+    The goals are divided by their ``scales``; `RESISTANCE` joins them where a ``state`` is given whose resistivity
+    follows the temperature. ``rows`` are by goal the load vectors (all nodes,), ``fields`` in each of the upper spaces
+    the dual solutions (goals, functions), zero at fixed nodes.
     """
 
     def __init__(
         self, goals: Mapping[str, str], given: Problems, rise: np.ndarray, scales: Mapping[str, float],
-        time: float | None = None,
+        time: float | None = None, state: SteadyState | None = None,
     ) -> None:  # fmt: skip
-        self.given, self.rise, self.scales, self.time = given, rise, scales, time
+        self.given, self.rise, self.scales, self.time = given, rise, {**scales, RESISTANCE: 1.0}, time
         self.probes = {name: given.domain.probes[probe] for name, probe in goals.items()}
         rows = {name: goal_row(given.heat, probe, rise) for name, probe in self.probes.items()}
         self.rows = {name: row for name, row in rows.items() if row is not None}
-        loads = np.array([row * (time or 1.0) / scales[name] for name, row in self.rows.items()])
+        if state is not None and state.conductor is not None and state.conductor.warms and state.power:
+            self.rows[RESISTANCE] = warming_row(state, state.conductor)
+        loads = np.array([row * (time or 1.0) / self.scales[name] for name, row in self.rows.items()])
         uppers = given.heats[1:] if self.rows else ()
         self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
 
@@ -103,7 +108,7 @@ class Duals:
         densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
         stills = []
         for name in self.rows:
-            held = reading(heat, self.probes[name]).boundaries
+            held = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
             still = sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size))
             stills.append(still / self.scales[name])
         seen = []
@@ -158,6 +163,14 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
         # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
         return how.whole_row(heat)
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
+
+
+def warming_row(state: SteadyState, conductor: Conductor) -> np.ndarray:
+    """Return the load vector (all nodes,) of `RESISTANCE`: int (drho/dT) |J|^2 v over the power, by which a change v of
+    the temperature changes the resistance."""
+    heating = conductor.heating(state.density, state.density, state.rise)
+    row = conductor.heat.take(conductor.on.load(conductor.steepness(state.rise) * heating))
+    return row / float((conductor.on.weights * heating).sum())
 
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Contributions]:
@@ -243,14 +256,18 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     except NumericsError:
         return None
     scales = study.steady_scales(fine.out)
-    duals = Duals(study.goals, given, fine.state.rise, of_part(study.part, study.goals, scales))
+    duals = Duals(study.goals, given, fine.state.rise, of_part(study.part, study.goals, scales), state=fine.state)
     parts = steady_parts(study, fine, low, duals)
+    by_heat = 0.0
+    if RESISTANCE in parts:
+        by_heat = Estimator.bound(estimator.indicators(parts.pop(RESISTANCE)))
     goals = {name: estimator.indicators(each) for name, each in parts.items()}
     factor = _factor(goals, parts, estimator)
     torn = duals.contradictions(estimator)
+    torn.pop(RESISTANCE, None)
     electric, power = given.electric_parts, estimator.indicators(given.electric_parts)
     joule = duals.joule(warmed(given, fine.state))
-    by_current = {name: estimator.indicators(each) for name, each in joule.items()}
+    by_current = {name: estimator.indicators(each) for name, each in joule.items() if name in goals}
     goals = {"power": power} | with_current(summed(goals, torn), by_current, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     if estimator.extrapolates:
@@ -265,11 +282,15 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     for name, change in changed.items():
         scale = scales[name]
         if name not in parts:
-            errors[name] = factor * change + Estimator.bound(power) * scale
+            # A given current does not follow the resistance.
+            heated = 0.0 if given.conductor is not None and given.conductor.by_current else by_heat
+            errors[name] = max(factor * change, heated * scale) + Estimator.bound(power) * scale
             continue
         # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
         own = parts[name].size + joule.get(name, electric).size
         errors[name] = max(change, Estimator.bound(goals[name]) * scale + factor * max(change - own * scale, 0.0))
+        if name not in duals.rows:
+            errors[name] = max(errors[name], by_heat * scale)
     # An error far below the largest error of any rise is chance, as where odd degrees contribute nothing.
     largest = max((errors[name] / scales[name] for name in study.rises), default=0.0)
     errors |= {name: max(errors[name], OF_WORST * largest * scales[name]) for name in study.rises}
