@@ -157,15 +157,18 @@ def field_of(outcome: Outcome[Any]) -> Field:
     import numpy as np
 
     scene, fields = outcome.scene, outcome.solved.details["fields"]
-    kelvins, cells = fields.steady, (fields.points, fields.cells)
+    cells = fields.points, fields.cells
     if scene.kind == "sink":
         room, beam = scene.room_temperature, "beam" if scene.spans == 1 else "spans of"
         size = " x ".join(f"{side * 1e6:.4g}" for side in (scene.length, scene.width, scene.thickness))
         title = f"Figure 4: steady 3D temperature, {sink_text(scene)} ({beam} {size} µm, "
         checks, instead = tuple(c for c in outcome.checks if c.id == "fig4"), "the top faces, from above: no OpenGL"
-        return Field(*cells, kelvins - room, title, "thickness", f"rise above {room:g} K (K)", 0.0, checks, instead)
-    when = "steady"
-    if outcome.solved.traces is not None:
+        return Field(
+            *cells, fields.steady - room, title, "thickness", f"rise above {room:g} K (K)", 0.0, checks, instead
+        )
+    if outcome.solved.traces is None:
+        kelvins, when = fields.steady, "steady"
+    else:
         from compare import hottest
 
         time, above = hottest.farthest(fields, hottest.moments(outcome.solved.traces), scene.initial_temperature)

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from compare.options import Options
-from compare.outcome import Outcome
+from compare.outcome import Outcome, Progress
+from compare.pipeline import solve
 from scenes.loading import load, load_free
 from scenes.model import Box, Contact, Scene
 from scenes.result import Result, Traces
@@ -18,6 +19,7 @@ from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures import scene_figures
 from validate.report.figures.drawing import new_figure
+from validate.report.output import field_of
 from validate.viewer.boxes import THIN, parts
 
 
@@ -111,3 +113,13 @@ def test_contact_is_named_at_the_common_face():
     assert contact["name"] == "glue: 1e-6 m2 K/W, 1e-10 ohm m2"
     assert contact["lower"] == contact["upper"]
     assert contact["lower"][2] == pytest.approx(upper["lower"][2])
+
+
+def test_field_of_a_transient_is_at_its_hottest_moment():
+    """The example's last pulse ends at 3 ms."""
+    scene = load_free("hotplate", overrides=["run.accuracy=0.05"])
+    outcome = solve(scene, Options(), Progress())
+    field = field_of(outcome)
+    assert "when it is hottest" in field.title
+    peak = outcome.solved.traces.values["heater"].max()
+    assert field.rise.max() + field.above >= peak - outcome.solved.traces.errors["heater"]
