@@ -29,7 +29,7 @@ class Kind:
     Attributes
     ----------
     name : heading of the table
-    share : one of so many scenes is of this kind
+    share : the number of scenes that are asked for is divided by this
     finer : how many times finer each is solved again. Tetrahedra don't reach a tenth of 1e-2 within their unknowns, and
         scenes with laws take too long for that. The finer solution's own error bound is added to the allowed distance.
     padding : largest median of error bound over true error; with laws the quadrature adds its own error bound

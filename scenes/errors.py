@@ -36,13 +36,13 @@ class RunawayError(NumericsError):
     """Thermal runaway: the heating grows with temperature faster than the losses.
 
     No steady state below 100,000 K is found above the ``limit``: a voltage (V), for a given current a current (A),
-    without either a fraction of the heating. ``error`` estimates the error of the limit; zero where it is not
-    estimated. ``named`` is the limit in words, or "", and ``unit`` its unit.
+    without either a fraction of the heating. ``whole`` is the drive itself in the same unit. ``error`` estimates the
+    error of the limit; zero where it is not estimated. ``named`` is the limit in words, or "", and ``unit`` its unit.
     """
 
-    def __init__(self, message: str, limit: float, named: str = "", unit: str = "") -> None:
+    def __init__(self, message: str, limit: float, named: str = "", unit: str = "", whole: float = 1.0) -> None:
         super().__init__(message)
-        self.limit, self.error, self._named, self._unit = limit, 0.0, named, unit
+        self.limit, self.whole, self.error, self._named, self.unit = limit, whole, 0.0, named, unit
 
     @property
     def largest(self) -> str:
@@ -53,7 +53,7 @@ class RunawayError(NumericsError):
         if self.error:
             places = max(1 - floor(log10(self.error)), 0)  # the error has two digits
             shown = f"{self.limit:.{places}f} ± {self.error:.{places}f}"
-        return f"{self._named} is {shown} {self._unit}".rstrip()
+        return f"{self._named} is {shown} {self.unit}".rstrip()
 
     def __str__(self) -> str:
         return "; ".join(filter(None, (super().__str__(), self.largest)))

@@ -31,6 +31,7 @@ SURELY = 3.0
 # Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
 # believed.
 BELOW = (0.99, 0.95)
+ENOUGH = 2e-2  # relative error of a limit by its last two changes, with which no such state is needed
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -47,13 +48,15 @@ def adapt(
     A level is one mesh with nested spaces of degrees p, p - 1 and, on bricks and on tetrahedra of degree 3, p - 2. Its
     steady state is solved in the two highest spaces; in the third only a linear problem, with the heat of u(p-1), for
     the rate. In all but the lowest space the dual problem a(v, z) = J(v) of each temperature and heat flow J is solved,
-    linearized about u(p) where a property follows a law. Potentials have dual problems of the cold conductor; currents
-    have none, except across contacts. The energy products of the last changes of the solution and the dual weights
+    linearized about u(p) where a power law, a table or radiation applies. Potentials have dual problems of the cold
+    conductor; currents have none, except across contacts. Further dual problems show what errors of the temperature do
+    to the resistance and to potentials. The energy products of the last changes of the solution and the dual weights
     contribute to the error of J, cell by cell, and `Estimator` extrapolates them. `goal_errors.examined` adds parts for
     currents, iteration, extremes and the heat balance among others. On cells `cell_mesh.corrected` then raises or
-    lowers errors by what earlier meshes show. Errors are relative to the scales of `Study`. The next mesh is finer
-    where the indicators of goals are largest; hexahedra of files are all cut. With both, the transient is solved on
-    every level whose steady errors are at most three quarters of the accuracy.
+    lowers errors by what earlier meshes show, and halves errors of extrapolated quantities. Errors are compared over
+    the scales of `Study`; returned errors are in the units of the quantities. The next mesh is finer where the
+    indicators of goals are largest; hexahedra of files are all cut. With both, the transient is solved on every level
+    whose steady errors are at most three quarters of the accuracy.
 
     Parameters
     ----------
@@ -64,10 +67,10 @@ def adapt(
     mesh : first mesh, by default a grid of bricks; a large grid is solved at degree 2 first (`Mesh.begin`)
 
     Returns the last level. Its errors may exceed the accuracy over time, where traces would need too many rows, and
-    where the mesh is at its limit of memory or unknowns: on cells, and on bricks with ``as_far_as_it_goes``. The errors
-    and `Mesh.warnings` say so.
+    where the mesh is at its limit of memory or unknowns: on cells, and on bricks with ``as_far_as_it_goes``. There it
+    may lack the response, if its steady errors exceed three quarters of the accuracy. The errors say so.
 
-    Raises RunawayError if no steady state is found at the whole drive (there is none, it is hotter than
+    Raises RunawayError if no steady state is found at the whole drive (there is none, its rise is beyond
     `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError if states
     stay beyond a resistivity law, TooLargeError if a grid of bricks exceeds the memory (a refined one only without
     ``as_far_as_it_goes``), and NumericsError for any other reason, such as heat without an exit, errors that no longer
@@ -113,15 +116,16 @@ def indicators(level: Level | None, response: Response | None = None) -> Indicat
 
 @dataclass
 class Search:
-    """State carried from one level to the next: the limit ``fold`` of the last mesh's runaway, whether a transient ran
-    away, and the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a transient without steady
-    state."""
+    """State carried from one level to the next: the limit ``fold`` of the last mesh's runaway and its ``change``,
+    whether a transient ran away, and the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a
+    transient without steady state."""
 
     study: Study
     with_steady: bool
     with_transient: bool
     progress: Progress
     fold: float | None = None
+    change: float = np.inf
     ran_away: bool = False
     slowest: float = np.inf
     generations: int = 0
@@ -169,25 +173,27 @@ class Search:
         """Refine the mesh to confirm a runaway; None if the runaway is confirmed and its limit accurate."""
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
-        change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold = runaway.limit
+        before, self.change = self.change, np.inf if self.fold is None else abs(runaway.limit - self.fold)
+        self.fold, change = runaway.limit, self.change
         if np.isfinite(change):
             runaway.error = max(SURELY * change, ON_PATH * runaway.limit)
-        # If heat alone drives a scene, the limit is a fraction of the heat.
-        drive = abs(self.study.voltage) or 1.0
-        confirmed = drive - runaway.limit > SURELY * change
+        confirmed = runaway.whole - runaway.limit > SURELY * change
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
+        if confirmed and SURELY * max(change, before) <= ENOUGH * runaway.limit:
+            runaway.error = SURELY * max(change, before)
+            return None
+        finer = None
         for fraction in BELOW:
-            level = self._level_below(mesh, fraction * runaway.limit / drive)
+            level = self._level_below(mesh, fraction * runaway.limit / runaway.whole, not runaway.unit)
             if level is None:
                 continue
             # Near a pole or a fold of the drive the rise there is off by the limit's error over its distance.
             near, allowed = fraction == BELOW[0], self.study.accuracy / (1 - fraction)
             if confirmed and level.worst <= allowed and (near or change <= self.study.accuracy * runaway.limit):
                 return None
-            return mesh.refine(indicators(level), min(allowed, level.worst) / 2)
-        return mesh.refine_all()
+            finer = indicators(level), min(allowed, level.worst) / 2
+        return mesh.refine(*finer) if finer else mesh.refine_all()
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:
         """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
@@ -203,9 +209,10 @@ class Search:
         before, self.ran_away = self.ran_away, True
         return None if before else mesh.refine_all()
 
-    def _level_below(self, mesh: Mesh, fraction: float) -> Level | None:
-        """Solve at a ``fraction`` of the drive; None where a space has no steady state."""
-        given = mesh.problems().driven(fraction)
+    def _level_below(self, mesh: Mesh, fraction: float, by_heat: bool) -> Level | None:
+        """Solve at a ``fraction`` of the drive, or ``by_heat`` of the heating alone; None where a space has no steady
+        state."""
+        given = mesh.problems().driven(fraction, by_heat)
         try:
             return mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
         except NumericsError:

@@ -216,7 +216,10 @@ class CellMesh(Mesh):
         return None
 
     def refine_all(self) -> Self | None:
-        return None if self.last else self._finer(self._longest())
+        if self.last:
+            return None
+        finer = self._finer(self._longest())
+        return finer if reach.fits(self.scene, finer.size) else None
 
     def _longest(self, by_axis: np.ndarray | None = None) -> np.ndarray:
         """Return (3, cells) the axes along which to halve each cell, for indicators per axis (3, cells)."""

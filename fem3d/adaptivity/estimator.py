@@ -18,14 +18,14 @@ d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory 
 error on bricks is (p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986). Odd and even degrees alternate, so d_(p-1)
 gives a second value; the larger counts.
 
-An even solution on an interval has no contribution of odd degree. Away from edges d_(p-1) is therefore also continued
-over every second degree, by q / (1 - q): q is the decay over two degrees of the energies of the solution's functions
-(the smoothness indicator of Mavriplis, ICOSAHOM 1989).
+An even solution on an interval has no contribution of odd degree. On bricks away from edges d_(p-1) is therefore also
+continued over every second degree, by q / (1 - q): q is the decay over two degrees of the energies of the solution's
+functions (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
 
 On the cells of a mesh the measured rate is used: at least SLOWEST, and at most 4s at an edge of exponent s, even if
 that is slower. A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. On
 tetrahedra the change that theory expects of later degrees is added to the values of quantities, unless the study wants
-the values of the field itself or a property follows a law (`fem3d.adaptivity.nested`).
+the values of the field itself, or a law or radiation makes the equations nonlinear (`fem3d.adaptivity.nested`).
 """
 
 from __future__ import annotations
@@ -108,10 +108,10 @@ class Estimator:
     ----------
     degrees: (3, cells) the degree p of each cell along each axis, at least 2.
     slowest, fastest: (3, cells) the least and the largest rate a.
-    singular: (3, cells) whether a singular edge touches the cell, by the axis across it.
+    singular: (3, cells) on bricks whether a singular edge touches the cell, by the axis across it; on cells all true.
     pools: (3, cells) the number of the group whose contributions give one rate.
     later_factors: (2, cells) twice, for heat and current: expected and largest change by later degrees over the
-        contribution of the last degree; None if the exponents are unknown.
+        contribution of the last degree; None on bricks and hexahedra.
     """
 
     degrees: np.ndarray
@@ -180,8 +180,9 @@ class Estimator:
     @staticmethod
     def bound(indicators: np.ndarray) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
-        ``indicators`` over all cells and axes. Both are relative to the goal's scale. The error that a run states
-        begins with it: `goal_errors.examined` adds parts, and on cells `cell_mesh.corrected` may lower or raise it.
+        ``indicators`` over all cells and axes. Both are relative to the goal's scale. The stated error of a steady
+        temperature or heat flow begins with it: `goal_errors.examined` adds parts, and on cells `cell_mesh.corrected`
+        may lower or raise it. Over time it is one of the parts that `trace_errors.Comparison` compares.
         """
         return float(indicators.sum())
 
@@ -192,7 +193,7 @@ class Estimator:
 
     @property
     def extrapolates(self) -> bool:
-        """Whether the exponents of edges are given, so that later degrees can be extrapolated."""
+        """Whether later degrees can be extrapolated: on tetrahedra."""
         return self.later_factors is not None
 
     def later(self, changed: np.ndarray, electric: bool) -> tuple[float, float]:

@@ -29,7 +29,8 @@ from scenes.errors import BeyondLawError, NumericsError
 # Least error bound of a rise over the largest one, both relative: without it the mean rise of the Joule-heated bar of
 # `validate verify` was off by 280 times its bound.
 OF_WORST = 0.1
-RESISTANCE = "relative change of the resistance"
+BY_TEMPERATURE = "by temperature "  # begins the names of rows
+Rows = dict[str, np.ndarray]
 
 
 def steady_parts(study: Study, fine: Solution, low: Solution, duals: Duals) -> dict[str, Contributions]:
@@ -63,21 +64,20 @@ class Duals:
     """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all nodes, K).
 
     They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
-    The goals are divided by their ``scales``; `RESISTANCE` joins them where a ``state`` is given whose resistivity
-    follows the temperature. ``rows`` are by goal the load vectors (all nodes,), ``fields`` in each of the upper spaces
-    the dual solutions (goals, functions), zero at fixed nodes.
+    The goals are divided by their ``scales``; rows of ``others`` join them as they are. ``rows`` are by goal the load
+    vectors (all nodes,), ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed
+    nodes.
     """
 
     def __init__(
         self, goals: Mapping[str, str], given: Problems, rise: np.ndarray, scales: Mapping[str, float],
-        time: float | None = None, state: SteadyState | None = None,
+        time: float | None = None, others: Mapping[str, np.ndarray] | None = None,
     ) -> None:  # fmt: skip
-        self.given, self.rise, self.scales, self.time = given, rise, {**scales, RESISTANCE: 1.0}, time
+        self.given, self.rise, self.time = given, rise, time
+        self.scales = {**scales, **dict.fromkeys(others or {}, 1.0)}
         self.probes = {name: given.domain.probes[probe] for name, probe in goals.items()}
         rows = {name: goal_row(given.heat, probe, rise) for name, probe in self.probes.items()}
-        self.rows = {name: row for name, row in rows.items() if row is not None}
-        if state is not None and state.conductor is not None and state.conductor.warms and state.power:
-            self.rows[RESISTANCE] = warming_row(state, state.conductor)
+        self.rows = {name: row for name, row in rows.items() if row is not None} | dict(others or {})
         loads = np.array([row * (time or 1.0) / self.scales[name] for name, row in self.rows.items()])
         uppers = given.heats[1:] if self.rows else ()
         self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
@@ -165,36 +165,60 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
-def warming_row(state: SteadyState, conductor: Conductor) -> np.ndarray:
-    """Return the load vector (all nodes,) of `RESISTANCE`: int (drho/dT) |J|^2 v over the power, by which a change v of
-    the temperature changes the resistance."""
-    heating = conductor.heating(state.density, state.density, state.rise)
-    row = conductor.heat.take(conductor.on.load(conductor.steepness(state.rise) * heating))
-    return row / float((conductor.on.weights * heating).sum())
+def by_temperature(study: Study, given: Problems, state: SteadyState, scales: Mapping[str, float]) -> Rows:
+    """Return load vectors (all nodes,) by which a change v of the temperature changes electric quantities.
+
+    The resistance changes by int (drho/dT) |J|^2 v over the power. A potential changes by -int (drho/dT) J . D v, where
+    D is the current of its influence in the cold conductor (`Conductor.influence`), which is near that in the hot one.
+    """
+    conductor, density = state.conductor, state.density
+    if conductor is None or not conductor.warms or not state.power or not physics.heat(given.domain.scene):
+        return {}
+    steep = conductor.steepness(state.rise) * conductor.resistivity(state.rise)
+
+    def row(other: np.ndarray) -> np.ndarray:
+        return conductor.heat.take(conductor.on.load(steep * (density * other).sum(axis=0)))
+
+    power = float((conductor.on.weights * conductor.heating(density, density, state.rise)).sum())
+    rows = {BY_TEMPERATURE: row(density) / power}
+    for name, at in _electric_rows(study, given).items():
+        if study.goals[name] not in _crossing(conductor):
+            rows[BY_TEMPERATURE + name] = -row(conductor.influence(at)[1]) / scales[name]
+    return rows
 
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Contributions]:
     """Return the contributions to potentials inside the conductor and to currents across its contacts, at the initial
     temperature."""
-    domain, conductor, space = given.domain.electric, given.conductor, given.domain.electric.space
-    if conductor is None:
-        return {}
-    crossing = {p for p, row in conductor.jumps.items() if row.any()}
-    names = [n for n, p in study.goals.items() if p in crossing or domain.probes[p].quantity == "potential"]
-    if not names:
+    rows = {name: row / scales[name] for name, row in _electric_rows(study, given).items()}
+    if not rows:
         return {}
     potentials = [phi.sum(axis=0) for phi in given.cold_potentials]
-    rows = []
-    for name in names:
-        probe = domain.probes[study.goals[name]]
-        if probe.name in crossing:
-            rows.append(conductor.crossing_row(probe.name) / scales[name])
-        elif probe.reduce == "mean":
-            rows.append(domain.mean(probe, domain.live) / scales[name])
-        else:
-            rows.append(extreme(domain, probe, domain.live).where(potentials[-1]).row(space) / scales[name])
-    duals = [upper.respond(np.array(rows)) for upper in given.conductors[1:] if upper is not None]
-    return dict(zip(names, given.electric(duals, potentials), strict=True))
+    duals = [upper.respond(np.array([*rows.values()])) for upper in given.conductors[1:] if upper is not None]
+    return dict(zip(rows, given.electric(duals, potentials), strict=True))
+
+
+def _crossing(conductor: Conductor) -> set[str]:
+    """Return the probes of currents across contacts."""
+    return {p for p, row in conductor.jumps.items() if row.any()}
+
+
+def _electric_rows(study: Study, given: Problems) -> Rows:
+    """Return the functionals (functions,) of the potential for potentials and for currents across contacts."""
+    domain, conductor, rows = given.domain.electric, given.conductor, dict[str, np.ndarray]()
+    if conductor is None:
+        return rows
+    crossing = _crossing(conductor)
+    for name, at in study.goals.items():
+        probe = domain.probes[at]
+        if at in crossing:
+            rows[name] = conductor.crossing_row(at)
+        elif probe.quantity == "potential" and probe.reduce == "mean":
+            rows[name] = domain.mean(probe, domain.live)
+        elif probe.quantity == "potential":
+            potential = given.cold_potentials[-1].sum(axis=0)
+            rows[name] = extreme(domain, probe, domain.live).where(potential).row(domain.space)
+    return rows
 
 
 Errors = dict[str, float]
@@ -256,15 +280,13 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     except NumericsError:
         return None
     scales = study.steady_scales(fine.out)
-    duals = Duals(study.goals, given, fine.state.rise, of_part(study.part, study.goals, scales), state=fine.state)
+    others, part_scales = by_temperature(study, given, fine.state, scales), of_part(study.part, study.goals, scales)
+    duals = Duals(study.goals, given, fine.state.rise, part_scales, others=others)
     parts = steady_parts(study, fine, low, duals)
-    by_heat = 0.0
-    if RESISTANCE in parts:
-        by_heat = Estimator.bound(estimator.indicators(parts.pop(RESISTANCE)))
+    by_heat = {name: Estimator.bound(estimator.indicators(parts.pop(name))) for name in others}
     goals = {name: estimator.indicators(each) for name, each in parts.items()}
     factor = _factor(goals, parts, estimator)
-    torn = duals.contradictions(estimator)
-    torn.pop(RESISTANCE, None)
+    torn = {name: each for name, each in duals.contradictions(estimator).items() if name in goals}
     electric, power = given.electric_parts, estimator.indicators(given.electric_parts)
     joule = duals.joule(warmed(given, fine.state))
     by_current = {name: estimator.indicators(each) for name, each in joule.items() if name in goals}
@@ -281,16 +303,17 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     errors = {}
     for name, change in changed.items():
         scale = scales[name]
+        heated = by_heat.get(BY_TEMPERATURE + name, by_heat.get(BY_TEMPERATURE, 0.0)) * scale
         if name not in parts:
             # A given current does not follow the resistance.
-            heated = 0.0 if given.conductor is not None and given.conductor.by_current else by_heat
-            errors[name] = max(factor * change, heated * scale) + Estimator.bound(power) * scale
+            fixed = given.conductor is not None and given.conductor.by_current
+            errors[name] = max(factor * change, 0.0 if fixed else heated) + Estimator.bound(power) * scale
             continue
         # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
         own = parts[name].size + joule.get(name, electric).size
         errors[name] = max(change, Estimator.bound(goals[name]) * scale + factor * max(change - own * scale, 0.0))
         if name not in duals.rows:
-            errors[name] = max(errors[name], by_heat * scale)
+            errors[name] = max(errors[name], heated)
     # An error far below the largest error of any rise is chance, as where odd degrees contribute nothing.
     largest = max((errors[name] / scales[name] for name in study.rises), default=0.0)
     errors |= {name: max(errors[name], OF_WORST * largest * scales[name]) for name in study.rises}

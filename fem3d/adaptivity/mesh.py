@@ -161,12 +161,11 @@ class Answer:
         return self.steady
 
     def relative(self, study: Study) -> dict[str, float]:
-        """Return all errors over their scales."""
+        """Return the errors over their scales; over time those without the errors between rows."""
         if self.response is not None:
-            errors, scales = self.response.errors, self.response.scales
-        else:
-            errors, scales = self.errors, study.steady_scales(self.fine.out)
-        return {name: error / scales[name] for name, error in errors.items()}
+            return self.response.relative
+        scales = study.steady_scales(self.fine.out)
+        return {name: error / scales[name] for name, error in self.errors.items()}
 
 
 def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list[str]:
@@ -270,15 +269,18 @@ class Bricks(Mesh):
             finer = replace(self, grid=refined(self.grid, missing, AIM * target, self.marks))
             if finer.grid.same(self.grid):
                 raise not_reached(self.accuracy, reach.because(self.marks))
-        if self.as_far_as_it_goes and not reach.fits(self.scene, foreseen(self.scene, finer.grid)):
-            return None
-        return finer
+        return finer._within_memory()
 
     def refine_all(self) -> Bricks | None:
         if self.aim is not None:
             return replace(self, grid=self.aim, aim=None)
         finer = grading.raised(self.grid)
-        return None if finer.same(self.grid) else replace(self, grid=finer)
+        return None if finer.same(self.grid) else replace(self, grid=finer)._within_memory()
+
+    def _within_memory(self) -> Bricks | None:
+        """Return the mesh; None where it exceeds the memory and the one before is to be kept then."""
+        fits = not self.as_far_as_it_goes or reach.fits(self.scene, foreseen(self.scene, self.grid))
+        return self if fits else None
 
     def with_scene(self, scene: Scene) -> Bricks:
         return replace(self, scene=scene)

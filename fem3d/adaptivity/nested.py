@@ -58,14 +58,15 @@ class Problems:
         """Whether a property follows the temperature by a law."""
         return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
 
-    def driven(self, factor: float) -> Problems:
-        """Scale the voltages by a factor, or all heat loads and given values if there is no conductor."""
-        conductors = tuple(c and replace(c, voltages=factor * c.voltages) for c in self.conductors)
-        heats = self.heats
-        if self.conductor is None:
+    def driven(self, factor: float, by_heat: bool) -> Problems:
+        """Scale the voltages by a factor; or ``by_heat`` all heat loads and given values, without voltages."""
+        heats, volts = self.heats, factor
+        if by_heat:
             heats = tuple(replace(h, loads=factor * h.loads, given=factor * h.given) for h in heats)
-        else:
-            conductors = tuple(c and replace(c, heat=h) for c, h in zip(conductors, heats, strict=True))
+            volts = 0.0
+        conductors = tuple(
+            c and replace(c, heat=h, voltages=volts * c.voltages) for c, h in zip(self.conductors, heats, strict=True)
+        )
         return replace(self, heats=heats, conductors=conductors, states={})
 
     def about(self, heat: HeatProblem) -> Problems:

@@ -8,12 +8,12 @@ A being the heat flow by conduction and through faces, f the heat sources and E 
 The drive is scaled by sqrt(mu), so that the Joule heat is scaled by mu. Without a current mu scales f and the given
 temperatures instead, A(u) = mu f.
 
-Newton's method (`fem3d.solution.newton`) starts at a state of another mesh, or at the state without drive with mu = 1.
+Newton's method (`fem3d.solution.newton`) starts at a given state of another space, or without drive and with mu = 1.
 Where its steps do not shrink fast, the path of states from mu = 0 is followed by pseudo-arclength continuation along
 secants (Keller, 1977), which passes folds: the state is the first one on the path at mu = 1, or the one to which
-Newton's method leads from a state of another mesh. Where the path turns back before, it has no state beyond the largest
-mu on it, and the heating counts as run away. It may also end at `HOTTEST`, at a vanishing resistivity or without
-convergence; the error says so.
+Newton's method leads from a given state. Where the path turns back before, it has no state beyond the largest mu on it,
+and the heating counts as run away. It may also end at a rise of `HOTTEST`, at a vanishing resistivity or without
+convergence; near a pole, beyond a fold, or with the resistivity used up by a voltage this is a runaway, too.
 """
 
 from __future__ import annotations
@@ -83,11 +83,11 @@ def solve_steady(
 
     Parameters
     ----------
-    heat : matrices and loads of the heat equation on one mesh. A problem linearized near the state keeps its
-        linearization and its quadrature of laws.
+    heat : matrices and loads of the heat equation on one mesh. Of a linearized problem the nonlinear equations are
+        solved; its linearization and its quadrature of laws are kept.
     conductor : the current equation on the same mesh with its voltages, or None for heat alone
     drive : voltage (V) or current (A) of the whole drive, in messages and in `RunawayError.limit`; the inputs of the
-        problem set the actual one
+        problem set the actual one. 0 for heat alone, whose limit is a fraction of the heating.
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
         `SteadyState.unsettled` is the relative error that they leave.
     start : (all nodes,), rise (K) near the solution, such as the state of another space
@@ -95,11 +95,12 @@ def solve_steady(
 
     Returns the `SteadyState`.
 
-    Raises RunawayError where the path of states ends below the whole drive: with a limit in words if this is a runaway
-    (a fold, an infinite rise, or a voltage that uses up a falling resistivity), without one where states become hotter
-    than `newton.HOTTEST` or Newton's method no longer converges. Raises BeyondLawError where the resistivity reaches
-    zero otherwise, and NumericsError where conditions vary in time, heat has no exit, the resistivity is not positive
-    without a drive, a potential is not found, or the path takes more than MOST_POINTS points.
+    Raises RunawayError where the path of states ends below the whole drive. Its ``limit`` is named in words if this is
+    a runaway: a fold, an infinite rise, or a voltage that uses up a falling resistivity. It is not named where the
+    rise goes beyond `newton.HOTTEST` or Newton's method no longer converges. Newton's method without a path accepts up
+    to twice that rise. Raises BeyondLawError where the resistivity reaches zero otherwise, and NumericsError where
+    conditions vary in time, heat has no exit, the resistivity is not positive without a drive, a potential is not
+    found, or the path takes more than MOST_POINTS points.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -131,7 +132,7 @@ def _search(newton: Newton, drive: float, enough: float, start: np.ndarray | Non
             return newton.correct(newton.at_rise(start, 1.0), None, enough)
     heat, rise = newton.heat, np.zeros(newton.heat.size)
     if newton.electric and (heat.loads[0].any() or heat.given[0].any()):
-        rise = _search(Newton(heat, None, newton.factors), drive, enough)[0].rise
+        rise = _search(Newton(heat, None, newton.factors), 0.0, enough)[0].rise
     zero = newton.at_rise(rise, 0.0)
     try:
         return newton.correct(newton.at(zero.x + newton.along_mu), None, enough, surely=True)
@@ -148,7 +149,10 @@ class Path:
     relative to the answer to the cold Joule heat) and in mu."""
 
     def __init__(self, newton: Newton, start: Point, drive: float) -> None:
-        self._newton, self._start, self._drive = newton, start, abs(drive)
+        self._newton, self._start, self._drive, self._whole = newton, start, abs(drive), abs(drive) or 1.0
+        self._measure = ""  # of heat alone a fraction
+        if newton.conductor is not None and newton.electric and drive:
+            self._measure = "A" if newton.conductor.by_current else "V"
         self._answer = newton.factors(Linearization(newton, start).driven)
         self._size = newton.heat.norm(self._answer) ** 2 or 1.0
         self._hottest = float(newton.heat.domain.scene.initial_temperature) + HOTTEST
@@ -228,16 +232,25 @@ class Path:
 
     def _too_hot(self, top: float, point: Point, new: Point) -> RunawayError:
         """The error of a path that leads beyond the hottest state of interest, from a point to a new one."""
-        at = int(np.abs(new.rise[: self._newton.heat.free]).argmax())
-        hot, hotter = max(abs(point.rise[at]), 1e-300), abs(new.rise[at])
-        power = np.log(new.mu / max(point.mu, 1e-300)) / np.log(hotter / hot) if new.mu > top else 0.0
-        if power * STEEP < 1:
-            # The way to a pole of the rise, as one of order one: mu_end - mu is in proportion to 1 / T.
-            return self._runaway(max(new.mu + (new.mu - point.mu) * hot / (hotter - hot), top))
-        fraction = self._fraction(point.mu * (HOTTEST / hot) ** power)
+        from scipy.optimize import brentq
+
+        direction, last = self._unit(new.x - point.x), new
+
+        def beyond(place: float) -> float:
+            nonlocal last
+            last = self._on_plane(point.x + place * (new.x - point.x), direction)
+            return float(np.log(largest(last.rise) / HOTTEST))
+
+        with suppress(NotConvergedError):  # the last one is close
+            brentq(beyond, 0.0, 1.0, xtol=FOLD)
+        ratio = largest(last.rise) / max(largest(point.rise), 1e-300)
+        if last.mu <= top or np.log(last.mu / max(point.mu, 1e-300)) * STEEP < np.log(ratio):
+            return self._runaway(max(last.mu, top))
+        fraction = self._fraction(last.mu)
         return RunawayError(
             f"at {fraction:.3g} times what drives the scene the steady state is at {self._hottest:,.0f} K, "
-            "hotter than any solid: no hotter one is looked for", fraction * (self._drive or 1.0),
+            "hotter than any solid: no hotter one is looked for",
+            fraction * self._whole, unit=self._measure, whole=self._whole,
         )  # fmt: skip
 
     def _end(self, top: float, point: Point, vanished: bool) -> NumericsError:
@@ -250,19 +263,18 @@ class Path:
             return self._runaway(top)
         return RunawayError(
             f"no steady state is found beyond {fraction:.3g} times what drives the scene, which need not be a runaway",
-            fraction * (self._drive or 1.0),
-        )
+            fraction * self._whole, unit=self._measure, whole=self._whole,
+        )  # fmt: skip
 
     def _runaway(self, mu: float) -> RunawayError:
         """The error of a path that goes no further than some mu."""
-        c, at, why = self._newton.conductor, "", "the conductivity falls"
-        limited, unit = "part of what heats the scene", ""
-        if c is not None and self._newton.electric and self._drive:
-            limited, unit = ("current", "A") if c.by_current else ("voltage", "V")
+        limited, at, why, unit = "part of what heats the scene", "", "the conductivity falls", self._measure
+        if unit:
+            limited = "current" if unit == "A" else "voltage"
             at, why = f"at {self._drive:g} {unit} ", "the conductivity or the resistance changes"
         return RunawayError(
             f"thermal runaway: {at}no steady state exists below {self._hottest:,.0f} K, because {why} as it heats",
-            self._fraction(mu) * (self._drive or 1.0), f"the largest {limited} with a steady state", unit,
+            self._fraction(mu) * self._whole, f"the largest {limited} with a steady state", unit, self._whole,
         )  # fmt: skip
 
 

@@ -154,6 +154,19 @@ def test_heat_alone_that_no_longer_leaves():
     assert abs(caught.value.limit - 1 / 1.2) < 5e-3
 
 
+@pytest.mark.parametrize("volts", [0.0, 0.1])
+def test_limit_of_heat_beside_a_voltage_is_a_fraction_of_the_heat(volts):
+    """No law of order one: theta at 100,300 K is 0.82 of its bound, and the fraction is that of q L^2 / 8."""
+    law = PowerLaw(K, COLD, -1.3)
+    hottest = float(law.integral(np.array(COLD + 1e5)) - law.integral(np.array(COLD)))
+    given = bar({**POWER, "exponent": -1.3}, volts=1.0, accuracy=1e-2)
+    given["box"][0]["heat_source"] = 1.5 * 8 * hottest / LENGTH**2
+    given["boundary"][-1]["voltage"] = volts
+    with pytest.raises(RunawayError, match="the largest part of what heats the scene") as caught:
+        solve(from_dict(given))
+    assert abs(caught.value.limit - 1 / 1.5) <= caught.value.error < 0.02
+
+
 def test_what_is_hotter_than_any_solid_is_said_to_be():
     """A bar that conducts the better the hotter it is has a state at any heat: here at some 400,000 K."""
     given = bar({**POWER, "exponent": 0.5}, accuracy=1e-1)

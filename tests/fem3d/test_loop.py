@@ -26,7 +26,7 @@ class Meshes:
         self.marched = True
         return SimpleNamespace(
             heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told,
-            driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
+            driven=lambda factor, by_heat: SimpleNamespace(told=NumericsError("no state below a limit")),
         )  # fmt: skip
 
     def begin(self) -> "Meshes":
