@@ -42,8 +42,6 @@ WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 EXPLAINED = 2 / 3
 """Assumptions explain a difference where their parts are at least this share of it."""
 REST = "what lines cannot say"
-COARSER = 20
-"""Joints are measured in 3D at so many times the scene's accuracy: their part of a difference is far below it."""
 FELT = 1e-3
 """Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
 
@@ -283,9 +281,9 @@ def _cause(claim: Check, budget: Budget) -> str:
 def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     """Compute the budget of a network's steady differences from 3D.
 
-    3D is solved once more, with probes of the mean temperatures and flows at all joints.
+    3D is solved once more on its first mesh, with probes of the mean temperatures and flows at all joints.
     """
-    from fem3d.runs.scene import solve as solve_3d
+    from fem3d.runs.scene import on_first_mesh
     from reduced1d.network.lines import layout
     from reduced1d.network.solution import places, solve
 
@@ -295,8 +293,8 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     joints = places(shape)
     probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
     probed = replace(shape, scene=replace(shape.scene, probes=(*shape.scene.probes, *probes.values())))
-    joined = replace(scene, probes=(*scene.probes, *probes.values()), accuracy=COARSER * scene.accuracy)
-    in_3d = solve_3d(joined).steady
+    joined = replace(scene, probes=(*scene.probes, *probes.values()))
+    in_3d = on_first_mesh(joined)
     results, measured, names, unsure = [network.steady], list[tuple[tuple[str, int], float]](), list[str](), []
     for place, resistance, doubt in _felt(scene, joints, in_3d, solve(probed).steady):
         measured.append((place.key, resistance))

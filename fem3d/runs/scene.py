@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import choice
+from fem3d.adaptivity import choice, nested
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.marched import BEFORE, TIME_SHARE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
@@ -76,6 +76,19 @@ def solve(
         return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
     return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
+
+
+def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:
+    """Solve the steady probes of a scene on its first mesh alone, each with its estimated error.
+
+    Raises NumericsError where the mesh has no solution.
+    """
+    study, mesh = start(scene)
+    problems = mesh.problems()
+    level = mesh.examine(study, problems, nested.solution(study, problems))
+    if level is None:
+        raise NumericsError("the first mesh is too coarse for a steady state in each of its spaces")
+    return {name: Estimate(float(value), level.errors[name]) for name, value in level.fine.quantities.items()}
 
 
 def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
