@@ -30,7 +30,7 @@ class Analysis(ABC, Generic[T]):
     Attributes
     ----------
     name : its key in `Outcome.analyses`; by default also its option (with underscores) and its key in summary.json
-    about : its line in the plan
+    about : its line in the plan, unless ``plan`` is overridden
     figure_name : the file name of its figure, empty without one
     leads : whether its sentence stands before the sentence of the kind in the answer
     """

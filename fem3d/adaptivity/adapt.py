@@ -46,11 +46,12 @@ def adapt(
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
     A level is one mesh with nested spaces of degrees p, p - 1 and, on bricks and on tetrahedra of degree 3, p - 2. Its
-    steady state is solved in the two highest spaces; in the third only a linear problem, with the heat of u(p-1), for
-    the rate. In all but the lowest space the dual problem a(v, z) = J(v) of each temperature and heat flow J is solved,
-    linearized about u(p) where a power law, a table or radiation applies. Potentials have dual problems of the cold
-    conductor; currents have none, except across contacts. Further dual problems show what errors of the temperature do
-    to the resistance and to potentials. The energy products of the last changes of the solution and the dual weights
+    steady state is solved in the two highest spaces. The third solves only linear problems, for the rate: the cold
+    conductor, and heat with the sources of u(p-1). In all but the lowest space the dual problem a(v, z) = J(v) of each
+    temperature and heat flow J is solved, linearized about u(p) where a power law, a table or radiation applies.
+    Potentials have dual problems of the cold conductor; currents have none, except across contacts. Further dual
+    problems show what errors of the temperature do to the resistance and to potentials. The energy products of the last
+    changes of the solution and the dual weights
     contribute to the error of J, cell by cell, and `Estimator` extrapolates them. `goal_errors.examined` adds parts for
     currents, iteration, extremes and the heat balance among others. On cells `cell_mesh.corrected` then raises or
     lowers errors by what earlier meshes show, and halves errors of extrapolated quantities. Errors are compared over
@@ -68,7 +69,7 @@ def adapt(
 
     Returns the last level. Its errors may exceed the accuracy over time, where traces would need too many rows, and
     where the mesh is at its limit of memory or unknowns: on cells, and on bricks with ``as_far_as_it_goes``. There it
-    may lack the response, if its steady errors exceed three quarters of the accuracy. The errors say so.
+    may lack the response, if its steady errors exceed three quarters of the accuracy.
 
     Raises RunawayError if no steady state is found at the whole drive (there is none, its rise is beyond
     `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError if states

@@ -108,7 +108,7 @@ class Estimator:
     ----------
     degrees: (3, cells) the degree p of each cell along each axis, at least 2.
     slowest, fastest: (3, cells) the least and the largest rate a.
-    singular: (3, cells) on bricks whether a singular edge touches the cell, by the axis across it; on cells all true.
+    singular: (3, cells) on bricks whether the cell's interval ends at a plane with a singular edge; on cells all true.
     pools: (3, cells) the number of the group whose contributions give one rate.
     later_factors: (2, cells) twice, for heat and current: expected and largest change by later degrees over the
         contribution of the last degree; None on bricks and hexahedra.
@@ -180,9 +180,9 @@ class Estimator:
     @staticmethod
     def bound(indicators: np.ndarray) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
-        ``indicators`` over all cells and axes. Both are relative to the goal's scale. The stated error of a steady
-        temperature or heat flow begins with it: `goal_errors.examined` adds parts, and on cells `cell_mesh.corrected`
-        may lower or raise it. Over time it is one of the parts that `trace_errors.Comparison` compares.
+        ``indicators`` (3, cells), as the method `indicators` returns them. Both are relative to the goal's scale. Of
+        steady goals with dual problems `goal_errors.examined` adds parts and takes at least the last degree's change;
+        on cells `cell_mesh.corrected` may lower or raise it. Traces take it in `trace_errors.Comparison`.
         """
         return float(indicators.sum())
 

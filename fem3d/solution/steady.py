@@ -89,7 +89,7 @@ def solve_steady(
     drive : voltage (V) or current (A) of the whole drive, in messages and in `RunawayError.limit`; the inputs of the
         problem set the actual one. 0 for heat alone, whose limit is a fraction of the heating.
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
-        `SteadyState.unsettled` is the relative error that they leave.
+        `SteadyState.unsettled` is the relative error that they leave; of a linearized problem that of iteration alone.
     start : (all nodes,), rise (K) near the solution, such as the state of another space
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
@@ -97,8 +97,9 @@ def solve_steady(
 
     Raises RunawayError where the path of states ends below the whole drive. Its ``limit`` is named in words if this is
     a runaway: a fold, an infinite rise, or a voltage that uses up a falling resistivity. It is not named where the
-    rise goes beyond `newton.HOTTEST` or Newton's method no longer converges. Newton's method without a path accepts up
-    to twice that rise. Raises BeyondLawError where the resistivity reaches zero otherwise, and NumericsError where
+    rise passes `newton.HOTTEST` without steepening like a pole, or Newton's method stops converging. Where heat sources
+    alone run away, the limit is a fraction of the heating. Newton's method without a path accepts up to twice that
+    rise. Raises BeyondLawError where the resistivity reaches zero otherwise, and NumericsError where
     conditions vary in time, heat has no exit, the resistivity is not positive without a drive, a potential is not
     found, or the path takes more than MOST_POINTS points.
     """
