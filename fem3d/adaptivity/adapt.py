@@ -51,13 +51,12 @@ def adapt(
     temperature and heat flow J is solved, linearized about u(p) where a power law, a table or radiation applies.
     Potentials have dual problems of the cold conductor; currents have none, except across contacts. Further dual
     problems show what errors of the temperature do to the resistance and to potentials. The energy products of the last
-    changes of the solution and the dual weights
-    contribute to the error of J, cell by cell, and `Estimator` extrapolates them. `goal_errors.examined` adds parts for
-    currents, iteration, extremes and the heat balance among others. On cells `cell_mesh.corrected` then raises or
-    lowers errors by what earlier meshes show, and halves errors of extrapolated quantities. Errors are compared over
-    the scales of `Study`; returned errors are in the units of the quantities. The next mesh is finer where the
-    indicators of goals are largest; hexahedra of files are all cut. With both, the transient is solved on every level
-    whose steady errors are at most three quarters of the accuracy.
+    changes of the solution and the dual weights contribute to the error of J, cell by cell, and `Estimator`
+    extrapolates them. `goal_errors.examined` adds parts for currents, iteration, extremes and the heat balance among
+    others. On cells `cell_mesh.corrected` then raises or lowers errors by what earlier meshes show, and halves errors
+    of extrapolated quantities. Errors are compared over the scales of `Study`; returned errors are in the units of the
+    quantities. The next mesh is finer where the indicators of goals are largest; hexahedra of files are all cut. With
+    both, the transient is solved on every level whose steady errors are at most three quarters of the accuracy.
 
     Parameters
     ----------

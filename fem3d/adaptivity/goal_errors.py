@@ -16,7 +16,6 @@ import numpy as np
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.adaptivity.nested import Problems, Solution, solution
-from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.outputs import ROUNDING, Study
@@ -182,7 +181,7 @@ def by_temperature(study: Study, given: Problems, state: SteadyState, scales: Ma
     power = float((conductor.on.weights * conductor.heating(density, density, state.rise)).sum())
     rows = {BY_TEMPERATURE: row(density) / power}
     for name, at in _electric_rows(study, given).items():
-        if study.goals[name] not in _crossing(conductor):
+        if given.domain.electric.probes[study.goals[name]].quantity == "potential":
             rows[BY_TEMPERATURE + name] = -row(conductor.influence(at)[1]) / scales[name]
     return rows
 
@@ -198,17 +197,12 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
     return dict(zip(rows, given.electric(duals, potentials), strict=True))
 
 
-def _crossing(conductor: Conductor) -> set[str]:
-    """Return the probes of currents across contacts."""
-    return {p for p, row in conductor.jumps.items() if row.any()}
-
-
 def _electric_rows(study: Study, given: Problems) -> Rows:
     """Return the functionals (functions,) of the potential for potentials and for currents across contacts."""
     domain, conductor, rows = given.domain.electric, given.conductor, dict[str, np.ndarray]()
     if conductor is None:
         return rows
-    crossing = _crossing(conductor)
+    crossing = {p for p, row in conductor.jumps.items() if row.any()}
     for name, at in study.goals.items():
         probe = domain.probes[at]
         if at in crossing:

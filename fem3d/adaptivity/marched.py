@@ -150,23 +150,26 @@ def halved(
 
 def _quadrature(base: Base, response: FullResponse, enough: float) -> tuple[int, float]:
     """Return how many more points the quadratures of laws need for their relative error to be small, and this error."""
-    points, off = 0, _by_quadrature(base, response, 0)
+    times = response.end * np.geomspace(1e-3, 1.0, LOOKED_AT)
+    hot = tangent(base, response, times)
+    points, off = 0, _by_quadrature(base, hot, response, times, 0)
     for _ in range(MOST_FINER):
         if off <= enough:
             break
         points += 2 + points // 2
-        off = _by_quadrature(base, response, points)
+        off = _by_quadrature(base, hot, response, times, points)
     return points, off
 
 
-def _by_quadrature(base: Base, response: FullResponse, points: int) -> float:
-    """Return the relative change of the largest rise by quadratures finer than with so many more points: the steady
-    response to the change of the heat at some instants, at the initial temperature and about the hottest state. For
-    stable modes it bounds every response over time. Of kinks one difference may be small by chance."""
+def _by_quadrature(base: Base, hot: HeatProblem, response: FullResponse, times: np.ndarray, points: int) -> float:
+    """Return the relative change of the largest rise by quadratures finer than with so many more points.
+
+    It is the steady response to the change of the heat at some times (s), at the initial temperature and about the
+    ``hot`` state. For stable modes it bounds every response over time. Of kinks one difference may be small by chance.
+    """
     heat, conductor = refine_quadratures(base.heat, base.conductor, points)
     if not heat.terms and (conductor is None or conductor.following is None):
         return 0.0
-    times = response.end * np.geomspace(1e-3, 1.0, LOOKED_AT)
     rises = response.rises(times)
     finer = [refine_quadratures(base.heat, base.conductor, points + more) for more in (1, 2)]
     loads = [np.array([heat.outflow(rise) - other.outflow(rise) for rise in rises]) for other, _ in finer]
@@ -176,7 +179,6 @@ def _by_quadrature(base: Base, response: FullResponse, points: int) -> float:
             for load, (_, other) in zip(loads, finer, strict=True):
                 assert other is not None
                 load[i] += other.joule_load(other.solve(rise, voltage).density, rise) - own
-    hot = tangent(base, response, times)
     changes = np.concatenate([each.solve_steady(np.concatenate(loads)[:, : heat.free]) for each in (base.heat, hot)])
     vertices, largest = heat.unit[: heat.free] == 1.0, float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
     return float(np.abs(changes[:, vertices]).max(initial=0.0)) / largest
