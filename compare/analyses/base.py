@@ -31,7 +31,7 @@ class Analysis(ABC, Generic[T]):
     ----------
     name : its key in `Outcome.analyses`; by default also its option (with underscores) and its key in summary.json
     about : its line in the plan, unless ``plan`` is overridden
-    figure_name : the file name of its figure, empty without one
+    figure_name : the file name of its figure without suffix, empty without a figure
     leads : whether its sentence stands before the sentence of the kind in the answer
     """
 

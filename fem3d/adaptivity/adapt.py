@@ -43,38 +43,37 @@ def adapt(
     mesh: Mesh | None = None,
     with_steady: bool = True,
 ) -> Answer:
-    """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
+    """Solve on finer and finer meshes until the estimated error of each quantity is within ``study.accuracy``.
 
-    A level is one mesh with nested spaces of degrees p, p - 1 and, on bricks and on tetrahedra of degree 3, p - 2. Its
-    steady state is solved in the two highest spaces. The third solves only linear problems, for the rate: the cold
-    conductor, and heat with the sources of u(p-1). In all but the lowest space the dual problem a(v, z) = J(v) of each
-    temperature and heat flow J is solved, linearized about u(p) where a power law, a table or radiation applies.
-    Potentials have dual problems of the cold conductor; currents have none, except across contacts. Further dual
-    problems show what errors of the temperature do to the resistance and to potentials. The energy products of the last
-    changes of the solution and the dual weights contribute to the error of J, cell by cell, and `Estimator`
-    extrapolates them. `goal_errors.examined` adds parts for currents, iteration, extremes and the heat balance among
-    others. On cells `cell_mesh.corrected` then raises or lowers errors by what earlier meshes show, and halves errors
-    of extrapolated quantities. Errors are compared over the scales of `Study`; returned errors are in the units of the
-    quantities. The next mesh is finer where the indicators of goals are largest; hexahedra of files are all cut. With
-    both, the transient is solved on every level whose steady errors are at most three quarters of the accuracy.
+    On each mesh:
+
+    1. Solve the coupled steady state in nested spaces of degrees p and p - 1 (`nested.solution`).
+    2. Estimate the error of each quantity J by dual-weighted residuals: solve the dual problem of J, integrate the
+       energy product of the last change of the solution with the last change of the dual over each cell, and
+       extrapolate to the degrees beyond p (`Estimator`). Other errors are added, such as of the iteration, of the
+       quadrature of laws and of the current (`goal_errors.examined`).
+    3. If a transient is wanted and the steady errors are small enough, solve it and estimate the errors of its traces.
+    4. Accept the mesh if all errors are within the accuracy. Otherwise refine it where the indicators, the shares of
+       the cells in the errors, are largest.
+
+    An error is compared with the accuracy after division by the scale of its quantity in `Study`, a rise for a
+    temperature. The errors of the answer have the units of the quantities.
 
     Parameters
     ----------
     study : scene, quantities with their scales, accuracy and times (s)
     with_transient, with_steady : solve the transient, the steady state, or both. A scene whose conditions vary in time
         has no steady state: it takes with_steady=False.
-    progress : called with lines of text, for levels and for transients after a steady state
-    mesh : first mesh, by default a grid of bricks; a large grid is solved at degree 2 first (`Mesh.begin`)
+    progress : called with lines of text
+    mesh : first mesh, by default a grid of bricks
 
-    Returns the last level. Its errors may exceed the accuracy over time, where traces would need too many rows, and
-    where the mesh is at its limit of memory or unknowns: on cells, and on bricks with ``as_far_as_it_goes``. There it
-    may lack the response, if its steady errors exceed three quarters of the accuracy.
+    Returns the answer on the last mesh. Its errors exceed the accuracy only if the mesh may not be refined further,
+    because of memory or the most unknowns that are allowed, or if traces would need too many time steps.
 
-    Raises RunawayError if no steady state is found at the whole drive (there is none, its rise is beyond
-    `newton.HOTTEST`, or the path to it ends), RunawayInTimeError if the transient runs away, BeyondLawError if states
-    stay beyond a resistivity law, TooLargeError if a grid of bricks exceeds the memory (a refined one only without
-    ``as_far_as_it_goes``), and NumericsError for any other reason, such as heat without an exit, errors that no longer
-    fall, a singular edge that puts the accuracy out of reach, an iteration that does not converge, or `MOST_LEVELS`.
+    Raises RunawayError if there is no steady state at the whole drive, or none is found, RunawayInTimeError if the
+    transient runs away, BeyondLawError if states leave the range of a resistivity law, TooLargeError if a grid of
+    bricks exceeds the memory, and otherwise NumericsError, for example if heat has no exit, if the iteration does not
+    converge, if errors no longer fall, or after `MOST_LEVELS` meshes.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)

@@ -179,10 +179,14 @@ class Estimator:
 
     @staticmethod
     def bound(indicators: np.ndarray) -> float:
-        """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its
-        ``indicators`` (3, cells), as the method `indicators` returns them. Both are relative to the goal's scale. Of
-        steady goals with dual problems `goal_errors.examined` adds parts and takes at least the last degree's change;
-        on cells `cell_mesh.corrected` may lower or raise it. Traces take it in `trace_errors.Comparison`.
+        """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J: the sum of its indicators.
+
+        Both are relative to the scale of the goal. The bound is extrapolated from degrees p and p - 1, not guaranteed.
+        It covers the error of the space alone: `goal_errors.examined` and `trace_errors.Comparison` add the others.
+
+        Parameters
+        ----------
+        indicators : (3, cells), of one goal, as the method `indicators` returns them
         """
         return float(indicators.sum())
 

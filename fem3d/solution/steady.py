@@ -79,29 +79,29 @@ def solve_steady(
     start: np.ndarray | None = None,
     thermal: bool = True,
 ) -> SteadyState:
-    """Solve the coupled steady equations of heat and current at constant inputs, in the docstring of this module.
+    """Solve the coupled steady equations of heat and current on one mesh; this module's docstring has the equations.
+
+    Newton's method starts at ``start``, or at the state without drive. If it does not converge, the path of states is
+    followed from no drive towards the whole drive. Where the path turns back first, or heats without end, the scene
+    runs away.
 
     Parameters
     ----------
-    heat : matrices and loads of the heat equation on one mesh. Of a linearized problem the nonlinear equations are
-        solved; its linearization and its quadrature of laws are kept.
-    conductor : the current equation on the same mesh with its voltages, or None for heat alone
-    drive : voltage (V) or current (A) of the whole drive, in messages and in `RunawayError.limit`; the inputs of the
-        problem set the actual one. 0 for heat alone, whose limit is a fraction of the heating.
+    heat : the heat equation, with its inputs
+    conductor : the current equation on the same mesh, with its voltages; None for heat alone
+    drive : voltage (V) or current (A), the unit of `RunawayError.limit`; the actual drive is that of the inputs.
+        0 for heat alone, whose limit is a fraction of the heating.
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
-        `SteadyState.unsettled` is the relative error that they leave; of a linearized problem that of iteration alone.
+        `SteadyState.unsettled` is their relative error.
     start : (all nodes,), rise (K) near the solution, such as the state of another space
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
     Returns the `SteadyState`.
 
-    Raises RunawayError where the path of states ends below the whole drive. Its ``limit`` is named in words if this is
-    a runaway: a fold, an infinite rise, or a voltage that uses up a falling resistivity. It is not named where the
-    rise passes `newton.HOTTEST` without steepening like a pole, or Newton's method stops converging. Where heat sources
-    alone run away, the limit is a fraction of the heating. Newton's method without a path accepts up to twice that
-    rise. Raises BeyondLawError where the resistivity reaches zero otherwise, and NumericsError where
-    conditions vary in time, heat has no exit, the resistivity is not positive without a drive, a potential is not
-    found, or the path takes more than MOST_POINTS points.
+    Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, or
+    where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message names the case. Raises
+    BeyondLawError if a resistivity law reaches zero first, and other NumericsError if conditions vary in time, if heat
+    has no exit, or if the iteration fails in another way.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
