@@ -53,15 +53,15 @@ def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], s
     over time that is the steady one again is not repeated.
     """
     steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
-    more = [each for each in course if each.verdict != "agrees" and not _repeats(each, steady)]
+    more = [each for each in course if each.verdict != "agrees" and not repeats(each, steady)]
     if not steady:
         return f"{who} is up to {_list(more)}{why(more)}." if more else f"{who} is {_list(course)} over time."
     said = f"{who} is {_list(steady)} in the steady state{why(steady)}."
     return said + f" On the way it is up to {_list(more)}, relative to the final rise{why(more)}." * bool(more)
 
 
-def _repeats(claim: Check, steady: Sequence[Check]) -> bool:
-    """Whether a difference over time is the steady one again."""
+def repeats(claim: Check, steady: Sequence[Check]) -> bool:
+    """Return whether a difference over time is the steady one again."""
     rest = next((other for other in steady if other.title == claim.title), None)
     if rest is None or claim.difference * rest.difference < 0:
         return False

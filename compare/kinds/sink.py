@@ -127,7 +127,7 @@ class SinkKind(Kind[Sink]):
         return said
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
-        from compare.blame import answer, causes
+        from compare.blame import answer, causes, repeats
         from compare.verdict import PAPERS
 
         fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
@@ -142,7 +142,9 @@ class SinkKind(Kind[Sink]):
             return "Nothing is heated, so that there is nothing to compare."
         claims, reason = _claims(outcome), ""
         if budget is None:
-            budget, reason = _ladder(outcome, [claim for claim in claims if claim.verdict == "differs"])
+            steady = [claim for claim in claims if claim.time is None]
+            course = [claim for claim in claims if claim.time is not None and not repeats(claim, steady)]
+            budget, reason = _ladder(outcome, [claim for claim in (*steady, *course) if claim.verdict == "differs"])
         if reason:
             outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
         if not claims:
