@@ -35,7 +35,7 @@ from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.paths import Potential
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, too_short
-from fem3d.solution.newton import CONTRACTS, HOTTEST, INNER, MOST_NEWTON
+from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON
 from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
 
@@ -60,6 +60,7 @@ for _i in range(1, 6):
 AFTER_JUMP = 1e-3  # the first step after a jump, over the step before or the time to the next knot
 SAFETY, SHORTER, LONGER = 0.9, 0.2, 8.0  # of the next step (Hairer and Wanner, Solving ODEs II, section IV.8)
 NEWTON = 0.1  # error of Newton's method over that of a step (the same: 0.1 to 0.01)
+INNER = 1e-2  # relative residual of a linear system
 # Steps of GMRES in one linear system, and in one step in time after which factors are made anew: they take about as
 # long.
 MOST_INNER = 40

@@ -19,8 +19,9 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Potential
 from scenes.errors import BeyondLawError, NumericsError
 
-INNER = 1e-2  # relative residual of a linear system: a step need not be better than the linearization
-LEFT = 1e-4  # part of the accuracy that Newton's iteration may leave
+# Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
+# more of the one before than the last step may leave of the accuracy.
+INNER = 1e-4
 REFACTORED = 15  # steps of GMRES after which factors are made anew: they take about as long
 MOST_NEWTON = 20  # steps at one point
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,

@@ -28,7 +28,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.newton import (
     HOTTEST,
-    LEFT,
+    INNER,
     Linearization,
     Newton,
     NotConvergedError,
@@ -111,7 +111,7 @@ def solve_steady(
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     tangent = heat if heat.exact is not None else None
     newton = Newton(heat.exact or heat, conductor, (tangent or heat).solve_steady)
-    point, unsettled = _search(newton, drive, LEFT * accuracy, start)
+    point, unsettled = _search(newton, drive, INNER * accuracy, start)
     off = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
         off = newton.by_quadrature(point)
@@ -119,7 +119,7 @@ def solve_steady(
             break
         finer = newton.finer(2)
         try:
-            point, unsettled = finer.correct(finer.at(point.x), None, LEFT * accuracy)
+            point, unsettled = finer.correct(finer.at(point.x), None, INNER * accuracy)
         except NotConvergedError:
             break  # the coarser quadrature stands, with its error
         newton = finer

@@ -16,8 +16,7 @@ import numpy as np
 from fem3d.problems.assembly import refine_quadratures
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.solution.newton import INNER, Linearization, Newton
-from fem3d.solution.steady import SteadyState, read_state
+from fem3d.solution.steady import INNER, Linearization, Newton, SteadyState, read_state
 
 TIGHT = 1e-2  # part of the accuracy to which changes of states are solved
 
