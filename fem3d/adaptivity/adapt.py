@@ -49,9 +49,9 @@ def adapt(
 
     1. Solve the coupled steady state in nested spaces of degrees p and p - 1 (`nested.solution`).
     2. Estimate the error of each quantity J by dual-weighted residuals: solve the dual problem of J, integrate the
-       energy product of the last change of the solution with the last change of the dual over each cell, and
-       extrapolate to the degrees beyond p (`Estimator`). Other errors are added, such as of the iteration, of the
-       quadrature of laws and of the current (`goal_errors.examined`).
+       energy product of the last change of the solution with the dual's part in the functions of degree p over each
+       cell, and extrapolate to the degrees beyond p (`Estimator`). Other errors are added, such as of the iteration,
+       of the quadrature of laws and of the current (`goal_errors.examined`).
     3. If a transient is wanted and the steady errors are small enough, solve it and estimate the errors of its traces.
     4. Accept the mesh if all errors are within the accuracy. Otherwise refine it where the indicators, the shares of
        the cells in the errors, are largest.
@@ -68,11 +68,11 @@ def adapt(
     mesh : first mesh, by default a grid of bricks
 
     Returns the answer on the last mesh. Its errors exceed the accuracy only if the mesh may not be refined further,
-    because of memory or the most unknowns that are allowed, or if traces would need too many time steps.
+    because of memory or the most unknowns that are allowed, or if traces would need too many rows.
 
     Raises RunawayError if there is no steady state at the whole drive, or none is found, RunawayInTimeError if the
-    transient runs away, BeyondLawError if states leave the range of a resistivity law, TooLargeError if a grid of
-    bricks exceeds the memory, and otherwise NumericsError, for example if heat has no exit, if the iteration does not
+    transient runs away, BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default
+    grid exceeds the memory, and otherwise NumericsError, for example if heat has no exit, if the iteration does not
     converge, if errors no longer fall, or after `MOST_LEVELS` meshes.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)

@@ -181,12 +181,12 @@ class Estimator:
     def bound(indicators: np.ndarray) -> float:
         """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J: the sum of its indicators.
 
-        Both are relative to the scale of the goal. The bound is extrapolated from degrees p and p - 1, not guaranteed.
-        It covers the error of the space alone: `goal_errors.examined` and `trace_errors.Comparison` add the others.
+        Both are relative to the scale of the goal. The bound is extrapolated from the contributions of degrees p and
+        p - 1, not guaranteed. It covers the error of the space alone: `goal_errors` and `trace_errors` add the others.
 
         Parameters
         ----------
-        indicators : (3, cells), of one goal, as the method `indicators` returns them
+        indicators : (3, cells), for the three axes, of one goal, as the method `indicators` returns them
         """
         return float(indicators.sum())
 

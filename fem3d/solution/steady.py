@@ -81,9 +81,9 @@ def solve_steady(
 ) -> SteadyState:
     """Solve the coupled steady equations of heat and current on one mesh; this module's docstring has the equations.
 
-    Newton's method starts at ``start``, or at the state without drive. If it does not converge, the path of states is
-    followed from no drive towards the whole drive. Where the path turns back first, or heats without end, the scene
-    runs away.
+    Newton's method starts at ``start`` and, if that fails, at the state without drive. Where its steps do not shrink
+    fast, the path of states is followed from no drive towards the whole drive. Where the path turns back first, or
+    heats without end, the scene runs away.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def solve_steady(
     Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, or
     where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message names the case. Raises
     BeyondLawError if a resistivity law reaches zero first, and other NumericsError if conditions vary in time, if heat
-    has no exit, or if the iteration fails in another way.
+    has no exit, or if the path takes too many points.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -134,7 +134,10 @@ def _search(newton: Newton, drive: float, enough: float, start: np.ndarray | Non
     heat, rise = newton.heat, np.zeros(newton.heat.size)
     if newton.electric and (heat.loads[0].any() or heat.given[0].any()):
         rise = _search(Newton(heat, None, newton.factors), 0.0, enough)[0].rise
-    zero = newton.at_rise(rise, 0.0)
+    try:
+        zero = newton.at_rise(rise, 0.0)
+    except VanishedError:
+        raise BeyondLawError from None
     try:
         return newton.correct(newton.at(zero.x + newton.along_mu), None, enough, surely=True)
     except NotConvergedError as failure:
