@@ -24,7 +24,7 @@ import numpy as np
 from fem3d.adaptivity import goal_errors, reach
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
-from fem3d.adaptivity.mesh import Indicators, Mesh, less_accurate
+from fem3d.adaptivity.mesh import AIM, Indicators, Mesh, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
@@ -50,7 +50,6 @@ ROUNDING = 1e-8  # relative: smaller errors, and readings that move less, show r
 # A reading that moves by more than its estimate falls is wrong by more than estimated. Its bound is then twice its
 # fraction, where the estimate fell to this part or less: by less it may fall by chance.
 FELL = 0.8
-AIM = 0.7  # of the target: estimates foresee the next error to a factor
 # Largest number of unknowns of a refined mesh unless run.memory is given: about a minute of one processor, for a
 # transient and for a steady state. A larger mesh is solved as it is.
 FEWER, MOST_UNKNOWNS = 60_000, 150_000

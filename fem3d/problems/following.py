@@ -26,9 +26,9 @@ from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces, halves
 from scenes import laws, physics
 from scenes.errors import NumericsError
+from scenes.faces import COLDEST
 from scenes.laws import Property
 
-COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
 # Of the coldest temperature that a scene may have: polynomials swing below it beside steep rises, and a law that is
 # followed there makes equations of a coarse mesh that have no solution. A field with an error below one half is nowhere
 # so cold.

@@ -278,7 +278,7 @@ def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, sa
 
 FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
 """Quantities to differentiate; the controllers hold the temperatures."""
-STORAGE = (".density", ".specific_heat")
+STORAGE = ".density", ".specific_heat"
 """Keys that no steady state depends on."""
 
 

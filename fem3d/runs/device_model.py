@@ -24,10 +24,7 @@ from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
 from scenes.device import SUBSTRATE, Device
 from scenes.model import Schedule
-from statespace.device_model import Inlet, Modal
-
-FILMS = (("sink", "beam"), ("sensor", "gold"))
-"""What each film's electrodes are called, and its box."""
+from statespace.device_model import FILMS, Inlet, Modal
 
 DEPARTS = 0.1
 """Part of the accuracy that local departures of a film's temperature may add without being followed."""
@@ -62,7 +59,7 @@ class Structure:
     def patterns(self) -> list[Pattern]:
         """The current fields of either film, by the cold conductor."""
         still, conductor = np.zeros(self.heat.size), self.conductor
-        voltages = (conductor.voltages[self._channel(f"{name}-0")] for name, _ in FILMS)
+        voltages = (conductor.voltages[self._channel(f"{name}-0")] for name in FILMS)
         return [conductor.pattern(conductor.solve(still, voltage)) for voltage in voltages]
 
     def base(self) -> Base:

@@ -23,7 +23,7 @@ from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.sink import Sink, different
 
 EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
-NOT_TRACED = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
+NOT_TRACED = "heat_out_W", "anchor_resistance_K_per_W", "end_flow_W"
 
 
 def study(sink: Sink, part: Symmetry) -> Study:

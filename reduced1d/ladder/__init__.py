@@ -37,7 +37,7 @@ REDUCTIONS = {
     "plate": "the thickness-averaged heat equation of the silicon layer",
     "moments": "the plate projected on a few moment-matching fields",
 }
-CONSTANT = ("paper", "anchored")
+CONSTANT = "paper", "anchored"
 """Reductions that take properties at room temperature even if they follow it (a resistivity with its slope)."""
 
 
