@@ -45,7 +45,7 @@ AIM = 0.5
 # Degree of a rough grid; a first grid with at least MANY unknowns is preceded by a rough grid. With fewer unknowns the
 # rough grid takes longer than it saves (random scenes, also on blocks).
 ROUGH, MANY = 2, 6_000
-LARGE = 10_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`fem3d.adaptivity.choice`)
+LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`fem3d.adaptivity.choice`)
 
 
 class Indicators(NamedTuple):
