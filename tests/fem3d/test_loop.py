@@ -126,8 +126,9 @@ def test_no_mesh_is_left():
 
 def test_an_error_that_does_not_fall_is_named():
     """Each mesh has twice the unknowns of the last."""
-    sentence = "the error of probe is 0.5 of its size and doesn't fall, although the mesh grew from 10 to 80 unknowns"
+    sentence = "the error of probe is 0.5 of its size and doesn't fall, although the mesh grew from 10 to 320 unknowns"
     with pytest.raises(NumericsError, match=sentence):
-        solved([0.5, 0.5, 0.5, 0.5, 0.001])
-    # An estimate that was too small at first falls.
+        solved([0.5] * 6 + [0.001])
+    # One that was too small at first, and one that is too large by chance.
+    assert solved([0.5] * 4 + [0.3, 0.8, 0.001]).levels == 7
     assert solved([0.2, 0.5, 0.4, 0.3, 0.001]).levels == 5
