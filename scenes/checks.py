@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from scenes.errors import SceneError, quoted
-from scenes.kinds import Kind, Numbers, Quantity, known_name
+from scenes.errors import SceneError, quoted, unknown
+from scenes.kinds import Kind, Numbers, Quantity
 from scenes.model import SLOPE_TOLERANCE
 from scenes.units import NUMBER
 
@@ -95,9 +95,10 @@ class Differing(Kind):
         items = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
         if not isinstance(items, (list, tuple)):
             raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
-        if not self.known:
-            return tuple(dict.fromkeys(map(str, items)))
-        return tuple(dict.fromkeys(known_name(path, i, self.known, "check") for i in items))
+        for name in items:
+            if self.known and name not in self.known:
+                raise unknown(f"{path} names an unknown check", name, self.known)
+        return tuple(dict.fromkeys(map(str, items)))
 
     def show(self, value: Any) -> str:
         return self.word if value is None else ", ".join(value)

@@ -13,7 +13,7 @@ from typing import Any, TextIO
 
 _LONGEST = 60  # Characters of a user's text that a message repeats at most.
 _LONGEST_REASON = 200  # Characters of another library's message that a message repeats at most.
-_MOST = 4  # Names that a list in a message has at most.
+_MOST, _MOST_KNOWN = 4, 12  # Names that a list in a message has at most, and a list of valid names.
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{32}}")
 """A TOML key of over 32 parts. Scenes have four; the standard library's parser takes memory that grows with the square
@@ -115,26 +115,20 @@ def columns(stream: TextIO, most: int) -> int:
         return most
 
 
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the nearest word in spelling; ``None`` where no word shares most letters."""
+def did_you_mean(word: object, known: Iterable[str]) -> str:
+    """Return the end of a message, ', did you mean "..."?', with the known word that is nearest in spelling, or ""."""
     import difflib
 
     by_case = {k.lower(): k for k in known}
-    near = difflib.get_close_matches(word.lower(), by_case, n=1)
-    return by_case[near[0]] if near else None
-
-
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the end of a message, ', did you mean "..."?', with the nearest known word, or ""."""
-    near = nearest(word, known)
-    return f', did you mean "{printable(near, _LONGEST_REASON)}"?' if near else ""
+    near = difflib.get_close_matches(str(word).lower(), by_case, n=1)
+    return f', did you mean "{printable(by_case[near[0]], _LONGEST_REASON)}"?' if near else ""
 
 
 def unknown(said: str, name: object, known: Iterable[str]) -> SceneError:
-    """Return the error for an unknown name, with the valid and the nearest names."""
+    """Return the error for an unknown name, with the first of the valid names and the nearest one."""
     names = list(known)
-    hint = did_you_mean(name, names) if isinstance(name, str) else ""
-    return SceneError(f"{said} {quoted(name)}: give {', '.join(map(quoted, names[:20])) or 'none'}{hint}")
+    shown = [*map(quoted, names[:_MOST_KNOWN]), *["..."] * (len(names) > _MOST_KNOWN)]
+    return SceneError(f"{said} {quoted(name)}: give {', '.join(shown) or 'none'}{did_you_mean(name, names)}")
 
 
 def listed(names: Sequence[str], most: int = _MOST) -> str:

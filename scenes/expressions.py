@@ -25,7 +25,6 @@ from scenes.units import (
     double,
     exact,
     leading_unit,
-    parse_quantity,
     spelled,
 )
 
@@ -64,17 +63,6 @@ def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | N
     except RecursionError:
         raise UnitError("is nested too deep: say parts of it as parameters of their own") from None
     return double(measure.value), measure.powers
-
-
-def is_expression(given: object) -> bool:
-    """Whether a value is text that is more than a number with a unit."""
-    if not isinstance(given, str):
-        return False
-    try:
-        parse_quantity(given)
-    except UnitError:
-        return True
-    return False
 
 
 def _evaluate(plain: str, names: Mapping[str, Measure]) -> Measure:

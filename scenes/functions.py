@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from scenes.errors import SceneError, quoted
-from scenes.kinds import INSTANT, Kind, Quantity, only
+from scenes.kinds import INSTANT, Items, Kind, Quantity, only
 from scenes.laws import PowerLaw, Property, Table
 from scenes.model import ROUNDING, Schedule, Value
 from scenes.units import NUMBER, TEMPERATURE
@@ -16,33 +16,32 @@ from scenes.units import NUMBER, TEMPERATURE
 _ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
 _LEAST = 1e-9  # of a law, in SI units, where one value may be zero
 EXPONENT = Quantity(NUMBER, 0.0, 20.0, signed=True)  # larger ones are slips
+_ROWS = 2000  # a time step ends at each; 1,000 take half a minute
+_TIMES = Items(INSTANT, "times", "[0, 1e-3]", most=_ROWS)
+_TEMPERATURES = Items(_ABSOLUTE, "temperatures", "[300, 400]", most=_ROWS)
 
 
-def _columns(
-    path: str, given: Mapping[Any, object], names: tuple[str, str], kinds: tuple[Quantity, Quantity], example: str,
-    rising: bool,
-) -> tuple[tuple[float, ...], tuple[float, ...]]:  # fmt: skip
-    """The two lists of a table of equal length, the first of which does not decrease, or rises."""
-    only(path, given, names)
-    columns = []
-    for name, kind in zip(names, kinds, strict=True):
-        items = given.get(name)
-        if not isinstance(items, (list, tuple)) or len(items) < 1 + rising:
-            shown = f"{path}.{name} = {quoted(items)} is not" if name in given else f"{path}.{name} is missing, not"
-            raise SceneError(f"{shown} a list{' of two or more' * rising}: give {example}")
-        if len(items) > 2000:  # a time step ends at each; 1,000 take half a minute
-            raise SceneError(f"{path}.{name} has {len(items)} points: give at most 2000")
-        columns.append(tuple(kind.read(f"{path}.{name}[{i}]", each) or 0.0 for i, each in enumerate(items, 1)))
-    places, values = columns
-    if len(places) != len(values):
-        raise SceneError(f"{path} has {len(places)} {names[0]} and {len(values)} values: give as many of each")
-    for i, (before, after) in enumerate(pairwise(places), 2):
+def _fields(path: str, given: Mapping[Any, object], kinds: Mapping[str, Kind], form: str) -> list[Any]:
+    """The values of a table that has exactly these keys."""
+    only(path, given, tuple(kinds))
+    for name in kinds:
+        if name not in given:
+            raise SceneError(f"{path}.{name} is missing: give {form}")
+    return [kind.read(f"{path}.{name}", given[name]) for name, kind in kinds.items()]
+
+
+def _columns(path: str, given: Mapping[Any, object], places: Items, values: Quantity, form: str, rising: bool) -> Any:
+    """The places and as many values of a table; the places do not decrease, or rise."""
+    called = places.called
+    columns = _fields(path, given, {called: places, "values": Items(values, "values", "[0, 1]", most=_ROWS)}, form)
+    if len(columns[0]) != len(columns[1]):
+        raise SceneError(f"{path} has {len(columns[0])} {called} and {len(columns[1])} values: give as many of each")
+    for i, (before, after) in enumerate(pairwise(columns[0]), 2):
         if after < before or (rising and after == before):
-            fault = "is not above" if rising else "is before"
             then = "that rise" if rising else "that do not decrease (two equal ones make a jump)"
-            value = quoted(given[names[0]][i - 1])  # type: ignore[index]
-            raise SceneError(f"{path}.{names[0]}[{i}] = {value} {fault} the one in front: give {names[0]} {then}")
-    return places, values
+            value = quoted(given[called][i - 1])  # type: ignore[index]
+            raise SceneError(f"{path}.{called}[{i}] = {value} is not above the one in front: give {called} {then}")
+    return columns
 
 
 @dataclass(frozen=True)
@@ -58,8 +57,8 @@ class Varying(Kind):
     def read(self, path: str, given: object) -> Value:
         if not isinstance(given, Mapping):
             return self.quantity.read(path, given) or 0.0
-        example = "{times = [0, 1e-3], values = [0, 1]}, or one value"
-        times, values = _columns(path, given, ("times", "values"), (INSTANT, self.quantity), example, False)
+        form = "{times = [0, 1e-3], values = [0, 1]}, or one value"
+        times, values = _columns(path, given, _TIMES, self.quantity, form, rising=False)
         # Two times that are equal but for rounding make a jump.
         joined = list(times[:1])
         for time in times[1:]:
@@ -85,17 +84,14 @@ class Following(Kind):
         # An insulator has no law and no axes, and a law is nowhere zero.
         positive = replace(self.quantity, word=None, lower=self.quantity.lower or _LEAST)
         if isinstance(given, Mapping):
-            example = f'{{value = "{self.quantity.dimension.example}", at = "293 K", exponent = -1.3}}'
             if {"temperatures", "values"} & set(given):
-                names, kinds = ("temperatures", "values"), (_ABSOLUTE, positive)
-                return Table(*_columns(path, given, names, kinds, "temperatures and as many values", True))
-            only(path, given, ("value", "at", "exponent", "temperatures", "values"))
-            for name in ("value", "at", "exponent"):
-                if name not in given:
-                    raise SceneError(f"{path}.{name} is missing: give {example}, a table, or one value")
-            exponent = EXPONENT.read(f"{path}.exponent", given["exponent"])
-            value, at = positive.read(f"{path}.value", given["value"]), _ABSOLUTE.read(f"{path}.at", given["at"])
-            return PowerLaw(value or 0.0, at or 0.0, exponent or 0.0)
+                table = Table(*_columns(path, given, _TEMPERATURES, positive, self.form, rising=True))
+                if len(table.values) == 1:
+                    raise SceneError(f"{path} has one row: give two or more, or one value")
+                return table
+            return PowerLaw(
+                *_fields(path, given, {"value": positive, "at": _ABSOLUTE, "exponent": EXPONENT}, self.form)
+            )
         if not isinstance(given, (list, tuple)):
             return self.quantity.read(path, given)
         if not self.axes:
@@ -136,15 +132,8 @@ class Surroundings(Kind):
     def read(self, path: str, given: object) -> tuple[Any, Value]:
         if not isinstance(given, Mapping):
             raise self.refusal(path, given, "is not a table")
-        only(path, given, (self.name, "ambient"))
-        values = list[Any]()
-        for name, kind, example in (self.name, self.coefficient, self.example), ("ambient", self.ambient, '"293 K"'):
-            if name not in given:
-                raise SceneError(f"{path}.{name} is missing: give {self.form}")
-            if not isinstance(kind, Varying) and isinstance(given[name], Mapping) and "times" in given[name]:
-                raise SceneError(f"{path}.{name} may not vary in time: give one, such as {example}")
-            values.append(kind.read(f"{path}.{name}", given[name]))
-        return values[0], values[1]
+        coefficient, ambient = _fields(path, given, {self.name: self.coefficient, "ambient": self.ambient}, self.form)
+        return coefficient, ambient
 
     def write(self, value: Any) -> Any:
         return {self.name: self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}

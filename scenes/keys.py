@@ -14,7 +14,7 @@ from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.functions import Following
-from scenes.kinds import NAME, SWITCH, Choice, Count, Insulator, Kind, Numbers, Quantity
+from scenes.kinds import LABEL, SWITCH, Choice, Count, Insulator, Kind, Numbers, Quantity
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -96,7 +96,7 @@ _UNCERTAINTIES = Numbers(
 
 
 _SINK = Schema((
-    *_section("scene", physical=False, name=NAME),
+    *_section("scene", physical=False, name=LABEL),
     *_PHYSICAL,
     *_section("run", end_time=DURATION),
     *_section("run", physical=False, accuracy=ACCURACY),
@@ -106,7 +106,7 @@ _SINK = Schema((
 ), main="sink")  # fmt: skip
 
 _DEVICE = Schema((
-    *_section("scene", physical=False, name=NAME),
+    *_section("scene", physical=False, name=LABEL),
     # The drive is read, so that a sink's file can be extended to a device's, but the controllers take its place.
     *(
         replace(key, attribute=f"sink.{key.attribute}", physical=key.physical and not key.path.startswith("drive."))

@@ -15,13 +15,11 @@ from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
 from typing import Any
 
-from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.expressions import is_expression
+from scenes.errors import SceneError, did_you_mean, quoted, unknown
 from scenes.parameters import quantity
 from scenes.units import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, UnitError, called
 
 _MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
-_ENDS = "with a letter or digit at either end"
 
 
 class Kind(ABC):
@@ -45,7 +43,7 @@ class Kind(ABC):
 
     def show(self, value: Any) -> str:
         """Return the value as text."""
-        return str(self.write(value))
+        return str(value).lower() if isinstance(value, bool) else str(self.write(value))
 
     def refusal(self, path: str, given: object, fault: str) -> SceneError:
         """Return the error for a value with a fault."""
@@ -97,7 +95,7 @@ class Quantity(Kind):
         if not fault and not within and not (self.or_zero and value == 0):
             fault = "is out of range"
         if fault:
-            computed = f"= {self.dimension.show(value)} " if value and is_expression(given) else ""
+            computed = f"= {self.dimension.show(value)} " if value and isinstance(given, str) else ""
             raise self.refusal(path, given, computed + fault)
         return value
 
@@ -171,31 +169,22 @@ class Choice(Kind):
     def read(self, path: str, given: object) -> str:
         if isinstance(given, str) and given in self.options:
             return given
-        hint = did_you_mean(given, self.options) if isinstance(given, str) else ""
-        raise SceneError(f"{path} = {quoted(given)} is not known: give {self.form}{hint}")
+        raise SceneError(f"{path} = {quoted(given)} is not known: give {self.form}{did_you_mean(given, self.options)}")
 
 
 @dataclass(frozen=True)
 class Converted(Kind):
     """A value that a function makes of the content of a file, ``None`` where this is unfit; ``fault`` refuses it."""
 
-    description: str
     fault: str
     convert: Callable[[Any], Any]
-    shown: Callable[[Any], str] = str
-
-    @property
-    def form(self) -> str:
-        return self.description
+    form: str = ""
 
     def read(self, path: str, given: object) -> Any:
         value = self.convert(given)
         if value is None:
             raise self.refusal(path, given, self.fault)
         return value
-
-    def show(self, value: Any) -> str:
-        return "" if value is None else self.shown(value)
 
 
 def _matching(pattern: str, longest: int = 60) -> Callable[[Any], str | None]:
@@ -230,33 +219,24 @@ def _metres(given: Any) -> float | None:
     return value if not fault and 1e-12 <= value <= 1e6 else None
 
 
-NAME = Converted(
-    f"text of 1 to 60 letters, digits, spaces, dots, - and _, {_ENDS}", "cannot name a results folder",
-    _matching(r"\w([\w .-]*\w)?"),
-)  # fmt: skip
-"""The name of a scene, safe in a folder's name."""
 LABEL = Converted(
-    f"text of 1 to 60 letters, digits, spaces, dots, +, - and _, {_ENDS}", "is not a name",
-    _matching(r"\w([\w .+-]*\w)?"),
+    "is not a name", _matching(r"\w([\w .+-]*\w)?"),
+    "text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either end",
 )  # fmt: skip
-"""The name of a part, used by messages, overrides and columns."""
+"""The name of a scene, safe in a folder's name, or of a part, used by messages, overrides and columns."""
 MODEL_FILE = Converted(
-    "a line of text", "is no text of one line", _matching(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", 4096)
+    "is no text of one line", _matching(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", 4096), "a line of text"
 )
-MESH_FILE = Converted('one such as "chip.msh"', "is no path of a mesh", _matching(r"[^\0]*[^\0\s][^\0]*", 4096))
+MESH_FILE = Converted("is no path of a mesh", _matching(r"[^\0]*[^\0\s][^\0]*", 4096), 'one such as "chip.msh"')
 SWITCH = Converted(
-    "true or false", "is neither true nor false", lambda given: given if isinstance(given, bool) else None,
-    lambda value: str(value).lower(),
-)  # fmt: skip
-MEMORY = Converted(
-    'a number of bytes or text such as "8 GB", at least 0.1 GB', "is no size of memory", _bytes,
-    lambda value: f"{value / 1e9:g} GB",
-)  # fmt: skip
-NUMBER_OR_TEXT = Converted('a number, or text such as "2 um"', "is not a value", _number_or_text)
+    "is neither true nor false", lambda given: given if isinstance(given, bool) else None, "true or false"
+)
+MEMORY = Converted("is no size of memory", _bytes, 'a number of bytes or text such as "8 GB", at least 0.1 GB')
+NUMBER_OR_TEXT = Converted("is not a value", _number_or_text, 'a number, or text such as "2 um"')
 """A finite number, or a text that the user of the value reads."""
-GROUP = Converted("its name, or its number where it has none", "is not a group", _group)
+GROUP = Converted("is not a group", _group, "its name, or its number where it has none")
 """The name of a group of a mesh, or the number of one that has no name."""
-LENGTH_UNIT = Converted('"um", "mm" or 1e-6', "is not a unit of length", _metres)
+LENGTH_UNIT = Converted("is not a unit of length", _metres, '"um", "mm" or 1e-6')
 """The unit (m) of a file's coordinates."""
 
 
@@ -272,21 +252,13 @@ class Numbers(Kind):
     def read(self, path: str, given: object) -> dict[str, Any]:
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
-        for name in given if self.known else ():
-            known_name(path, name, self.known, self.called)
+        for name in given:
+            if self.known and name not in self.known:
+                raise unknown(f"{path} names an unknown {self.called}", name, self.known)
         return {str(name): self.quantity.read(f"{path}.{name}", value) for name, value in given.items()}
 
     def show(self, value: Any) -> str:
         return ", ".join(f"{name} {self.quantity.show(number)}" for name, number in value.items())
-
-
-def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> str:
-    """Return a valid name; raises SceneError, which lists one of the many checks of a row."""
-    if isinstance(name, str) and name in known:
-        return name
-    hint = did_you_mean(name, known) if isinstance(name, str) else ""
-    shown = [each for each in known if not each.startswith("islands_") or each == "islands_mean"]
-    raise SceneError(f"{path} names an unknown {called} {quoted(name)}: give {', '.join(shown)}{hint}")
 
 
 @dataclass(frozen=True)
@@ -305,14 +277,15 @@ class Place(Kind):
 
 @dataclass(frozen=True)
 class Items(Kind):
-    """A list of values of one kind, ``called`` so; ``example`` is one list, and ``count`` its length, if fixed.
-    ``ascending`` values have each once."""
+    """A list of at most ``most`` values of one kind, ``called`` so; ``example`` is one list, and ``count`` its length,
+    if fixed. ``ascending`` values have each once."""
 
     member: Kind
     called: str
     example: str
     count: int = 0
     ascending: bool = False
+    most: int = 10_000  # each output time is a row of traces.csv
 
     @property
     def form(self) -> str:
@@ -321,8 +294,8 @@ class Items(Kind):
     def read(self, path: str, given: object) -> tuple[Any, ...]:
         if not isinstance(given, (list, tuple)) or not given or self.count not in (0, len(given)):
             raise self.refusal(path, given, "is not a list" if self.count != 2 else "is not a pair")
-        if len(given) > 10_000:  # each output time is a row of traces.csv
-            raise SceneError(f"{path} has {len(given)} {self.called}: give at most 10000")
+        if len(given) > self.most:
+            raise SceneError(f"{path} has {len(given)} {self.called}: give at most {self.most}")
         values = [self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1)]
         return tuple(sorted(set(values)) if self.ascending else values)
 
@@ -336,5 +309,5 @@ def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None
     """Refuse an unknown name in a table."""
     for name, value in given.items():
         if name not in known:
-            hint = did_you_mean(name, known)
-            raise SceneError(f"unknown key {path}.{name} = {quoted(value)}: give {', '.join(known)}{hint}")
+            allowed = f"give {', '.join(known)}{did_you_mean(name, known)}"
+            raise SceneError(f"unknown key {path}.{name} = {quoted(value)}: {allowed}")

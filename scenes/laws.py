@@ -77,23 +77,22 @@ class Table:
         return sums[at] + (temperature - rows[at]) * (values[at] + self(temperature)) / 2
 
 
-class Inverse(Table):
-    """One over a table: a resistivity whose inverse, the electrical conductivity, is given."""
+@dataclass(frozen=True)
+class Inverse:
+    """One over a ``table``: a resistivity whose inverse, the electrical conductivity, is given."""
+
+    table: Table
 
     def __call__(self, temperature: Any) -> Any:
         """The resistivity at a temperature (K), a number or an array."""
-        return 1 / super().__call__(temperature)
+        return 1 / self.table(temperature)
 
     def slope(self, temperature: Any) -> Any:
         """Its derivative (per K)."""
-        return -super().slope(temperature) / super().__call__(temperature) ** 2
-
-    def integral(self, temperature: Any) -> Any:
-        """No model needs the integral of a resistivity."""
-        raise NotImplementedError
+        return -self.table.slope(temperature) / self.table(temperature) ** 2
 
 
-Law = PowerLaw | Table
+Law = PowerLaw | Table | Inverse
 
 
 def inverse(given: Property) -> Property:
@@ -102,7 +101,7 @@ def inverse(given: Property) -> Property:
         return tuple(map(inverse, given))
     if isinstance(given, PowerLaw):
         return PowerLaw(1 / given.value, given.at, -given.exponent)
-    return Inverse(given.temperatures, given.values) if isinstance(given, Table) else 1 / given
+    return Inverse(given) if isinstance(given, Table) else 1 / given
 
 
 @dataclass(frozen=True)
@@ -131,9 +130,10 @@ def ratio(law: Property, other: Property) -> float | None:
     """How many times as large as a law, or a number, another one is at every temperature; None where that varies."""
     if isinstance(law, PowerLaw) and isinstance(other, PowerLaw):
         return float(other(law.at) / law.value) if law.exponent == other.exponent else None
-    if isinstance(law, Table) and type(law) is type(other):
-        pairs = zip(law.values, other.values, strict=False)
-        quotients = [a / b if isinstance(law, Inverse) else b / a for a, b in pairs]
+    if isinstance(law, Inverse) and isinstance(other, Inverse):
+        return ratio(other.table, law.table)
+    if isinstance(law, Table) and isinstance(other, Table):
+        quotients = [b / a for a, b in zip(law.values, other.values, strict=False)]
         alike = law.temperatures == other.temperatures and isclose(max(quotients), min(quotients))
         return quotients[0] if alike else None
     return other / law if not isinstance(law, Law) and not isinstance(other, Law) else None
@@ -154,8 +154,3 @@ def at(given: Property, temperature: float) -> Property:
 def varies(given: Property) -> bool:
     """Whether a property follows the temperature."""
     return any(True for _ in of(given))
-
-
-def is_plain(given: Property) -> bool:
-    """Whether a property is one number, or nothing."""
-    return not isinstance(given, (Law, tuple))

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from scenes.device import Device
-from scenes.errors import SceneError, contents, did_you_mean, parsed, quoted, reason
+from scenes.errors import SceneError, contents, did_you_mean, parsed, quoted, reason, unknown
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
@@ -180,10 +180,8 @@ def examples() -> tuple[str, ...]:
 
 def builtin_text(name: str) -> str:
     """Return a built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
-    known = known_names()
-    if name not in known:
-        allowed = f"give {' or '.join(known)}{did_you_mean(name, known)}"
-        raise SceneError(f"{quoted(name)} is not a built-in scene: {allowed}")
+    if name not in known_names():
+        raise unknown("there is no built-in scene", name, known_names())
     return (_HERE / ("" if name in TYPES else "examples") / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -109,7 +109,7 @@ class Material:
         if key != "resistivity" or given is None:
             return given
         along_x = laws.along(given)[0]
-        if laws.is_plain(along_x) and self.temperature_coefficient:
+        if not laws.varies(along_x) and self.temperature_coefficient:
             return laws.Line(along_x, self.temperature_coefficient, self.reference_temperature)
         return along_x
 

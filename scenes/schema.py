@@ -18,7 +18,7 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws
-from scenes.errors import SceneError, did_you_mean, parsed, printable, quoted
+from scenes.errors import SceneError, did_you_mean, parsed, printable, quoted, unknown
 from scenes.kinds import OUTPUT_TIMES, Kind, Numbers, Quantity, only
 from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
@@ -309,9 +309,7 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
     for name in sorted(names, key=len, reverse=True):
         if rest.startswith(f"{name}."):
             return names[name], rest.removeprefix(f"{name}.").split(".")
-    wanted = rest.partition(".")[0]
-    choices = f"give {', '.join(map(quoted, names))}" if names else "it has none"
-    raise SceneError(f"the scene has no {table} {quoted(wanted)}: {choices}{did_you_mean(wanted, names)}")
+    raise unknown(f"the scene has no {table}", rest.partition(".")[0], names)
 
 
 def _put(item: dict[str, Any], path: list[str], value: object) -> None:

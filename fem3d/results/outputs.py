@@ -320,7 +320,8 @@ def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
     for body, material in enumerate(domain.materials):
         cells = np.flatnonzero(domain.body == body)
-        given = [(key, law) for key in keys for law in laws.of(getattr(material, key)) if isinstance(law, laws.Table)]
+        every = [(key, getattr(law, "table", law)) for key in keys for law in laws.of(getattr(material, key))]
+        given = [(key, table) for key, table in every if isinstance(table, laws.Table)]
         if not given or not len(cells):
             continue
         # Inside the cells, and at their vertices, where the coefficient of a function is its value.
@@ -328,8 +329,8 @@ def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[
         reached = np.concatenate([fields[:, vertices].ravel(), *(space.on(cells).value(u).ravel() for u in fields)])
         low, high = start + float(reached.min()), start + float(reached.max())
         slack = CLOSE * (high - low)
-        for key, law in given:
-            first, last = law.temperatures[0], law.temperatures[-1]
+        for key, table in given:
+            first, last = table.temperatures[0], table.temperatures[-1]
             if low < first - slack or high > last + slack:
                 known = f"{key} of {material.name} is a table from {first:,.0f} to {last:,.0f} K"
                 sentences[f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"] = (

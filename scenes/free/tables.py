@@ -67,7 +67,7 @@ _NAMED = k.Numbers(k.NUMBER_OR_TEXT, (), "parameter", 'a table such as {R0 = "30
 _NAMED_TEXTS = k.Numbers(k.MODEL_FILE, (), "probe", 'a table such as {middle = "v(mid)"}')
 
 _SCENE_AND_RUN = (
-    Key("scene.name", "name", k.NAME),
+    Key("scene.name", "name", k.LABEL),
     Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
     Key("run.steady", "steady", k.SWITCH),
     Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
