@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
-from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
-from scenes.parameters import Parameters
+from scenes.model import Boundary, Box, Declared, Material, Probe, Scene, Schedule
 from scenes.sink import Sink, face
 
 SUBSTRATE = "substrate"
@@ -45,16 +45,16 @@ class External:
 
 
 @dataclass(frozen=True)
-class Device:
+class Device(Declared):
     """A sink and the layers on it, from below: insulator, sensor film, polymer; all as long and wide as the beam.
 
     Thicknesses in m, ``end_time`` in s. ``accuracy`` is the largest numerical error of a temperature, as a fraction
     of the set temperature's rise above room temperature, in 1D, and ``accuracy_3d`` in 3D, of steady powers too. The
-    sink's own voltage, electrodes, end time, accuracy and
-    checks are not used. ``tolerances`` and ``expected_to_differ`` are as for a sink, with the device's checks.
+    sink's own voltage, electrodes, end time, accuracy and checks are not used.
     """
 
     kind: ClassVar[str] = "device"
+    default_tolerances: ClassVar[Mapping[str, float]] = DEVICE_TOLERANCES | DEVICE_3D_TOLERANCES | SLOPE_TOLERANCES
     sink: Sink = field(default_factory=Sink)
     sensor_thickness: float = 0.2e-6
     insulator_thickness: float = 10e-6
@@ -67,9 +67,6 @@ class Device:
     accuracy: float = 5e-6
     accuracy_3d: float = 1e-3
     name: str = "device"
-    tolerances: dict[str, float] = field(default_factory=dict, hash=False)
-    expected_to_differ: tuple[str, ...] | None = None
-    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def contact_area(self) -> float:
@@ -98,16 +95,12 @@ class Device:
             height += thickness
         beam, gold, polymer = base.boxes[0], boxes[1], boxes[2]
         # The ground under the structure is an input of its own, at room temperature throughout.
-        below = Schedule((0.0,), (sink.room_temperature,))
+        below: Any = Schedule((0.0,), (sink.room_temperature,))
+        given = {"temperature": "value", "convection": "ambient"}
         boundaries = [
-            b
-            if not b.name.startswith(SUBSTRATE)
-            else replace(b, value=below)
-            if b.kind == "temperature"
-            else replace(b, ambient=below)
-            for b in base.boundaries
-            if b.kind != "voltage"
-        ]
+            replace(b, **{given[b.kind]: below}) if b.name.startswith(SUBSTRATE) else b
+            for b in base.boundaries if b.kind != "voltage"
+        ]  # fmt: skip
         for name, film, on in (("sink", beam, 0.0), ("sensor", gold, self.control.sample_time)):
             boundaries += [
                 Boundary(f"{name}-{side}", "voltage", *face(film, 1, side), Schedule((on, on), (0.0, 0.5 - side)))
@@ -127,7 +120,3 @@ class Device:
         """Whether the outer temperature steps during the run."""
         outer = self.external
         return 0 < outer.step_time < self.end_time and outer.initial_temperature != outer.final_temperature
-
-    def tolerance(self, check: str) -> float:
-        """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return (DEVICE_TOLERANCES | DEVICE_3D_TOLERANCES | SLOPE_TOLERANCES | self.tolerances)[check]

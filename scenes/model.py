@@ -9,7 +9,7 @@ against the mesh.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -156,12 +156,14 @@ class Box:
     heat_source: Value = 0.0
 
 
+@dataclass(frozen=True)
 class Condition:
     """A condition on a place of a scene, of boxes or on a mesh."""
 
+    name: str
     kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
-    contact_resistance: float
-    series_resistance: float
+    contact_resistance: float = field(default=0.0, kw_only=True)
+    series_resistance: float = field(default=0.0, kw_only=True)
 
     @property
     def key(self) -> str:
@@ -185,14 +187,10 @@ class Boundary(Condition):
     the inverse coefficient. The contact resistance of a voltage is in ohm m2; all its Joule heat enters the face.
     """
 
-    name: str
-    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
     lower: Point
     upper: Point
     value: Value
     ambient: Value = 293.0
-    contact_resistance: float = 0.0
-    series_resistance: float = 0.0
 
 
 def bends(boundary: Boundary | GroupBoundary) -> bool:
@@ -256,17 +254,32 @@ class OwnModel:
 
 @dataclass(frozen=True)
 class Declared:
-    """The ``model`` of a scene, the ``tolerances`` of checks by their ids, and the checks that are expected to differ
-    (``None`` without a declaration)."""
+    """Any scene: the ``tolerances`` of checks by their ids, the checks that are expected to differ (``None`` without a
+    declaration), and the ``parameters`` of its file."""
+
+    default_tolerances: ClassVar[Mapping[str, float]]
+    tolerances: dict[str, float] = field(default_factory=dict, hash=False, kw_only=True)
+    expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)
+    parameters: Parameters | None = field(default=None, compare=False, repr=False, kw_only=True)
+
+    def tolerance(self, check: str) -> float:
+        """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
+        return {**self.default_tolerances, **self.tolerances}[check]
+
+
+@dataclass(frozen=True)
+class FreeScene(Declared):
+    """A scene of boxes or on a mesh: its ``contacts``, its 1D ``model``, and the ``memory`` (bytes) that limits a run;
+    None stands for the free memory."""
 
     kind: ClassVar[str] = "free"
     parts: ClassVar[str]
     """The attribute with the parts, each of one material."""
     heated: ClassVar[tuple[str, str]]
     """The table of parts with heat sources in a file, and their attribute."""
+    contacts: tuple[Contact, ...] = field(default=(), kw_only=True)
     model: OwnModel | None = field(default=None, kw_only=True)
-    tolerances: dict[str, float] = field(default_factory=dict, hash=False, kw_only=True)
-    expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)
+    memory: float | None = field(default=None, kw_only=True)
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else that of slopes or of the paper's figures."""
@@ -274,12 +287,11 @@ class Declared:
 
 
 @dataclass(frozen=True)
-class Scene(Declared):
+class Scene(FreeScene):
     """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
 
     ``steady`` selects the steady state alone, else the transient up to ``end_time`` (s) is solved and reported at
-    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra. ``memory`` (bytes) limits a
-    run; None stands for the free memory.
+    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra.
     """
 
     parts: ClassVar[str] = "boxes"
@@ -293,10 +305,7 @@ class Scene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
-    contacts: tuple[Contact, ...] = ()
     mesh: Literal["", "bricks", "tetrahedra"] = ""
-    memory: float | None = None
-    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[Probe, ...]:
         """Return a probe of the mean temperature of every box."""
@@ -332,13 +341,9 @@ class Source:
 class GroupBoundary(Condition):
     """A condition on a surface group: ``kind``, ``value``, ``ambient`` and ``contact_resistance`` as of `Boundary`."""
 
-    name: str
-    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
     group: str
     value: Value
     ambient: Value = 293.0
-    contact_resistance: float = 0.0
-    series_resistance: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -362,7 +367,7 @@ class GroupProbe:
 
 
 @dataclass(frozen=True)
-class MeshScene(Declared):
+class MeshScene(FreeScene):
     """A scene on a mesh: ``file`` as the scene gives it, relative to ``folder``, in units of ``unit`` (m)."""
 
     parts: ClassVar[str] = "bodies"
@@ -379,10 +384,7 @@ class MeshScene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
-    contacts: tuple[Contact, ...] = ()
     folder: str = ""
-    memory: float | None = None
-    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[GroupProbe, ...]:
         """Return a probe of the mean temperature of every volume group."""

@@ -7,14 +7,13 @@ Spans and islands are numbered from the lower outer end.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
-from scenes.model import ROUNDING, Boundary, Box, Contact, Material, Point, Probe, Scene
-from scenes.parameters import Parameters
+from scenes.model import ROUNDING, Boundary, Box, Contact, Declared, Material, Point, Probe, Scene
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
 UNCERTAINTIES = {
@@ -53,7 +52,7 @@ class Drive(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sink:
+class Sink(Declared):
     """Sizes in m, voltage in V, current in A, resistance in ohm, temperature in K, convection in W/(m2 K), time in s.
 
     The beam lies along y from 0 to ``length``, its underside in z = 0, symmetric about x = 0. ``oxide_offset`` is the
@@ -64,12 +63,12 @@ class Sink:
     is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) belongs to a contact
     at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
     gas that fills the gap, as high as the oxide, under beam and bare pads. With an ``emissivity`` all bare faces of
-    beam and pads radiate to room temperature. ``tolerances`` holds
-    declared tolerances, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
-    ``uncertainties`` are relative and standard, by key, typical for the materials.
+    beam and pads radiate to room temperature. ``uncertainties`` are relative and standard, by key, typical for the
+    materials.
     """
 
     kind: ClassVar[str] = "sink"
+    default_tolerances: ClassVar[Mapping[str, float]] = SINK_TOLERANCES | SLOPE_TOLERANCES
     length: float = 1000e-6
     width: float = 100e-6
     thickness: float = 2e-6
@@ -99,10 +98,7 @@ class Sink:
     end_time: float = 0.02
     accuracy: float = 1e-3
     name: str = "sink"
-    tolerances: dict[str, float] = field(default_factory=dict, hash=False)
-    expected_to_differ: tuple[str, ...] | None = None
     uncertainties: dict[str, float] = field(default_factory=lambda: dict(UNCERTAINTIES), hash=False)
-    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def anchor_distance(self) -> float:
@@ -167,10 +163,6 @@ class Sink:
     def cross_section(self) -> float:
         """The paper's A_c (m2)."""
         return self.width * self.thickness
-
-    def tolerance(self, check: str) -> float:
-        """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return {**SINK_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]
 
     def scene(self) -> Scene:
         """Return the sink as boxes, conditions and probes."""
