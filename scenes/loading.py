@@ -13,8 +13,10 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
+from scenes import free
 from scenes.device import Device
 from scenes.errors import SceneError, contents, did_you_mean, parsed, quoted, reason, unknown
+from scenes.free.tables import BOXES, LISTS
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
@@ -42,16 +44,12 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: Scene
         _check_kind(source, content, scene_type)
     scene_type = scene_type or type_of_file(content)
     if scene_type is None:
-        from scenes import free
-
         return free.from_dict(content, name, folder, overrides)
     return _built({"scene.name": name} | scene_type.schema.flatten(content), overrides, scene_type)
 
 
 def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     """Load a free scene, an example or a file; the mesh of a [mesh] lies beside the file and is not read."""
-    from scenes import free
-
     content, name, folder = document(source, examples())
     _check_kind(source, content, None)
     return free.from_dict(content, name, folder, overrides)
@@ -69,16 +67,12 @@ def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: Scen
 
 def says_nothing(content: Mapping[str, Any]) -> bool:
     """Whether a document fits any type: a sink by default, or a free scene without boxes."""
-    from scenes.free.tables import BOXES, LISTS
-
     of_its_own = set(DEVICE.schema.sections[""]) - set(BOXES.sections[""])
     return not {*LISTS, "mesh", *of_its_own} & set(content)
 
 
 def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
     """Return the type of a document, ``None`` for a free scene."""
-    from scenes.free.tables import LISTS
-
     if {*LISTS, "mesh"} & set(content):
         return None
     of_a_device = {path for path in DEVICE.schema.sections if path and path not in SINK.schema.sections}
@@ -106,8 +100,6 @@ def _flat(scene: Any) -> dict[str, Any]:
     """The flat scene of a scene."""
     if scene.kind in TYPES:
         return type_of(scene).schema.write(scene)
-    from scenes import free
-
     return free.schema_of_scene(scene).flatten(free.as_dict(scene))
 
 
@@ -115,8 +107,6 @@ def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
     """The scene of a flat one with overrides, of the kind of another scene."""
     if scene.kind in TYPES:
         return _built(flat, overrides, type_of(scene))
-    from scenes import free
-
     return free.rebuilt(scene, override(flat, overrides, free.schema_of_scene(scene)))
 
 

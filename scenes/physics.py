@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable
 from itertools import pairwise
 
 from scenes import laws
-from scenes.errors import SceneError, listed, quoted
+from scenes.errors import SceneError, quoted
 from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
@@ -149,16 +149,6 @@ def refuse_terminals(scene: AnyScene, what: str) -> None:
             raise SceneError(f"boundary {quoted(b.name)} {has}, and {what} takes voltages alone: {instead}")
 
 
-def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: Iterable[Collection[str]]) -> None:
-    """Refuse a given current in a conductor without a voltage; ``touched`` names the electrodes of each conductor."""
-    currents = {b.name for b in boundaries if b.kind == "voltage" and b.key == "current"}
-    for names in touched:
-        if names and currents.issuperset(names):
-            gives = "boundary {} gives a current" if len(names) == 1 else "boundaries {} give currents"
-            none = "no electrode of that conductor has a voltage to count from"
-            raise SceneError(f'{gives.format(listed(sorted(names)))}, and {none}: give one a voltage, such as "0 V"')
-
-
 def check_law(label: str, material: Material) -> None:
     """Refuse a law of the resistivity beside a temperature coefficient, and laws along x, y and z that are not
     proportional at every temperature."""
@@ -204,13 +194,6 @@ def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
         return not is_zero(boundary.value)
     outside = boundary.value if boundary.kind == "temperature" else boundary.ambient
     return is_exit(boundary) and any(value != initial for value in values(outside))
-
-
-def check_resistivities(scene: AnyScene) -> None:
-    """Refuse a resistivity that is not positive at the initial temperature, where currents are solved."""
-    for m in dict.fromkeys(materials(scene)) if electric(scene) else ():
-        where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
-        check_resistivity(m, f"material {quoted(m.name)}", where, scene.initial_temperature)
 
 
 def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:

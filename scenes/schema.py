@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cached_property
 from math import inf
 from operator import attrgetter
@@ -147,7 +147,8 @@ class Schema:
         """Return the default scene (a frozen dataclass) with the values in its attributes."""
         inverses = {twin(p): laws.inverse(value) for p, value in values.items() if p.endswith(CONDUCTIVITY)}
         every = {**values, **inverses}
-        return _with(default, {p if p == SECTION else self.paths[p].attribute: value for p, value in every.items()})
+        attributes = {p if p == SECTION else self.paths[p].attribute: value for p, value in every.items()}
+        return _with(default, nest(attributes))
 
     def values(self, scene: object) -> dict[str, Any]:
         """Return the values of the keys of a scene, by their paths."""
@@ -197,10 +198,10 @@ def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str,
 
 
 def _with(scene: Any, values: Mapping[str, Any]) -> Any:
-    """A frozen dataclass with new values for its attributes and, under dotted names, for attributes of its parts."""
-    attributes = {name: value for name, value in values.items() if "." not in name}
-    parts = {name.partition(".")[0] for name in values.keys() - attributes}
-    return replace(scene, **attributes, **{name: _with(getattr(scene, name), section(values, name)) for name in parts})
+    """A frozen dataclass with new values for its attributes and, in nested mappings, for attributes of its parts."""
+    parts = {name: getattr(scene, name) for name in values}
+    nested = {name for name, part in parts.items() if is_dataclass(part) and isinstance(values[name], Mapping)}
+    return replace(scene, **{n: _with(parts[n], value) if n in nested else value for n, value in values.items()})
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -212,10 +213,6 @@ def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
             inner = inner.setdefault(section, {})
         inner[name] = value
     return nested
-
-
-def section(values: Mapping[str, Any], name: str) -> dict[str, Any]:
-    return {key.removeprefix(f"{name}."): value for key, value in values.items() if key.startswith(f"{name}.")}
 
 
 def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema) -> dict[str, object]:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.keys import type_of
+from scenes.kinds import Quantity
 from scenes.schema import locate, twin
-from scenes.units import UnitError, parse_quantity
+from scenes.units import NUMBER, UnitError, parse_quantity
 from scenes.varied import is_free, kind_of, numbers
 
 if TYPE_CHECKING:
@@ -67,9 +68,9 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
     for text in correlated:
         pair, _, value = text.partition("=")
         keys = [path_of(scene, key.strip(), values, "--correlated") for key in pair.split(",") if key.strip()]
-        r = _number(value)
-        if len(keys) != 2 or keys[0] == keys[1] or r is None or not -1 <= r <= 1:
-            raise SceneError(f"--correlated {quoted(text)} is no correlation: give KEY,KEY=0.9, from -1 to 1")
+        r = Quantity(NUMBER, 0.0, 1.0, signed=True).read(f"--correlated {printable(pair)}", value) or 0.0
+        if len(keys) != 2 or keys[0] == keys[1]:
+            raise SceneError(f"--correlated {quoted(text)} is no correlation of two keys: give KEY,KEY=0.9")
         for key in keys:
             if key not in relative:
                 raise SceneError(f"--correlated {quoted(text)}: {key} is not uncertain: give it with --uncertain, too")
@@ -117,10 +118,3 @@ def _relative(scene: object, path: str, text: str, value: float) -> float:
         of = f"{kind.show(value)}: give more than nothing, and at most all of it"
         raise SceneError(f"--uncertain {path}={printable(text)} is no standard uncertainty of {of}")
     return relative
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None

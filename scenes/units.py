@@ -221,13 +221,3 @@ def dimension_of(powers: Powers) -> Dimension:
 def called(powers: Powers) -> str:
     """Return the name of a quantity of these base units, with an article: "a length", "a quantity in m2"."""
     return dimension_of(powers).name
-
-
-def point(at: tuple[float, float, float]) -> str:
-    """Format a point (m)."""
-    return f"[{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
-
-
-def extent(axis: int, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> str:
-    """Format the extent along an axis, as "x from 0 m to 2 um"."""
-    return f"{'xyz'[axis]} from {LENGTH.show(lower[axis])} to {LENGTH.show(upper[axis])}"

@@ -37,11 +37,6 @@ def check(scene: T) -> T:
     return scene
 
 
-def _check_sink(sink: Sink) -> None:
-    _check_sizes(sink)
-    _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
-
-
 def _check_device(device: Device) -> None:
     _check_sink(device.sink)
     substrate = device.sink.substrate
@@ -51,10 +46,6 @@ def _check_device(device: Device) -> None:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     if device.sink.emissivity:
         raise SceneError(f"environment.emissivity = {device.sink.emissivity:g} is not solved for a device: give 0")
-    _check_control(device)
-
-
-def _check_control(device: Device) -> None:
     room, control, external = device.sink.room_temperature, device.control, device.external
     if not control.set_temperature > room:
         least = f"give more than environment.room_temperature = {room:g} K"
@@ -72,8 +63,8 @@ def _check_control(device: Device) -> None:
             _check_film(film, f"external.{name}", getattr(external, name))
 
 
-def _check_sizes(sink: Sink) -> None:
-    """Refuse sizes that do not fit, and keys that have no effect or are not solved together."""
+def _check_sink(sink: Sink) -> None:
+    """Refuse sizes that do not fit, keys without effect or not solved together, and a film without a resistance."""
     room, usual = sink.pad_length - sink.oxide_length, Sink()
     blocks = sink.length + 2 * (sink.anchor_distance + sink.oxide_length)
     for key, size, most, of in (
@@ -108,6 +99,7 @@ def _check_sizes(sink: Sink) -> None:
     if row and sink.island > sink.length * (1 + ROUNDING):
         allowed = f"give at most sink.length = {_shown(sink.length)}"
         raise SceneError(f"sink.island_length = {_shown(sink.island)} is longer than a span: {allowed}")
+    _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
 
 
 def _shown(length: float) -> str:

@@ -17,8 +17,9 @@ from math import inf
 from operator import attrgetter, eq
 from typing import Any, TypeVar
 
-from scenes import laws, physics
+from scenes import free, laws, physics
 from scenes.expressions import Measure
+from scenes.free import document
 from scenes.free.tables import LISTS
 from scenes.functions import EXPONENT, Following, Surroundings
 from scenes.keys import TYPES, type_of
@@ -138,8 +139,6 @@ def _rebuilt(scene: Any, name: str, factor: float) -> Any:
     """The scene of the file with a parameter multiplied by a factor."""
     flat = scene.parameters.moved({name: scene.parameters.values[name] * factor})
     if is_free(scene):
-        from scenes import free
-
         return free.rebuilt(scene, flat)
     kind = type_of(scene)
     return kind.schema.apply(kind.schema.read(flat), kind.default)
@@ -222,9 +221,6 @@ def _of_parametric(scene: Any) -> dict[str, Number]:
 
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """Return the numbers of a free scene by their keys, zeros among them."""
-    from scenes import free
-    from scenes.free import document
-
     schema, folder = free.schema_of_scene(scene), getattr(scene, "folder", "")
     given = {name: table for name, table in free.as_dict(scene).items() if name != SECTION}
     values = schema.read(schema.flatten(given))

@@ -18,7 +18,7 @@ from scenes.free.graph import CellGraph, pairs
 from scenes.free.grid import Grid, grid_of
 from scenes.free.structure import gaps
 from scenes.model import FLOWS, ROUNDING, Boundary, Box, Contact, Point, Probe, Scene, Value, is_zero
-from scenes.units import extent, point
+from scenes.units import LENGTH
 
 Explain = Callable[[str], str]
 T = TypeVar("T", Box, Boundary, Probe)
@@ -30,10 +30,13 @@ def check(graph: CellGraph, explain: Explain) -> None:
     Raises SceneError for impossible contacts; for conditions that act on nothing, lie on a contact, or contradict each
     other; for probes outside of the solid or the conductors; for floating parts, and for scenes at rest.
     """
-    physics.check_resistivities(graph.scene)
+    scene = graph.scene
+    for material in dict.fromkeys(physics.materials(scene)) if physics.electric(scene) else ():
+        where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
+        physics.check_resistivity(material, f"material {quoted(material.name)}", where, scene.initial_temperature)
     check_contacts(graph, explain)
     check_boundaries(graph)
-    for probe in graph.scene.probes:
+    for probe in scene.probes:
         check_probe(graph, probe, explain)
     try:
         check_parts(graph)
@@ -130,7 +133,9 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
     if not in_solid.any() or not (total or in_solid.all()):
         some = "reaches" if in_solid.any() else "lies"
         at = probe.lower if getattr(probe, "lower", 0) == getattr(probe, "upper", 1) else getattr(probe, "at", None)
-        where = "everywhere in its place" if at is None else f"at {point(at)}"
+        where = (
+            "everywhere in its place" if at is None else f"at [{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
+        )
         raise SceneError(f"{name} {some} outside the solid: there has to be solid {where}")
     if quantity in ("temperature", "heat_flow"):
         return
@@ -183,23 +188,28 @@ def check_side(graph: CellGraph, probe: Any, parts: tuple[str, ...], side: np.nd
 def check_parts(graph: CellGraph) -> None:
     """Refuse conductors without a voltage, floating parts, parts without an exit for heat, and scenes at rest."""
     scene, labels = graph.scene, graph.parts(graph.solid)
-    physics.refuse_ungrounded(scene.boundaries, graph.joined().values())
+    currents = {b.name for b in scene.boundaries if b.key == "current"}
+    for names in graph.joined().values():
+        if currents.issuperset(names):
+            gives = f"a current is given at {listed(sorted(names))}"
+            none = "no electrode of that conductor has a voltage to count from"
+            raise SceneError(f'{gives}, and {none}: give one a voltage, such as "0 V"')
     pairs(graph)
 
-    def refuse_others(fine: set[int], says: str, advice: str) -> None:
+    def refuse_others(fine: set[int], fault: str, advice: str) -> None:
         """Refuse the first part of the solid without one of the ``fine`` labels."""
         for label in sorted(set(range(1, int(labels.max(initial=0)) + 1)) - fine):
             names = graph.names(labels == label)
-            word, verb = (graph.part_word, 0) if len(names) == 1 else (_plural(graph.part_word), 1)
-            raise SceneError(f"{word} {listed(names)} {says.split('|')[verb]}{says.split('|')[2]}: {advice}")
+            word = graph.part_word if len(names) == 1 else _plural(graph.part_word)
+            raise SceneError(f"{fault} {word} {listed(names)}: {advice}")
 
     heated = set(np.unique(labels[graph.heated]).tolist())
     touched = graph.touched(labels, scene.boundaries) | heated
-    acts = "is|are| joined to nothing that a boundary or a heat source acts on"
-    refuse_others(touched, acts, "let it touch the rest with a face, or give it a boundary")
+    idle = "no boundary and no heat source acts on"
+    refuse_others(touched, idle, "let it touch the rest with a face, or give it a boundary")
     if scene.steady and physics.heat(scene):
         exits = graph.touched(labels, filter(physics.is_exit, scene.boundaries))
-        none = "has|have| no exit for heat, so there is no steady state"
+        none = "there is no steady state without an exit for heat from"
         refuse_others(exits, none, "give a boundary with a temperature or a convection, or run.end_time")
     if heated or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries):
         return
@@ -247,10 +257,9 @@ def _check_extents(kind: str, items: Iterable[Box | Boundary | Probe], axis: int
     for item in items:
         size = item.upper[axis] - item.lower[axis]
         if size < least or (kind == "box" and size <= least):
-            raise SceneError(
-                f"{kind} {quoted(item.name)} has {'a negative' if size < 0 else 'no'} extent, "
-                f"{extent(axis, item.lower, item.upper)}: give an upper corner above the lower one"
-            )
+            ends = f"{'xyz'[axis]} from {LENGTH.show(item.lower[axis])} to {LENGTH.show(item.upper[axis])}"
+            has = f"{'a negative' if size < 0 else 'no'} extent, {ends}"
+            raise SceneError(f"{kind} {quoted(item.name)} has {has}: give an upper corner above the lower one")
 
 
 def _check_probe(grid: Grid, probe: Probe) -> None:

@@ -71,9 +71,9 @@ ONE, TWO = ["sink.width=1%"], ["sink.width=1%", "sink.length=1%"]
     (["sink.width=0.1"], [], "neither in percent nor in the key's unit"),
     (["sink.width=wide"], [], "wide"),
     (ONE, ["sink.width,sink.length=0.5"], "sink.length is not uncertain"),
-    (TWO, ["sink.width,sink.length=1.5"], "no correlation"),
+    (TWO, ["sink.width,sink.length=1.5"], '--correlated sink.width,sink.length = "1.5"'),
     (TWO, ["sink.width=1"], "is no correlation"),
-    (TWO, ["sink.width,sink.length=much"], "is no correlation"),
+    (TWO, ["sink.width,sink.length=much"], 'sink.length = "much" is not a number'),
     ([*TWO, "sink.thickness=1%"],
      ["sink.width,sink.length=0.9", "sink.length,sink.thickness=0.9", "sink.width,sink.thickness=-0.9"], "contradict"),
 ])  # fmt: skip

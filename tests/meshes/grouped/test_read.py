@@ -95,7 +95,7 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
     ),
     "no exit": (
         lambda d: (d["boundary"].pop(1), d["boundary"].pop(0), d["probe"].pop(3)),
-        ("no exit for heat",),
+        ("without an exit for heat",),
     ),
     "two places": (put("probe", 0, group="beam"), ('probe "tip" has at and group',)),
     "no place": (lambda d: d["probe"][0].pop("at"), ('probe "tip" has no place',)),
@@ -198,7 +198,7 @@ def test_a_part_that_nothing_acts_on_is_refused(tmp_path):
     read_and_check(document, tmp_path)
     take_off_the_foot(mesh)
     boxes.write(mesh, tmp_path / "chip.msh")
-    with pytest.raises(SceneError, match='volume group "foot" is joined to nothing'):
+    with pytest.raises(SceneError, match='acts on volume group "foot"'):
         read_and_check(document, tmp_path)
 
 

@@ -80,7 +80,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "two given currents": (
         both(drop("boundary", 1, "voltage"), drop("boundary", 2, "voltage"), put("boundary", 1, current="3 mA"),
              put("boundary", 2, current="-3 mA")),
-        ('boundaries "left" and "right" give currents', "no electrode of that conductor has a voltage", '"0 V"'),
+        ('a current is given at "left" and "right"', "no electrode of that conductor has a voltage", '"0 V"'),
     ),
     "a current in volts": (
         both(drop("boundary", 1, "voltage"), put("boundary", 1, current="3 V")),
@@ -202,23 +202,23 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
              add("probe", {"name": "v", "quantity": "potential", "at": [0.5, 0.5, -1.5]})),
         ('probe "v" asks for a potential in a conductor that no electrode touches', "no electrode touches"),
     ),
-    "floating": (add("box", island()), ('box "island" is joined to nothing',)),
+    "floating": (add("box", island()), ('no boundary and no heat source acts on box "island"',)),
     "touches with an edge": (
         add("box", {"name": "corner", "material": "oxide", "lower": [4, 1, 0], "upper": [5, 2, 1]}),
-        ('box "corner" is joined to nothing',),
+        ('no boundary and no heat source acts on box "corner"',),
     ),
-    "no exit": (add("box", island(heat_source=1)), ('box "island" has no exit for heat',)),
+    "no exit": (add("box", island(heat_source=1)), ('without an exit for heat from box "island"',)),
     "no exit at all": (put("boundary", 0, lower=[1, 1, 0], upper=[1, 1, 0]), ('boundary "base" is not flat',)),
     "convection of zero": (
         both(drop("boundary", 0, "temperature"), put("boundary", 0, convection={"coefficient": 0, "ambient": 300})),
-        ('boxes "beam" and "foot" have no exit for heat',),
+        ('without an exit for heat from boxes "beam" and "foot"',),
     ),
     "nearly touching": (
         both(
             put("box", 0, upper=[2, 1, 1]),
             add("box", island(material="metal", lower=[2.01, 0, 0], upper=[4, 1, 1])),
         ),
-        ("has no exit for heat", 'boxes "beam" and "island" are 10.0 mm apart along x', "let their faces coincide"),
+        ("without an exit for heat", 'boxes "beam" and "island" are 10.0 mm apart along x', "let their faces coincide"),
     ),
     "nothing happens": (put("boundary", 1, voltage=0), ("nothing happens", "no voltage across a conductor")),
     "nothing is fed": (both(drop("boundary", 1, "voltage"), put("boundary", 1, current=0)), ("nothing happens",)),

@@ -195,7 +195,7 @@ def test_the_sink_is_a_free_scene(sink):
 
 def test_a_sink_without_its_substrate_is_not():
     scene = replace(Sink().scene(), steady=True)
-    with pytest.raises(SceneError, match="no exit for heat"):
+    with pytest.raises(SceneError, match="without an exit for heat"):
         checked(replace(scene, boundaries=tuple(b for b in scene.boundaries if b.kind == "voltage")))
 
 
