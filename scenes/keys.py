@@ -8,7 +8,7 @@ schema, the scene with the default values, and a leading key.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
@@ -17,8 +17,6 @@ from scenes.functions import Following
 from scenes.kinds import LABEL, SWITCH, Choice, Count, Insulator, Kind, Numbers, Quantity
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
-
-T = TypeVar("T")
 
 SIZE = Quantity(d.LENGTH, 1e-9, 1.0)
 TEMPERATURE = Quantity(d.TEMPERATURE, 1.0, 5000.0)
@@ -40,7 +38,7 @@ VOLTAGE = Quantity(d.VOLTAGE, 1e-4, 1e3, signed=True, note=" (at 0 V nothing hea
 
 
 def _section(path: str, owner: str = "", physical: bool = True, **kinds: Kind) -> tuple[Key, ...]:
-    """The keys of one section; each is the attribute of the same name, of the scene or of a part of it."""
+    """The keys of one section; each is the attribute of the same name behind ``owner``."""
     return tuple(Key(f"{path}.{name}", f"{owner}{name}", kind, physical) for name, kind in kinds.items())
 
 
@@ -69,11 +67,8 @@ _PHYSICAL = (
         oxide_offset=Quantity(d.LENGTH, 0.0, 1.0, word="centred"),
         contact_resistance=Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, word="perfect"),
     ),
-    *(
-        Key(f"substrate.{name}", f"substrate_{name}", kind)
-        for name, kind in (
-            ("thickness", Quantity(d.LENGTH, 1e-9, 1.0, word="none")), ("length", SIZE), ("width", SIZE),
-        )
+    *_section(
+        "substrate", "substrate_", thickness=Quantity(d.LENGTH, 1e-9, 1.0, word="none"), length=SIZE, width=SIZE
     ),
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),
@@ -132,22 +127,22 @@ _DEVICE = Schema((
 
 
 @dataclass(frozen=True)
-class SceneType(Generic[T]):
+class SceneType:
     """A type of scene, by the ``name`` of its built-in one; ``leading`` is the key that its folders start with."""
 
     name: str
     schema: Schema
-    default: T
+    default: Any
     leading: str
 
 
 SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
 DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
 
-TYPES: dict[str, SceneType[Any]] = {kind.name: kind for kind in (SINK, DEVICE)}
+TYPES: dict[str, SceneType] = {kind.name: kind for kind in (SINK, DEVICE)}
 
 
-def type_of(scene: object) -> SceneType[Any]:
+def type_of(scene: object) -> SceneType:
     """Return the type of a parametric scene; TypeError for any other object."""
     kind = TYPES.get(getattr(scene, "kind", ""))
     if kind is None:

@@ -262,20 +262,6 @@ class Numbers(Kind):
 
 
 @dataclass(frozen=True)
-class Place(Kind):
-    """A point [x, y, z]."""
-
-    coordinate: Quantity
-    form = '[x, y, z], such as [0, "-50 um", 2e-6]'
-
-    def read(self, path: str, given: object) -> tuple[float, float, float]:
-        if not isinstance(given, (list, tuple)) or len(given) != 3:
-            raise self.refusal(path, given, "is not a point")
-        x, y, z = (self.coordinate.read(f"{path}[{'xyz'[d]}]", c) or 0.0 for d, c in enumerate(given))
-        return x, y, z
-
-
-@dataclass(frozen=True)
 class Items(Kind):
     """A list of at most ``most`` values of one kind, ``called`` so; ``example`` is one list, and ``count`` its length,
     if fixed. ``ascending`` values have each once."""
@@ -289,11 +275,12 @@ class Items(Kind):
 
     @property
     def form(self) -> str:
-        return f"{'two ' if self.count == 2 else 'a list of '}{self.called}, such as {self.example}"
+        count = f"{self.count} " if self.count else ""
+        return f"a list of {count}{self.called}, such as {self.example}"
 
     def read(self, path: str, given: object) -> tuple[Any, ...]:
         if not isinstance(given, (list, tuple)) or not given or self.count not in (0, len(given)):
-            raise self.refusal(path, given, "is not a list" if self.count != 2 else "is not a pair")
+            raise self.refusal(path, given, "does not fit")
         if len(given) > self.most:
             raise SceneError(f"{path} has {len(given)} {self.called}: give at most {self.most}")
         values = [self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1)]

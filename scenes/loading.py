@@ -30,7 +30,7 @@ _LONGEST = 80  # characters of a scene's part of a folder's name; a longer one e
 _HERE = Path(__file__).parent
 
 
-def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType[Any] | None = None) -> Any:
+def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType | None = None) -> Any:
     """Load a built-in scene ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides, checked.
 
     The result is a Sink, a Device or a free scene, as the file describes, or one of the ``scene_type``. Overrides are
@@ -55,7 +55,7 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     return free.from_dict(content, name, folder, overrides)
 
 
-def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType[Any] | None) -> None:
+def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType | None) -> None:
     """Refuse a document that is plainly of another type, ``None`` being a free scene; overrides may make a device of a
     sink."""
     kind = type_of_file(content)
@@ -71,7 +71,7 @@ def says_nothing(content: Mapping[str, Any]) -> bool:
     return not {*LISTS, "mesh", *of_its_own} & set(content)
 
 
-def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
+def type_of_file(content: Mapping[str, Any]) -> SceneType | None:
     """Return the type of a document, ``None`` for a free scene."""
     if {*LISTS, "mesh"} & set(content):
         return None
@@ -91,9 +91,20 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
         return check(changed) if changed.kind in TYPES else changed
     if changed.parameters is None:
         return _read(changed, _flat(changed), overrides)
-    flat = changed.parameters.flat
-    after = _read(changed, flat, overrides)
-    return replace(transferred(changed, _read(changed, flat, ()), after), parameters=after.parameters)  # type: ignore[no-any-return]
+    return moved(changed, _read(changed, changed.parameters.flat, overrides))  # type: ignore[no-any-return]
+
+
+def moved(scene: Any, after: Any) -> Any:
+    """Return a scene with all changes from the scene of its file to another with other parameters."""
+    return replace(transferred(scene, rebuilt(scene, scene.parameters.flat), after), parameters=after.parameters)
+
+
+def rebuilt(scene: Any, flat: Mapping[str, Any]) -> Any:
+    """Return the scene of a flat one, of the kind of another scene; a free one is checked (SceneError)."""
+    if scene.kind in TYPES:
+        kind = type_of(scene)
+        return kind.schema.apply(kind.schema.read(flat), kind.default)
+    return free.rebuilt(scene, flat)
 
 
 def _flat(scene: Any) -> dict[str, Any]:
@@ -110,7 +121,7 @@ def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
     return free.rebuilt(scene, override(flat, overrides, free.schema_of_scene(scene)))
 
 
-def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneType[Any]) -> Any:
+def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneType) -> Any:
     schema, parameters = scene_type.schema, {path: given for path, given in flat.items() if path == SECTION}
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
     given = override(parameters, overrides, schema)
@@ -134,7 +145,7 @@ def refuse_unused(paths: Iterable[str], scene: Any) -> None:
         raise SceneError("drive.voltage says nothing beside drive.current: give one of them, or drive.current = none")
 
 
-def from_dict(document: Mapping[str, Any], scene_type: SceneType[Any] = SINK) -> Any:
+def from_dict(document: Mapping[str, Any], scene_type: SceneType = SINK) -> Any:
     """Return the scene of nested sections as ``as_dict`` makes them, checked; raises SceneError."""
     schema = scene_type.schema
     return check(schema.apply(schema.read(schema.flatten(document)), scene_type.default))
@@ -152,7 +163,7 @@ def as_dict(scene: object) -> dict[str, Any]:
 def written(scene: Any) -> dict[str, Any]:
     """Return the document of any scene, with expressions where the scene is as it was read, else with numbers."""
     given: Parameters | None = scene.parameters
-    if given is not None and _read(scene, given.flat, ()) == scene:
+    if given is not None and rebuilt(scene, given.flat) == scene:
         return nest(given.flat)
     return nest(_flat(scene))
 
@@ -215,7 +226,7 @@ def file_name(path: Path) -> str:
     return re.sub(r"[^\w .-]", "_", path.stem)[:60].strip(" .-") or "scene"
 
 
-def _physical(values: Mapping[str, Any], scene_type: SceneType[Any]) -> dict[str, Any]:
+def _physical(values: Mapping[str, Any], scene_type: SceneType) -> dict[str, Any]:
     """The flat scene of the physical keys, defaults included."""
     written = scene_type.schema.write(scene_type.schema.apply(values, scene_type.default))
     return {path: value for path, value in written.items() if scene_type.schema.paths[path].physical}

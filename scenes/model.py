@@ -9,6 +9,7 @@ against the mesh.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -264,7 +265,7 @@ class Declared:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return {**self.default_tolerances, **self.tolerances}[check]
+        return self.tolerances.get(check, self.default_tolerances[check])
 
 
 @dataclass(frozen=True)
@@ -273,6 +274,7 @@ class FreeScene(Declared):
     None stands for the free memory."""
 
     kind: ClassVar[str] = "free"
+    default_tolerances: ClassVar[Mapping[str, float]] = defaultdict(lambda: 0.05, {SLOPES: SLOPE_TOLERANCE})
     parts: ClassVar[str]
     """The attribute with the parts, each of one material."""
     heated: ClassVar[tuple[str, str]]
@@ -280,10 +282,6 @@ class FreeScene(Declared):
     contacts: tuple[Contact, ...] = field(default=(), kw_only=True)
     model: OwnModel | None = field(default=None, kw_only=True)
     memory: float | None = field(default=None, kw_only=True)
-
-    def tolerance(self, check: str) -> float:
-        """The relative tolerance of a check: the declared one, or else that of slopes or of the paper's figures."""
-        return self.tolerances.get(check, SLOPE_TOLERANCE if check == SLOPES else 0.05)
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,7 @@ from scenes.units import PLAIN, UNITS, Powers, UnitError, called, dimension_of
 SECTION = "parameters"
 _NAME = re.compile(r"(?<![\w.])[A-Za-z]\w{0,59}(?!\w)", re.ASCII)
 _FORM = 'give a number with a unit, such as "20 um", or an expression of other parameters, such as "w/2"'
-_NONE: Mapping[str, Measure] = MappingProxyType({})
-_KNOWN: ContextVar[Mapping[str, Measure]] = ContextVar("parameters of the scene that is read", default=_NONE)
+_KNOWN = ContextVar[Mapping[str, Measure]]("parameters of the scene that is read", default=MappingProxyType({}))
 
 
 class Names(dict[str, Measure]):
@@ -123,7 +122,7 @@ class Parameters:
 
     measures: Mapping[str, Measure]
     free: tuple[str, ...]
-    flat: Mapping[str, object]
+    flat: Mapping[str, Any]
 
     @property
     def values(self) -> dict[str, float]:
@@ -140,18 +139,13 @@ class Parameters:
             return None
         if name in self.free and self.measures[name].value:
             return name
-        table, others = self.flat[SECTION], ", ".join(f"{SECTION}.{n}" for n in self.free) or "another key"
-        given = table[name] if isinstance(table, Mapping) else None
+        given, others = self.flat[SECTION][name], ", ".join(f"{SECTION}.{n}" for n in self.free) or "another key"
         raise SceneError(f"{path} = {quoted(given)} is zero, is made of others, or moves nothing: give {others}")
 
-    def moved(self, values: Mapping[str, float]) -> dict[str, object]:
-        """Return the flat scene with other values (SI units) of some parameters."""
-        table = self.flat[SECTION]
-        assert isinstance(table, Mapping)
-        given = {
-            name: f"{float(value)!r} {dimension_of(self.measures[name].powers).unit}" for name, value in values.items()
-        }
-        return {**self.flat, SECTION: {**table, **given}}
+    def scaled(self, name: str, factor: float) -> dict[str, object]:
+        """Return the flat scene with a parameter multiplied by a factor."""
+        unit = dimension_of(self.measures[name].powers).unit
+        return {**self.flat, SECTION: {**self.flat[SECTION], name: f"{self.values[name] * factor!r} {unit}"}}
 
 
 def _si_unit(given: object) -> str:
@@ -160,7 +154,7 @@ def _si_unit(given: object) -> str:
     return found[1] if found and quantity(f"1 {found[1]}")[0] == 1 else ""
 
 
-def put(table: object, name: str, value: object) -> dict[str, object]:
+def put(table: Any, name: str, value: object) -> dict[str, object]:
     """Return the table with another value of one of its parameters, read as in a file.
 
     A plain number takes the unit of the file where that is an SI unit without a prefix, 0.2 in place of "0.1 V".
@@ -170,7 +164,6 @@ def put(table: object, name: str, value: object) -> dict[str, object]:
     if name not in names:
         has = f"it has {', '.join(names)}{did_you_mean(name, names)}" if names else "it has no [parameters]"
         raise SceneError(f"{path} = {quoted(value)} sets nothing of this scene: {has}")
-    assert isinstance(table, Mapping)
     powers = names[name].powers
     try:
         other = _measure(value, names)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from scenes import laws
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
@@ -40,7 +39,7 @@ def check(scene: T) -> T:
 def _check_device(device: Device) -> None:
     _check_sink(device.sink)
     substrate = device.sink.substrate
-    follows = (substrate,) if any(laws.varies(given) for _, given in substrate.given()) else ()
+    follows = (substrate,) if substrate.follows else ()
     refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms, *follows), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")

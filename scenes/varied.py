@@ -25,6 +25,7 @@ from scenes.functions import EXPONENT, Following, Surroundings
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.laws import PowerLaw, Table
+from scenes.loading import moved, rebuilt
 from scenes.model import ROUNDING, AnyScene, Scene, Schedule
 from scenes.parameters import SECTION, Parameters, transferred
 from scenes.schema import CONDUCTIVITY, Item, label_of
@@ -50,10 +51,7 @@ def numbers(scene: Any) -> dict[str, float]:
     The number of a plane is the size of its box. Of parameters the plain numbers that move something count. An
     insulator's resistivity law is left out.
     """
-    parameters: Parameters | None = scene.parameters
-    free = () if parameters is None else parameters.free
-    by_key = {f"{SECTION}.{name}": value for name in free if parameters and (value := parameters.values[name])}
-    return by_key | {path: number.value for path, number in every_number(scene).items() if number.value}
+    return {path: number.value for path, number in every_number(scene).items() if number.value}
 
 
 def made_of_parameters(scene: Any) -> set[str]:
@@ -88,9 +86,6 @@ def zeros(scene: Any) -> tuple[str, ...]:
 
 def kind_of(scene: Any, path: str) -> Quantity:
     """Return the kind of number of a key."""
-    parameters: Parameters | None = scene.parameters
-    if parameters is not None and (name := parameters.key(path)):
-        return Quantity(dimension_of(parameters.measures[name].powers), 0.0, inf, signed=True)
     return every_number(scene)[path].kind
 
 
@@ -99,12 +94,7 @@ def varied(scene: T, path: str, factor: float) -> T:
 
     Only a scene with another parameter is checked: raises SceneError.
     """
-    given: Any = scene
-    if given.parameters is not None and (name := given.parameters.key(path)):
-        after = _rebuilt(given, name, factor)
-        changed = transferred(given, _rebuilt(given, name, 1.0), after)
-        return replace(changed, parameters=after.parameters)  # type: ignore[no-any-return]
-    return every_number(given)[path].more(factor - 1)  # type: ignore[no-any-return]
+    return every_number(scene)[path].more(factor - 1)  # type: ignore[no-any-return]
 
 
 def neighbour(scene: T, path: str, step: float) -> T:
@@ -116,32 +106,16 @@ def neighbour(scene: T, path: str, step: float) -> T:
     given: Any = scene
     if given.parameters is None or not (name := given.parameters.key(path)):
         return varied(scene, path, 1 + step)
-    less, more = (_rebuilt(given, name, 1 + sign * abs(step)) for sign in (-1, 1))
+    less, more = (rebuilt(given, given.parameters.scaled(name, 1 + sign * abs(step))) for sign in (-1, 1))
     part = 0.5 if step > 0 else -0.5
-    moved: Any = transferred(given, less, more, part)
+    there: Any = transferred(given, less, more, part)
     # Models that are made of the parameters read their values.
     a, b, measures = less.parameters.values, more.parameters.values, given.parameters.measures
     measures = {n: Measure.from_float(float(m.value) + part * (b[n] - a[n]), m.powers) for n, m in measures.items()}
-    beside: T = replace(moved, parameters=replace(given.parameters, measures=measures))
-    return _run_as(beside, given)
-
-
-def _run_as(scene: T, other: Any) -> T:
-    """The scene, run as another one is."""
-    if is_free(scene):
-        run = {name: getattr(other, name) for name in ("end_time", "output_times", "accuracy", "steady")}
-        return replace(scene, **run)  # type: ignore[type-var]
-    schema = type_of(scene).schema
-    return schema.apply({p: value for p, value in schema.values(other).items() if p.startswith(SETTINGS)}, scene)
-
-
-def _rebuilt(scene: Any, name: str, factor: float) -> Any:
-    """The scene of the file with a parameter multiplied by a factor."""
-    flat = scene.parameters.moved({name: scene.parameters.values[name] * factor})
-    if is_free(scene):
-        return free.rebuilt(scene, flat)
-    kind = type_of(scene)
-    return kind.schema.apply(kind.schema.read(flat), kind.default)
+    beside: T = replace(there, parameters=replace(given.parameters, measures=measures))
+    schema = free.schema_of_scene(given) if is_free(given) else type_of(given).schema
+    run = {p: attrgetter(key.attribute)(given) for p, key in schema.paths.items() if p.startswith(SETTINGS)}
+    return schema.apply(run, beside)
 
 
 def is_word(scene: object, path: str) -> bool:
@@ -192,8 +166,22 @@ def _along(value: tuple[Any, ...], place: int, times: Change) -> Change:
 
 
 def every_number(scene: Any) -> dict[str, Number]:
-    """Return the numbers of any scene by their keys, zeros and keys made of parameters included."""
-    return of_free(scene) if is_free(scene) else _of_parametric(scene)
+    """Return the numbers of any scene by their keys, zeros, free parameters and keys made of parameters included."""
+    return _of_parameters(scene) | (of_free(scene) if is_free(scene) else _of_parametric(scene))
+
+
+def _of_parameters(scene: Any) -> dict[str, Number]:
+    """The free parameters of any scene."""
+
+    def changed(name: str, part: float) -> Any:
+        return moved(scene, rebuilt(scene, scene.parameters.scaled(name, 1 + part)))
+
+    numbers = dict[str, Number]()
+    for name in scene.parameters.free if scene.parameters else ():
+        measure = scene.parameters.measures[name]
+        kind = Quantity(dimension_of(measure.powers), 0.0, inf, signed=True)
+        numbers[f"{SECTION}.{name}"] = Number(float(measure.value), kind, partial(changed, name))
+    return numbers
 
 
 def _of_parametric(scene: Any) -> dict[str, Number]:

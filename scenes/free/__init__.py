@@ -8,6 +8,7 @@ from typing import Any
 from scenes.free import document
 from scenes.free.tables import BOXES, ON_MESH
 from scenes.free.tables import as_dict as as_dict
+from scenes.free.tables import schema_of_scene as schema_of_scene
 from scenes.model import AnyScene
 from scenes.schema import Schema, override
 
@@ -34,10 +35,6 @@ def rebuilt(scene: AnyScene, flat: Mapping[str, Any]) -> AnyScene:
     """Return the scene of a flat one, of the kind and in the folder of another; raises SceneError."""
     folder = getattr(scene, "folder", "") or (scene.model.folder if scene.model else "")
     return built(flat, schema_of_scene(scene), scene.name, folder)
-
-
-def schema_of_scene(scene: AnyScene) -> Schema:
-    return {"boxes": BOXES, "bodies": ON_MESH}[scene.parts]
 
 
 def schema_of(given: Mapping[str, Any]) -> Schema:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from scenes import functions, laws, physics
 from scenes import model as m
 from scenes.errors import SceneError, did_you_mean, quoted, unknown
-from scenes.free.tables import BOXES, CONDITIONS, ON_MESH, RADIATION, RESISTANCES, TOTALS, UNUSED
+from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED, schema_of_scene
 from scenes.physics import HEAT_KEYS
 from scenes.schema import CONDUCTIVITY, HOW_LONG, RESISTIVITY, Item
 
@@ -32,12 +32,8 @@ def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
         boxes.append(m.Box(**{**item.values, "name": item.name, "material": materials[item.values["material"]]}))
     if not boxes:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
-    boundaries = tuple(
-        m.Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
-        for item in _separate_radiation(values.get("boundary", ()))
-    )
     probes = tuple(_probe(item, boxes) for item in values.get("probe", ()))
-    return _complete(m.Scene(name, tuple(boxes), boundaries, probes), values, folder)
+    return _complete(m.Scene(name, tuple(boxes), (), probes), values, folder)
 
 
 def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
@@ -55,16 +51,17 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
     if not bodies:
         raise SceneError("the scene has no [[material]]: give one for every volume group of the mesh")
     sources = tuple(m.Source(**{**item.values, "name": item.name}) for item in values.get("source", ()))
-    boundaries = tuple(
-        m.GroupBoundary(item.name, group=item.values["group"], **_condition(item))
-        for item in _separate_radiation(values.get("boundary", ()))
-    )
     probes = tuple(_group_probe(item, bodies) for item in values.get("probe", ()))
-    return _complete(m.MeshScene(name, "", 1.0, bodies, sources, boundaries, probes, folder=folder), values, folder)
+    return _complete(m.MeshScene(name, "", 1.0, bodies, sources, (), probes, folder=folder), values, folder)
 
 
 def _complete(scene: S, values: Values, folder: str) -> S:
-    """The scene with its contacts and its sections."""
+    """The scene with its boundaries, its contacts and its sections."""
+    boundary: Any = m.GroupBoundary if isinstance(scene, m.MeshScene) else m.Boundary
+    boundaries = []
+    for item in _separate_radiation(values.get("boundary", ())):
+        place = {key: item.values[key] for key in ("lower", "upper", "group") if key in item.values}
+        boundaries.append(boundary(item.name, **place, **_condition(item)))
     contacts = []
     for item in values.get("contact", ()):
         resistances = {key: item.values[key] for key in RESISTANCES if key in item.values}
@@ -74,9 +71,11 @@ def _complete(scene: S, values: Values, folder: str) -> S:
     _check_names(values)
     if any(path.startswith("model.") for path in values):
         scene = replace(scene, model=m.OwnModel(folder=folder))
-    schema = ON_MESH if isinstance(scene, m.MeshScene) else BOXES
+    schema = schema_of_scene(scene)
     keys = {path: value for path, value in values.items() if path not in schema.lists}
-    scene = schema.apply(keys | _end_time(values), replace(scene, contacts=tuple(contacts)))
+    scene = schema.apply(
+        keys | _end_time(values), replace(scene, boundaries=tuple(boundaries), contacts=tuple(contacts))
+    )
     _check_steady(scene)
     needed, used = physics.needed(scene), {material.name for material in physics.materials(scene)}
     for item in values.get("material", ()):

@@ -28,7 +28,7 @@ TOTALS = m.FLOWS | m.DERIVED
 """Quantities that are totals over a surface or volume: no mean, maximum or minimum of them."""
 RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
-POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
+POINT = k.Items(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True), "coordinates", '[0, "-50 um", 2e-6]', 3)
 
 CONDITIONS: dict[str, ck.Varying | ck.Surroundings] = {
     "temperature": ck.Varying(k.KELVIN),
@@ -150,6 +150,11 @@ ON_MESH = Schema(
 """The schema of a scene with a [mesh]: groups in place of boxes and corners."""
 
 
+def schema_of_scene(scene: m.AnyScene) -> Schema:
+    """Return the schema of boxes, or of groups on a mesh."""
+    return ON_MESH if isinstance(scene, m.MeshScene) else BOXES
+
+
 def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     """Return the document of a scene without its default values."""
     needed = physics.needed(scene)
@@ -180,7 +185,7 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
 
 def _sections(scene: m.AnyScene) -> dict[str, Any]:
     """The sections of a scene without its default values."""
-    schema = ON_MESH if isinstance(scene, m.MeshScene) else BOXES
+    schema = schema_of_scene(scene)
     values = schema.values(scene if scene.model else replace(scene, model=m.OwnModel()))
     left_out = [path for path, value in values.items() if value is None or value is False or value in ("", {})]
     left_out += [path for path in HOW_LONG if scene.steady or not values[path]]

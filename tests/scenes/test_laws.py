@@ -90,7 +90,7 @@ def test_a_table_is_linear_between_its_rows_and_constant_outside():
         ("thermal_conductivity", {**POWER, "exponent": float("nan")}, "exponent = nan is not a finite number"),
         ("thermal_conductivity", {**POWER, "values": [1]}, "give temperatures, values"),
         ("thermal_conductivity", {**POWER, "value": "1 V"}, "is a voltage, not a thermal conductivity"),
-        ("thermal_conductivity", {"temperatures": [], "values": []}, "temperatures = [] is not a list"),
+        ("thermal_conductivity", {"temperatures": [], "values": []}, "temperatures = [] does not fit: give a list"),
         ("thermal_conductivity", {**TABLE, "values": [130]}, "3 temperatures and 1 values"),
         ("resistivity", [1e-5, 2e-5], "[1e-05, 2e-05] is not [x, y, z]"),
         ("specific_heat", [700, 700, 700], "has no directions"),

@@ -90,7 +90,7 @@ def test_transient_needs_no_exit_but_something_that_acts():
         ("box.beam=1", ("box.beam names no item", "give box.NAME.KEY")),
         ("run.accuracy=1", ("run.accuracy = 1 is out of range",)),
         ("voltage", ("sets nothing",)),
-        ("box.beam.lower=1", ('box "beam".lower = 1 is not a point',)),
+        ("box.beam.lower=1", ('box "beam".lower = 1 does not fit',)),
     ],
 )
 def test_refused_overrides(setting, said):
