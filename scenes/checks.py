@@ -36,13 +36,11 @@ OF_THE_REDUCTION = tuple({"fig4": 0, **_OF_THE_ROW} | dict.fromkeys(c for c in O
 OF_THE_PAPER = (*EQUATIONS, "fig5")
 """Checks of the paper's equations with 3D numbers put in, whichever 1D model was chosen."""
 
-AGAINST_TOLERANCES = {f"against_{name}": 0.05 for name in ("peak", "end", "mean", "current", "power")}
-"""Tolerances of a user's own traces against the 3D model."""
-
 SLOPE_TOLERANCES: dict[str, float] = {"slope": SLOPE_TOLERANCE}
 """Tolerance of how 1D follows a key of the scene (checks slope_<key>), relative to the largest slope."""
 
-SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AGAINST_TOLERANCES
+_AGAINST = tuple(f"against_{name}" for name in ("peak", "end", "mean", "current", "power"))  # a user's own traces
+SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | dict.fromkeys(_AGAINST, 0.05)
 SINK_CHECKS = tuple(SINK_TOLERANCES)
 """Ids of every check that a sink may have, except slopes, of which there is one for each key."""
 
@@ -73,8 +71,7 @@ DEVICE_CHECKS = tuple(DEVICE_TOLERANCES | DEVICE_3D_TOLERANCES)
 
 def tolerances(known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)) -> Numbers:
     """Return the kind of a table of relative tolerances by check id."""
-    example = f"a table of tolerances such as {{{known[0] if known else 'middle'} = 0.02}}"
-    return Numbers(Quantity(NUMBER, 1e-15, 100.0), known, "check", example)
+    return Numbers(Quantity(NUMBER, 1e-15, 100.0), known, "check", "a table of tolerances such as {CHECK = 0.02}")
 
 
 @dataclass(frozen=True)
@@ -83,11 +80,7 @@ class Differing(Kind):
 
     known: tuple[str, ...] = SINK_CHECKS
     word: str = "undeclared"
-
-    @property
-    def form(self) -> str:
-        example = self.known[min(2, len(self.known) - 1)] if self.known else "middle"
-        return f'a list of checks such as ["{example}"], or "{self.word}"'
+    form = 'a list of checks such as ["CHECK"], or "undeclared"'
 
     def read(self, path: str, given: object) -> tuple[str, ...] | None:
         if isinstance(given, str) and given == self.word:

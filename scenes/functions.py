@@ -96,9 +96,7 @@ class Following(Kind):
             return self.quantity.read(path, given)
         if not self.axes:
             raise SceneError(f"{path} = {quoted(given)} is a list, and has no directions: give one value, or a law")
-        if len(given) != 3:
-            raise SceneError(f"{path} = {quoted(given)} is not [x, y, z]: give one value, or three along the axes")
-        return tuple(Following(positive).read(f"{path}[{'xyz'[d]}]", each) for d, each in enumerate(given))
+        return Items(Following(positive), "values along x, y and z", "[130, 130, 60]", 3).read(path, given)
 
     def show(self, value: Any) -> str:
         if isinstance(value, tuple):

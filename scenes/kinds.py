@@ -113,18 +113,11 @@ class Quantity(Kind):
                 return 0.0, f"is {called(powers)}, not {self.dimension.name}"
             return value, ""
         if isinstance(given, bool) or not isinstance(given, Real):
-            return 0.0, f"is {_type_name(given)}, not {self.dimension.name}"
+            return 0.0, f"is not {self.dimension.name}"
         try:
             return float(given), ""
         except OverflowError:
             return math.inf, ""
-
-
-def _type_name(given: object) -> str:
-    if given is None:
-        return "missing"
-    names = {bool: "a boolean", Mapping: "a table", list: "a list", tuple: "a list"}
-    return next((name for kind, name in names.items() if isinstance(given, kind)), f"a {type(given).__name__}")
 
 
 @dataclass(frozen=True)
@@ -283,13 +276,13 @@ class Items(Kind):
             raise self.refusal(path, given, "does not fit")
         if len(given) > self.most:
             raise SceneError(f"{path} has {len(given)} {self.called}: give at most {self.most}")
-        values = [self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1)]
+        places = "xyz" if self.count == 3 else range(1, len(given) + 1)
+        values = [self.member.read(f"{path}[{place}]", each) for place, each in zip(places, given, strict=True)]
         return tuple(sorted(set(values)) if self.ascending else values)
 
 
 INSTANT = Quantity(TIME, 0.0, 1e9)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
-OUTPUT_TIMES = Items(INSTANT, "times", '[0.1, "200 ms"]', ascending=True)
 
 
 def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:

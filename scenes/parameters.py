@@ -18,7 +18,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
-from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.errors import SceneError, printable, quoted, unknown
 from scenes.expressions import FUNCTIONS, PI, Measure, measured
 from scenes.units import PLAIN, UNITS, Powers, UnitError, called, dimension_of
 
@@ -31,8 +31,9 @@ _KNOWN = ContextVar[Mapping[str, Measure]]("parameters of the scene that is read
 class Names(dict[str, Measure]):
     """The values of the names in a [parameters] section.
 
-    ``parts`` are the parameters that each one is made of, ``used`` the ones that expressions of the rest of the file
-    take. Raises SceneError for invalid names and values, and for parameters that are made of themselves.
+    ``parts`` are the parameters that each one is made of, which are before it in ``order``; ``used`` are the ones that
+    expressions of the rest of the file take. Raises SceneError for invalid names and values, and for parameters that
+    are made of themselves.
     """
 
     def __init__(self, given: object) -> None:
@@ -45,12 +46,12 @@ class Names(dict[str, Measure]):
         self.parts = {name: set(_NAME.findall(text)) & set(given) for name, text in texts.items()}
         self.used: set[str] = set()
         try:
-            order = list(TopologicalSorter(self.parts).static_order())
+            self.order = list(TopologicalSorter(self.parts).static_order())
         except CycleError as error:
             circle = error.args[1][::-1]
             by = ", ".join(f"{a} of {b}" for a, b in pairwise(circle))
             raise SceneError(f"{SECTION}.{circle[0]} is made of itself, {by}: {_FORM}") from None
-        for name in order:
+        for name in self.order:
             try:
                 self[name] = _measure(given[name], self)
             except UnitError as error:
@@ -65,12 +66,10 @@ class Names(dict[str, Measure]):
 
     def free(self) -> tuple[str, ...]:
         """Return the parameters that are plain numbers and that the scene uses, directly or through others."""
-        reached, open_ = set[str](), list(self.used)
-        while open_:
-            name = open_.pop()
-            if name not in reached:
-                reached.add(name)
-                open_ += self.parts[name]
+        reached = set(self.used)
+        for name in reversed(self.order):
+            if name in reached:
+                reached |= self.parts[name]
         return tuple(name for name in self if name in reached and not self.parts[name])
 
 
@@ -162,8 +161,7 @@ def put(table: Any, name: str, value: object) -> dict[str, object]:
     names = Names({} if table is None else table)
     path = f"{SECTION}.{printable(name)}"
     if name not in names:
-        has = f"it has {', '.join(names)}{did_you_mean(name, names)}" if names else "it has no [parameters]"
-        raise SceneError(f"{path} = {quoted(value)} sets nothing of this scene: {has}")
+        raise unknown("the [parameters] of this scene have no", name, names)
     powers = names[name].powers
     try:
         other = _measure(value, names)

@@ -13,15 +13,13 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cached_property
-from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws
 from scenes.errors import SceneError, did_you_mean, parsed, printable, quoted, unknown
-from scenes.kinds import OUTPUT_TIMES, Kind, Numbers, Quantity, only
+from scenes.kinds import Kind, Numbers, only
 from scenes.parameters import SECTION, Names, Parameters, known, put
-from scenes.units import TIME
 
 T = TypeVar("T")
 HOW_LONG = ("run.end_time", "run.output_times")  # keys of transients alone
@@ -62,16 +60,15 @@ class Item:
 class Schema:
     """The keys of one type of scene in the order of writing, and the keys of repeated tables (``lists``).
 
-    ``required`` are the keys without a default of each table. ``called`` names the type in messages, ``example`` is a
-    setting. Among keys that end alike the key in the ``main`` section wins. ``beside_voltage`` has the keys of another
-    kind in an item with a voltage.
+    ``required`` are the keys without a default of each table. ``called`` names the type in messages. Among keys that
+    end alike the key in the ``main`` section wins. ``beside_voltage`` has the keys of another kind in an item with a
+    voltage.
     """
 
     keys: tuple[Key, ...]
     lists: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
     required: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     called: str = "a scene file"
-    example: str = "sink.width=20um"
     main: str = ""
     beside_voltage: Mapping[str, Kind] = field(default_factory=dict)
 
@@ -227,7 +224,7 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
         if not equals or not key or not text:
-            raise SceneError(f"{quoted(setting)} sets nothing: give KEY=VALUE, such as {schema.example}")
+            raise SceneError(f"{quoted(setting)} sets nothing: give KEY=VALUE")
         value = toml_value(text)
         table, _, rest = key.partition(".")
         if table in schema.lists:
@@ -245,10 +242,10 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
             value = {**(tolerances if isinstance(tolerances, Mapping) else {}), item: value}
         result.pop(twin(path), None)
         result |= schema.flatten({path: value})
-    return _of_one_length(result, given) if "run.steady" in schema.paths else result
+    return _of_one_length(result, given, schema) if "run.steady" in schema.paths else result
 
 
-def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object]:
+def _of_one_length(flat: dict[str, object], given: set[str], schema: Schema) -> dict[str, object]:
     """Drop the file's keys that contradict a steady or an end_time that was ``given``."""
     if {"run.steady", "run.end_time"} <= given:
         return flat
@@ -258,8 +255,8 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
         flat.pop("run.steady", None)
         if "run.output_times" in flat and "run.output_times" not in given:
             with known(Names(flat.get(SECTION, {}))):
-                end = Quantity(TIME, 0.0, inf).read("run.end_time", flat["run.end_time"]) or 0.0
-                times = OUTPUT_TIMES.read("run.output_times", flat.pop("run.output_times"))
+                end, times = (schema.paths[path].kind.read(path, flat[path]) for path in HOW_LONG)
+            del flat["run.output_times"]
             if kept := [time for time in times if time <= end]:
                 flat["run.output_times"] = kept
     return flat
@@ -282,12 +279,10 @@ def locate(key: str, value: object, schema: Schema, flat: Mapping[str, object] |
         raise SceneError(f"{said} could mean any of {', '.join(ends)}: give one of these")
     if ends:
         return ends[0], ""
-    head, _, item = key.rpartition(".")
-    for path, entry in schema.paths.items():
-        if isinstance(entry.kind, Numbers) and key.startswith(f"{path}."):
-            return path, key.removeprefix(f"{path}.")
-        if isinstance(entry.kind, Numbers) and head and path.endswith(f".{head}"):
-            return path, item
+    for path in [path for path, entry in schema.paths.items() if isinstance(entry.kind, Numbers)]:
+        for start in (f"{path}.", f"{path.rpartition('.')[2]}."):
+            if key.startswith(start):
+                return path, key.removeprefix(start)
     parameters = (flat or {}).get(SECTION)
     if isinstance(parameters, dict) and key in parameters:
         return SECTION, key

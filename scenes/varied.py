@@ -144,10 +144,12 @@ def parts(kind: Any, value: Any) -> Iterator[tuple[str, float, Quantity, Change]
             largest = max(value.values, key=abs)
             yield "", largest, kind.quantity, lambda f: replace(value, values=tuple(f * v for v in value.values))
         case (coefficient, ambient) if isinstance(kind, Surroundings):
-            for end, number, quantity, times in parts(kind.ambient, ambient):
-                yield f".ambient{end}", number, quantity, _along(value, 1, times)
-            for end, number, quantity, times in parts(kind.coefficient, coefficient):
-                yield f".{kind.name}{end}", number, quantity, _along(value, 0, times)
+            for d, name, of, each in (
+                (1, "ambient", kind.ambient, ambient),
+                (0, kind.name, kind.coefficient, coefficient),
+            ):
+                for end, number, quantity, times in parts(of, each):
+                    yield f".{name}{end}", number, quantity, _along(value, d, times)
         case (_, _, _) if isinstance(kind, Following):
             powers = [law for law in value if isinstance(law, PowerLaw)] if kind.proportional else []
             for d, each in enumerate(value):

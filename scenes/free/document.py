@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from scenes import functions, laws, physics
 from scenes import model as m
-from scenes.errors import SceneError, did_you_mean, quoted, unknown
+from scenes.errors import SceneError, quoted, unknown
 from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED, schema_of_scene
 from scenes.physics import HEAT_KEYS
 from scenes.schema import CONDUCTIVITY, HOW_LONG, RESISTIVITY, Item
@@ -89,16 +89,15 @@ def _complete(scene: S, values: Values, folder: str) -> S:
 def _check_names(values: Values) -> None:
     """Refuse outputs and checks that name no probe."""
     probes = [item.name for item in values.get("probe", ())]
-    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), m.SLOPES]
-    called = "a check, which are called as the probes"
-    for path, allowed, what in (
-        ("model.outputs", probes, "a probe"),
-        ("checks.tolerances", checks, called),
-        ("checks.expect_differs", checks, called),
+    checks = [*probes, m.SLOPES, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes)]
+    for path, what, known in (
+        ("model.outputs", "probe", probes),
+        ("checks.tolerances", "check", checks),
+        ("checks.expect_differs", "check", checks),
     ):
-        for name in [each for each in values.get(path) or () if each not in allowed]:
-            listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
-            raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
+        for name in values.get(path) or ():
+            if name not in known:
+                raise unknown(f"{path} names no {what}", name, known)
 
 
 def _check_steady(scene: m.AnyScene) -> None:
@@ -236,6 +235,8 @@ def _probe(item: Item, boxes: Sequence[m.Box]) -> m.Probe:
     if has not in (["at"], ["lower", "upper"]):
         raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
     side = (given["box"],) if "box" in given else ()
+    if side and side[0] not in (names := [box.name for box in boxes]):
+        raise unknown(f"{item.label}.box is no box:", side[0], names)
     return m.Probe(item.name, given[has[0]], given[has[-1]], **reading, boxes=side)
 
 

@@ -119,7 +119,8 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
     name, quantity = f"probe {quoted(probe.name)}", probe.quantity
     if quantity == "resistance":
         return  # `check_parts` pairs its electrodes.
-    parts, total = named_parts(graph, probe), quantity in FLOWS or quantity == "power"
+    parts = probe.boxes if isinstance(probe, Probe) else probe.groups or (probe.side,) * bool(probe.side)
+    total = quantity in FLOWS or quantity == "power"
     side = np.any([*map(graph.part, parts)] or [graph.solid], axis=0)
     if not total:
         check_side(graph, probe, parts, side)
@@ -148,18 +149,6 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
             f"{name} asks for a {quantity} in a conductor that no electrode touches, so that nothing determines its "
             "potential: give a place in another, or a boundary with a voltage there"
         ))  # fmt: skip
-
-
-def named_parts(graph: CellGraph, probe: Any) -> tuple[str, ...]:
-    """Return the boxes or volume groups in which a probe is read; raises SceneError for an unknown one."""
-    names = getattr(probe, "boxes", None)
-    if names is None:
-        names = probe.groups or ((probe.side,) if probe.side else ())
-    for name in names:
-        if name not in graph.part_names:
-            label = f"probe {quoted(probe.name)}.{graph.side_key} is no {graph.part_word}:"
-            raise unknown(label, name, graph.part_names)
-    return tuple(names)
 
 
 def check_side(graph: CellGraph, probe: Any, parts: tuple[str, ...], side: np.ndarray) -> None:

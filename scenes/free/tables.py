@@ -71,7 +71,7 @@ _SCENE_AND_RUN = (
     Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
     Key("run.steady", "steady", k.SWITCH),
     Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
-    Key("run.output_times", "output_times", k.OUTPUT_TIMES),
+    Key("run.output_times", "output_times", k.Items(k.INSTANT, "times", '[0.1, "200 ms"]', ascending=True)),
     Key("run.accuracy", "accuracy", ACCURACY),
     Key("run.memory", "memory", k.MEMORY, physical=False),
     Key("model.file", "model.file", k.MODEL_FILE, physical=False),
@@ -126,7 +126,7 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 
 BOXES = Schema(
     (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
-    LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4", beside_voltage=_BESIDE_VOLTAGE,
+    LISTS, REQUIRED, "a free scene", beside_voltage=_BESIDE_VOLTAGE,
 )  # fmt: skip
 """The schema of a free scene of boxes."""
 
@@ -145,7 +145,7 @@ ON_MESH = Schema(
         "material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",),
         "contact": ("between",),
     },
-    "a scene on a mesh", "run.accuracy=1e-4", beside_voltage=_BESIDE_VOLTAGE,
+    "a scene on a mesh", beside_voltage=_BESIDE_VOLTAGE,
 )  # fmt: skip
 """The schema of a scene with a [mesh]: groups in place of boxes and corners."""
 

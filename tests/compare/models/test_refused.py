@@ -182,8 +182,8 @@ def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys):
     [
         ("model.parameters.R=box.bar.upper.w", "neither a quantity nor a key"),
         ("model.parameters.R=true", "not a value"),
-        ("model.outputs.top=v(tip)", "is not a probe"),
-        ("checks.tolerances.top=0.1", "is not a check"),
+        ("model.outputs.top=v(tip)", "names no probe"),
+        ("checks.tolerances.top=0.1", "names no check"),
         ("model.colour=3", "[model] takes file, parameters, outputs"),
     ],
 )

@@ -118,7 +118,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "flux in volts": (both(drop("boundary", 1, "voltage"), put("boundary", 1, heat_flux="2 V")),
         ("not a heat flux", "100 W/m2")),
     "not a point": (put("box", 0, lower=[0, 0]), ('box "beam".lower = [0, 0] does not fit: give a list of 3',)),
-    "bad coordinate": (put("box", 0, lower=[0, 0, "1 s"]), ('box "beam".lower[3] = "1 s" is a time',)),
+    "bad coordinate": (put("box", 0, lower=[0, 0, "1 s"]), ('box "beam".lower[z] = "1 s" is a time',)),
     "no upper": (drop("box", 0, "upper"), ('box "beam".upper is missing',)),
     "flat box": (put("box", 0, upper=[4, 1, 0]), ('box "beam" has no extent, z from 0 m to 0 m',)),
     "negative box": (put("box", 0, upper=[4, 1, -2]), ('box "beam" has a negative extent, z',)),
@@ -242,7 +242,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "film below zero": (on_top(convection={"coefficient": -5, "ambient": 293}), ("coefficient = -5 is out of range",)),
     "radiation to what varies": (on_top(
         radiation={"emissivity": 0.5, "ambient": {"times": [0, 1], "values": [293, 400]}}),
-        ('boundary "top".radiation.ambient = {times = [0, 1], values = [293, 400]} is a table, not a temperature',)),
+        ('boundary "top".radiation.ambient = {times = [0, 1], values = [293, 400]} is not a temperature',)),
     "radiation beside a temperature": (put("boundary", 0, radiation={"emissivity": 0.5, "ambient": 293}),
         ('boundary "base" has temperature and radiation', "convection and radiation go together")),
     "film that steps back": (on_top(

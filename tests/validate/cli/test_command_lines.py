@@ -285,7 +285,7 @@ REFUSED = {
     "view empty.toml --screenshot a.png": "has no [[box]], so there is nothing to draw",
     "view bridge --time 3ms": "--time is for fields", "view bridge --movie x.gif": "--movie is for fields",
     "view bridge --off-screen": "--off-screen shows nothing", "view nothing.toml": "is no file",
-    "view bridge --set parameters.x=3": "sets nothing", "view bridge --screenshot x.bmp": "ends in .png",
+    "view bridge --set parameters.x=3": 'have no "x"', "view bridge --screenshot x.bmp": "ends in .png",
     "view mine --set a=b": "--set is for a scene",
     # parameters and uncertain inputs
     "sweep bridge --vary parameters.w=1um,2um --set parameters.w=3um": "is varied and set",
