@@ -106,19 +106,24 @@ def _value(node: ast.expr, known: Mapping[str, Measure], names: Mapping[str, Mea
             return Measure(-value.value if isinstance(sign, ast.USub) else value.value, value.powers)
         case ast.BinOp(left=left, op=operator, right=right):
             return _combined(operator, _value(left, known, names), _value(right, known, names))
-        case ast.Call(func=ast.Name(id=name), args=[_, *_] as arguments, keywords=[]):
-            if name not in FUNCTIONS:
-                raise UnitError(f'has no function "{printable(name)}": there are {listed(FUNCTIONS)}')
-            return _function(name, [_value(each, known, names) for each in arguments])
+        case ast.Call(func=ast.Name(id="sqrt"), args=[base], keywords=[]):
+            return _raised(_value(base, known, names), Measure(Fraction(1, 2), PLAIN))
+        case ast.Call(func=ast.Name(id="min" | "max" as name), args=[_, *_] as arguments, keywords=[]):
+            measures = [_value(each, known, names) for each in arguments]
+            for measure in measures[1:]:
+                _refuse_unlike(measures[0], measure)
+            chosen = max if name == "max" else min
+            return Measure(chosen(each.value for each in measures), measures[0].powers)
+        case ast.Call(func=ast.Name(id=name), args=[_, *_]):
+            raise UnitError(f'has no function "{printable(name)}" of these numbers: there are {listed(FUNCTIONS)}')
     raise _unread()
 
 
 def _combined(operator: ast.operator, a: Measure, b: Measure) -> Measure:
     match operator:
         case ast.Add() | ast.Sub():
-            adds = isinstance(operator, ast.Add)
-            _refuse_unlike(a, b, "adds {1} to {0}" if adds else "subtracts {1} from {0}")
-            return Measure(_short(a.value + (b.value if adds else -b.value)), a.powers)
+            _refuse_unlike(a, b)
+            return Measure(_short(a.value + b.value if isinstance(operator, ast.Add) else a.value - b.value), a.powers)
         case ast.Mult() | ast.Div():
             by = 1 if isinstance(operator, ast.Mult) else -1
             if by == -1 and not b.value:
@@ -130,20 +135,9 @@ def _combined(operator: ast.operator, a: Measure, b: Measure) -> Measure:
     raise _unread()
 
 
-def _function(name: str, arguments: list[Measure]) -> Measure:
-    if name == "sqrt":
-        if len(arguments) > 1:
-            raise UnitError("gives sqrt more than one number")
-        return _raised(arguments[0], Measure(Fraction(1, 2), PLAIN))
-    for argument in arguments[1:]:
-        _refuse_unlike(arguments[0], argument, "compares {0} with {1}")
-    chosen = max if name == "max" else min
-    return Measure(chosen(each.value for each in arguments), arguments[0].powers)
-
-
-def _refuse_unlike(a: Measure, b: Measure, verb: str) -> None:
+def _refuse_unlike(a: Measure, b: Measure) -> None:
     if a.powers != b.powers:
-        raise UnitError(verb.format(called(a.powers), called(b.powers)))
+        raise UnitError(f"adds or compares {called(a.powers)} and {called(b.powers)}")
 
 
 def _raised(base: Measure, exponent: Measure) -> Measure:

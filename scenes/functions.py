@@ -92,10 +92,8 @@ class Following(Kind):
             return PowerLaw(
                 *_fields(path, given, {"value": positive, "at": _ABSOLUTE, "exponent": EXPONENT}, self.form)
             )
-        if not isinstance(given, (list, tuple)):
+        if not self.axes or not isinstance(given, (list, tuple)):
             return self.quantity.read(path, given)
-        if not self.axes:
-            raise SceneError(f"{path} = {quoted(given)} is a list, and has no directions: give one value, or a law")
         return Items(Following(positive), "values along x, y and z", "[130, 130, 60]", 3).read(path, given)
 
     def show(self, value: Any) -> str:

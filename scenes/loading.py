@@ -89,9 +89,12 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
     changed: Any = scene
     if not overrides:
         return check(changed) if changed.kind in TYPES else changed
-    if changed.parameters is None:
-        return _read(changed, _flat(changed), overrides)
-    return moved(changed, _read(changed, changed.parameters.flat, overrides))  # type: ignore[no-any-return]
+    flat = _flat(changed) if changed.parameters is None else changed.parameters.flat
+    if changed.kind in TYPES:
+        after = _built(flat, overrides, type_of(changed))
+    else:
+        after = free.rebuilt(changed, override(flat, overrides, free.schema_of_scene(changed)))
+    return after if changed.parameters is None else moved(changed, after)  # type: ignore[no-any-return]
 
 
 def moved(scene: Any, after: Any) -> Any:
@@ -112,13 +115,6 @@ def _flat(scene: Any) -> dict[str, Any]:
     if scene.kind in TYPES:
         return type_of(scene).schema.write(scene)
     return free.schema_of_scene(scene).flatten(free.as_dict(scene))
-
-
-def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
-    """The scene of a flat one with overrides, of the kind of another scene."""
-    if scene.kind in TYPES:
-        return _built(flat, overrides, type_of(scene))
-    return free.rebuilt(scene, override(flat, overrides, free.schema_of_scene(scene)))
 
 
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneType) -> Any:

@@ -7,7 +7,6 @@ everything that is made of it.
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -86,14 +85,8 @@ def _check_name(name: str) -> None:
 
 
 def _measure(given: Any, names: Names) -> Measure:
-    if isinstance(given, str):
-        value, powers = measured(given, names)
-        return Measure.from_float(value, powers or PLAIN)
-    if isinstance(given, bool) or not isinstance(given, (int, float)):
-        raise UnitError("is neither a number nor text")
-    if not -sys.float_info.max <= given <= sys.float_info.max:
-        raise UnitError("is not a finite number")
-    return Measure.from_float(float(given), PLAIN)
+    value, powers = measured(str(given), names)
+    return Measure.from_float(value, powers or PLAIN)
 
 
 @contextmanager

@@ -164,10 +164,7 @@ class Schema:
         in_items = [f"{owner}.{key}" for owner, item in items for key in item if key != "name"]
         known = [*self.sections, *self.lists, *self.paths, *in_items]
         ends = [name for name in known if name.endswith(f".{path.rpartition('.')[2]}")]
-        if len(ends) == 1 or (ends and "." not in path):
-            hint = f", did you mean {' or '.join(map(quoted, ends[:3]))}?"
-        else:
-            hint = did_you_mean(path, known)
+        hint = f", did you mean {quoted(ends[0])}?" if len(ends) == 1 else did_you_mean(path, known)
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]
@@ -275,8 +272,7 @@ def locate(key: str, value: object, schema: Schema, flat: Mapping[str, object] |
     ends = [path for path in schema.paths if path.endswith(f".{key}")]
     ends = [path for path in ends if path == f"{schema.main}.{key}"] or ends
     if len(ends) > 1:
-        said = printable(key) + (f" = {quoted(value)}" if value is not None else "")
-        raise SceneError(f"{said} could mean any of {', '.join(ends)}: give one of these")
+        raise SceneError(f"{printable(key)} could mean any of {', '.join(ends)}: give one of these")
     if ends:
         return ends[0], ""
     for path in [path for path, entry in schema.paths.items() if isinstance(entry.kind, Numbers)]:

@@ -7,7 +7,7 @@ Spans and islands are numbered from the lower outer end.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -280,16 +280,13 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
             Boundary(f"substrate-gas-{name}", "convection", (*a, 0.0), (*b, 0.0), sink.gap_coefficient, room)
             for name, a, b in over_gap(sink)
         ]
-    return *boundaries, *(_radiating(sink, [*beams, *pads]) if sink.emissivity else ())
-
-
-def _radiating(sink: Sink, parts: list[Box]) -> Iterator[Boundary]:
-    """The faces of beam and pads that radiate where they are bare, but for electrodes at the pads' edges."""
+    # The faces of beam and pads radiate where they are bare, but for electrodes at the pads' edges.
     leads = {("pad-0", 1, 0), ("pad-1", 1, 1)} if sink.electrodes == "pad-edge" else set()
-    for part, axis, side in product(parts, range(3), range(2)):
+    for part, axis, side in product([*beams, *pads], range(3), range(2)) if sink.emissivity else ():
         if (part.name, axis, side) not in leads:
             name = f"radiation-{part.name}-{'xyz'[axis]}{side}"
-            yield Boundary(name, "radiation", *face(part, axis, side), sink.emissivity, sink.room_temperature)
+            boundaries.append(Boundary(name, "radiation", *face(part, axis, side), sink.emissivity, room))
+    return tuple(boundaries)
 
 
 def _probes(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Probe, ...]:

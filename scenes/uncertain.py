@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.keys import type_of
+from scenes.keys import TYPES, type_of
 from scenes.kinds import Quantity
 from scenes.schema import locate, twin
 from scenes.units import NUMBER, UnitError, parse_quantity
-from scenes.varied import is_free, kind_of, numbers
+from scenes.varied import kind_of, numbers
 
 if TYPE_CHECKING:
     import numpy as np
@@ -93,7 +93,8 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
         return ends[0]
     if (given := getattr(scene, "parameters", None)) is not None:
         given.key(key)
-    path = "" if is_free(scene) else ".".join(filter(None, locate(key, None, type_of(scene).schema)))
+    parametric = getattr(scene, "kind", "") in TYPES
+    path = ".".join(filter(None, locate(key, None, type_of(scene).schema))) if parametric else ""
     if path in known:
         return path
     allowed = f"give one of {', '.join(known)}{did_you_mean(key, known)}"

@@ -39,11 +39,6 @@ SETTINGS = ("run.", "control.", "external.step_time")
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 
-def is_free(scene: object) -> bool:
-    """Whether a scene is one of boxes or on a mesh, and not a parametric one."""
-    return getattr(scene, "kind", "") not in TYPES
-
-
 def numbers(scene: Any) -> dict[str, float]:
     """Return the keys of a scene whose numbers are not zero, with these numbers (SI units): the inputs of which there
     are logarithmic derivatives.
@@ -113,7 +108,7 @@ def neighbour(scene: T, path: str, step: float) -> T:
     a, b, measures = less.parameters.values, more.parameters.values, given.parameters.measures
     measures = {n: Measure.from_float(float(m.value) + part * (b[n] - a[n]), m.powers) for n, m in measures.items()}
     beside: T = replace(there, parameters=replace(given.parameters, measures=measures))
-    schema = free.schema_of_scene(given) if is_free(given) else type_of(given).schema
+    schema = type_of(given).schema if given.kind in TYPES else free.schema_of_scene(given)
     run = {p: attrgetter(key.attribute)(given) for p, key in schema.paths.items() if p.startswith(SETTINGS)}
     return schema.apply(run, beside)
 
@@ -169,7 +164,7 @@ def _along(value: tuple[Any, ...], place: int, times: Change) -> Change:
 
 def every_number(scene: Any) -> dict[str, Number]:
     """Return the numbers of any scene by their keys, zeros, free parameters and keys made of parameters included."""
-    return _of_parameters(scene) | (of_free(scene) if is_free(scene) else _of_parametric(scene))
+    return _of_parameters(scene) | (_of_parametric(scene) if scene.kind in TYPES else of_free(scene))
 
 
 def _of_parameters(scene: Any) -> dict[str, Number]:

@@ -198,16 +198,22 @@ def _reading(item: Item) -> dict[str, Any]:
     return {"quantity": quantity, "reduce": reduce}
 
 
-def _region(item: Item, parts: Mapping[str, tuple[str, ...]], several: str) -> tuple[str, ...] | None:
-    """The boxes or volume groups of a probe without a place: a list, all of a material, or all; None for a probe with a
-    place. ``parts`` are the names for each material."""
+def _region(
+    item: Item, parts: Mapping[str, tuple[str, ...]], several: str, *places: list[str]
+) -> tuple[str, ...] | None:
+    """The boxes or volume groups of a probe without a place: a list, all of a material, or all; None for a probe with
+    one of the ``places``. ``parts`` are the names for each material."""
     given = item.values
-    places = [key for key in ("at", "lower", "upper", "group", "box", "side") if key in given]
+    place = [key for key in ("at", "lower", "upper", "group") if key in given]
+    sides = [key for key in ("box", "side") if key in given]
     regions = [key for key in (several, "material") if key in given]
-    if not regions and (places or "reduce" not in given):
+    if not regions and (place or sides or "reduce" not in given):
+        if place not in places:
+            one = " or ".join(" and ".join(each) for each in places)
+            raise SceneError(f"{item.label} has {' and '.join(place) or 'no place'}: give {one}")
         return None
-    if places or len(regions) > 1:
-        raise SceneError(f"{item.label} has {' and '.join([*places, *regions])}: give one of them")
+    if place or sides or len(regions) > 1:
+        raise SceneError(f"{item.label} has {' and '.join([*place, *sides, *regions])}: give one of them")
     if given.get("quantity", "temperature") != "temperature":
         raise SceneError(f"{item.label}.quantity = {quoted(given['quantity'])} needs a place: give one")
     known = [name for names in parts.values() for name in names]
@@ -225,30 +231,25 @@ def _probe(item: Item, boxes: Sequence[m.Box]) -> m.Probe:
     parts: dict[str, tuple[str, ...]] = {}
     for box in boxes:
         parts[box.material.name] = (*parts.get(box.material.name, ()), box.name)
-    reading, region, given = _reading(item), _region(item, parts, "boxes"), item.values
+    reading, region, given = _reading(item), _region(item, parts, "boxes", ["at"], ["lower", "upper"]), item.values
     if region is not None:
         chosen = [box for box in boxes if box.name in region]
         x, y, z = (min(box.lower[axis] for box in chosen) for axis in range(3))
         u, v, w = (max(box.upper[axis] for box in chosen) for axis in range(3))
         return m.Probe(item.name, (x, y, z), (u, v, w), **reading, boxes=region)
-    has = [key for key in ("at", "lower", "upper") if key in given]
-    if has not in (["at"], ["lower", "upper"]):
-        raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
     side = (given["box"],) if "box" in given else ()
     if side and side[0] not in (names := [box.name for box in boxes]):
         raise unknown(f"{item.label}.box is no box:", side[0], names)
-    return m.Probe(item.name, given[has[0]], given[has[-1]], **reading, boxes=side)
+    lower, upper = (given["at"], given["at"]) if "at" in given else (given["lower"], given["upper"])
+    return m.Probe(item.name, lower, upper, **reading, boxes=side)
 
 
 def _group_probe(item: Item, bodies: Sequence[m.Body]) -> m.GroupProbe:
     reading, given = _reading(item), item.values
-    region = _region(item, {b.material.name: b.groups for b in bodies}, "groups")
+    region = _region(item, {b.material.name: b.groups for b in bodies}, "groups", ["at"], ["group"])
     if region is not None:
         return m.GroupProbe(item.name, **reading, groups=region)
     at, group = given.get("at"), given.get("group")
-    if (at is None) == (group is None):
-        has = "no place" if at is None else "at and group"
-        raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
     if at is not None and (quantity := reading["quantity"]) in TOTALS:
         needs = "a volume" if quantity == "power" else "a surface"
         raise SceneError(f"{item.label}.quantity = {quoted(quantity)} needs {needs}: give group in place of at")

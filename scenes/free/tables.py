@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from dataclasses import replace
 from typing import Any
 
@@ -115,29 +114,24 @@ LISTS: dict[str, dict[str, k.Kind]] = {
 }
 """The tables that a file may have several of, such as [[material]]."""
 
-REQUIRED: dict[str, tuple[str, ...]] = {
-    "material": ("name",),
-    "box": ("material", "lower", "upper"),
-    "boundary": ("lower", "upper"),
-    "probe": ("name",),
-    "contact": ("between",),
-}
-"""Keys without a default; a box or boundary without a name is called box-1, boundary-1 and so on."""
-
 BOXES = Schema(
     (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
-    LISTS, REQUIRED, "a free scene", beside_voltage=_BESIDE_VOLTAGE,
+    LISTS,
+    {
+        "material": ("name",), "box": ("material", "lower", "upper"), "boundary": ("lower", "upper"),
+        "probe": ("name",), "contact": ("between",),
+    },
+    "a free scene", beside_voltage=_BESIDE_VOLTAGE,
 )  # fmt: skip
-"""The schema of a free scene of boxes."""
+"""The schema of a free scene of boxes; a box or boundary without a name is called box-1, boundary-1 and so on."""
 
-_OF_BOXES = ("lower", "upper", "box", "boxes")
 ON_MESH = Schema(
     (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LENGTH_UNIT)),
     {
         "material": {**LISTS["material"], "groups": k.Items(k.GROUP, "groups", '["silicon"]')},
         "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
         "boundary": {"name": k.LABEL, "group": k.GROUP, **CONDITIONS, **_BESIDE},
-        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES}
+        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in ("lower", "upper", "box", "boxes")}
         | {"group": k.GROUP, "groups": k.Items(k.GROUP, "groups", '["silicon"]'), "side": k.GROUP},
         "contact": {**LISTS["contact"], "between": k.Items(k.GROUP, "volume groups", '["a", "b"]', 2)},
     },
@@ -245,14 +239,9 @@ def as_toml(scene: m.AnyScene) -> str:
     return "\n".join(lines)
 
 
-def _key(name: str) -> str:
-    """A key as TOML has it: in quotes where it is more than a word."""
-    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name, ensure_ascii=False)
-
-
 def _value(value: Any) -> str:
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
+        return "{ " + ", ".join(f"{_value(key)} = {_value(item)}" for key, item in value.items()) + " }"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(_value, value)) + "]"
     # JSON's strings, booleans and finite numbers are TOML's.

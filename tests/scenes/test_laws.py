@@ -93,7 +93,7 @@ def test_a_table_is_linear_between_its_rows_and_constant_outside():
         ("thermal_conductivity", {"temperatures": [], "values": []}, "temperatures = [] does not fit: give a list"),
         ("thermal_conductivity", {**TABLE, "values": [130]}, "3 temperatures and 1 values"),
         ("resistivity", [1e-5, 2e-5], "[1e-05, 2e-05] does not fit"),
-        ("specific_heat", [700, 700, 700], "has no directions"),
+        ("specific_heat", [700, 700, 700], "is not a specific heat"),
         ("resistivity", {**TABLE, "values": [1e-5, "insulator", 1e-5]}, 'values[2] = "insulator"'),
     ],
 )

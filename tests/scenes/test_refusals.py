@@ -96,7 +96,7 @@ REFUSED_SETTINGS = [
     ("snik.width=3", "unknown key snik.width = 3", 'did you mean "sink.width"?'),
     ("materials.oxid.density=3", "unknown key materials.oxid.density", '"materials.oxide.density"?'),
     ("sink=5", "sink = 5 must be a section", "length, width, thickness"),
-    ("density=5", "density = 5 could mean", "materials.silicon.density, materials.oxide.density"),
+    ("density=5", "density could mean any of", "materials.silicon.density, materials.oxide.density"),
     ("checks.tolerances=0.1", "checks.tolerances = 0.1 must be a table"),
     ("tolerances.eq12=0", "checks.tolerances.eq12 = 0 "),
     ("tolerances.eq15=0.1", 'checks.tolerances names an unknown check "eq15"', '"eq12", "eq13"', "did you mean"),

@@ -170,7 +170,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "probe outside": (put("probe", 0, at=[2, 0.5, -0.5]), ('probe "tip" lies outside the solid', "at [2 m, ")),
     "probe half outside": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[4, 1, 1])),
         ('probe "tip" reaches outside the solid',)),
-    "probe nowhere": (drop("probe", 0, "at"), ('probe "tip" has no place', "at = [x, y, z]")),
+    "probe nowhere": (drop("probe", 0, "at"), ('probe "tip" has no place', "give at or lower and upper")),
     "probe twice": (put("probe", 0, lower=[0, 0, 0]), ('probe "tip" has at and lower',)),
     "flow at a point": (put("probe", 0, quantity="heat_flow"),
         ('probe "tip" asks for a heat flow through what is not',)),
