@@ -164,7 +164,8 @@ class Schema:
         in_items = [f"{owner}.{key}" for owner, item in items for key in item if key != "name"]
         known = [*self.sections, *self.lists, *self.paths, *in_items]
         ends = [name for name in known if name.endswith(f".{path.rpartition('.')[2]}")]
-        hint = f", did you mean {quoted(ends[0])}?" if len(ends) == 1 else did_you_mean(path, known)
+        near = ends[:3] if len(ends) == 1 or "." not in path else []
+        hint = f", did you mean {' or '.join(map(quoted, near))}?" if near else did_you_mean(path, known)
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]

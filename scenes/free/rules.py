@@ -52,7 +52,7 @@ def check_contacts(graph: CellGraph, explain: Explain) -> None:
         for name in contact.between:
             if name not in graph.part_names:
                 raise unknown(f"{label}.between names no {part}", name, graph.part_names)
-        both = f"{label} is between {_plural(part)} {quoted(one)} and {quoted(other)}"
+        both = f"{label} is between {part} {quoted(one)} and {part} {quoted(other)}"
         if (graph.part(one) & graph.part(other)).any():
             raise SceneError(f"{both}, which have cells in common: give two that touch")
         if before := taken.get(pair := frozenset(contact.between)):
@@ -64,10 +64,6 @@ def check_contacts(graph: CellGraph, explain: Explain) -> None:
             if not graph.conducting[graph.part(name)].any():
                 where = f"{label}.electrical_resistance is one with {part} {quoted(name)}"
                 raise SceneError(f"{where}, which insulates: leave it out, or give a resistivity")
-
-
-def _plural(part: str) -> str:
-    return "boxes" if part == "box" else f"{part}s"
 
 
 def check_boundaries(graph: CellGraph) -> None:
@@ -188,9 +184,7 @@ def check_parts(graph: CellGraph) -> None:
     def refuse_others(fine: set[int], fault: str, advice: str) -> None:
         """Refuse the first part of the solid without one of the ``fine`` labels."""
         for label in sorted(set(range(1, int(labels.max(initial=0)) + 1)) - fine):
-            names = graph.names(labels == label)
-            word = graph.part_word if len(names) == 1 else _plural(graph.part_word)
-            raise SceneError(f"{fault} {word} {listed(names)}: {advice}")
+            raise SceneError(f"{fault} {listed(graph.names(labels == label))}: {advice}")
 
     heated = set(np.unique(labels[graph.heated]).tolist())
     touched = graph.touched(labels, scene.boundaries) | heated

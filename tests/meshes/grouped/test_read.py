@@ -198,7 +198,7 @@ def test_a_part_that_nothing_acts_on_is_refused(tmp_path):
     read_and_check(document, tmp_path)
     take_off_the_foot(mesh)
     boxes.write(mesh, tmp_path / "chip.msh")
-    with pytest.raises(SceneError, match='acts on volume group "foot"'):
+    with pytest.raises(SceneError, match='acts on "foot"'):
         read_and_check(document, tmp_path)
 
 

@@ -78,7 +78,7 @@ def test_transient_needs_no_exit_but_something_that_acts():
     document |= {"run": {"end_time": 1}, "boundary": document["boundary"][1:]}
     assert not from_dict(document).steady
     document["box"].append(island())
-    assert 'acts on box "island"' in refusal(from_dict, document)
+    assert 'acts on "island"' in refusal(from_dict, document)
 
 
 @pytest.mark.parametrize(
