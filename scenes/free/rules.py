@@ -130,9 +130,7 @@ def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
     if not in_solid.any() or not (total or in_solid.all()):
         some = "reaches" if in_solid.any() else "lies"
         at = probe.lower if getattr(probe, "lower", 0) == getattr(probe, "upper", 1) else getattr(probe, "at", None)
-        where = (
-            "everywhere in its place" if at is None else f"at [{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
-        )
+        where = "everywhere in its place" if at is None else f"at {quoted(at)} m"
         raise SceneError(f"{name} {some} outside the solid: there has to be solid {where}")
     if quantity in ("temperature", "heat_flow"):
         return

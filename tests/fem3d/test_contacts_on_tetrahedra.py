@@ -158,7 +158,7 @@ def test_fields_show_the_jump(mesh, tmp_path):
 REFUSED = {
     "unknown": ({"contact": {"between": ["a", "c"]}}, 'contact "c".between = "c" is no group of the mesh'),
     "surface": ({"contact": {"between": ["a", "cold"]}}, 'contact "c".between = "cold" is a surface group'),
-    "itself": ({"contact": {"between": ["a", "a"]}}, 'between volume groups "a" and "a", which have cells'),
+    "itself": ({"contact": {"between": ["a", "a"]}}, 'between volume group "a" and volume group "a"'),
     "shared cells": ({"contact": {"between": ["a", "inside"]}}, "which have cells in common"),
     "apart": ({"contact": {"between": ["b", "inside"]}}, "which have no face in common"),
     "no side": ({"temperature a": {"side": None}}, 'say on which side by side = "a" or side = "b"'),

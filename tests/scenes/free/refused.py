@@ -167,7 +167,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         ('boundary "in".heat_flux lies where other boundaries fix the temperature',)),
     "two temperatures": (add("boundary", flat("warm", [0.5, 0, -1], [2, 1, -1], temperature=300)),
         ('"base" and "warm" overlap', "300 K")),
-    "probe outside": (put("probe", 0, at=[2, 0.5, -0.5]), ('probe "tip" lies outside the solid', "at [2 m, ")),
+    "probe outside": (put("probe", 0, at=[2, 0.5, -0.5]), ('"tip" lies outside the solid', "at [2.0, 0.5, -0.5]")),
     "probe half outside": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[4, 1, 1])),
         ('probe "tip" reaches outside the solid',)),
     "probe nowhere": (drop("probe", 0, "at"), ('probe "tip" has no place', "give at or lower and upper")),
