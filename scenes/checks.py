@@ -13,7 +13,7 @@ from scenes.units import NUMBER
 FIRST_TIME = 10e-6
 """The time (s) from which on traces are compared: before it, the step's first instants would decide."""
 
-EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
+EQUATIONS = "eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured"
 DEFAULT_TOLERANCES: dict[str, float] = {
     **dict.fromkeys(EQUATIONS, 0.02),
     **dict.fromkeys(("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current"), 0.05),
@@ -33,7 +33,7 @@ OVER_TIME = tuple(c for c in {**DEFAULT_TOLERANCES, **ISLAND_TOLERANCES} if c[:4
 """Checks that need the transient."""
 OF_THE_REDUCTION = tuple({"fig4": 0, **_OF_THE_ROW} | dict.fromkeys(c for c in OVER_TIME if "equivalent" not in c))
 """Checks of the chosen 1D model."""
-OF_THE_PAPER = (*EQUATIONS, "fig5")
+OF_THE_PAPER = *EQUATIONS, "fig5"
 """Checks of the paper's equations with 3D numbers put in, whichever 1D model was chosen."""
 
 SLOPE_TOLERANCES: dict[str, float] = {"slope": SLOPE_TOLERANCE}

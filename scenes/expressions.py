@@ -28,7 +28,7 @@ from scenes.units import (
     spelled,
 )
 
-FUNCTIONS = ("sqrt", "min", "max")
+FUNCTIONS = "sqrt", "min", "max"
 PI = "pi"
 _NUMBER = re.compile(rf"(?<![\w.]){DECIMAL}(?![\d.])", re.ASCII)
 _LITERAL = re.compile(rf"\s*([+-]?{DECIMAL})\s*(degC)?\s*", re.ASCII)

@@ -13,7 +13,7 @@ from scenes import laws
 from scenes.errors import SceneError, quoted
 from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
-HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
+HEAT_KEYS = "thermal_conductivity", "density", "specific_heat"
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:

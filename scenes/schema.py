@@ -22,7 +22,7 @@ from scenes.kinds import Kind, Numbers, only
 from scenes.parameters import SECTION, Names, Parameters, known, put
 
 T = TypeVar("T")
-HOW_LONG = ("run.end_time", "run.output_times")  # keys of transients alone
+HOW_LONG = "run.end_time", "run.output_times"  # keys of transients alone
 
 RESISTIVITY, CONDUCTIVITY = "resistivity", "electrical_conductivity"
 

@@ -34,7 +34,7 @@ from scenes.units import LENGTH, dimension_of
 T = TypeVar("T")
 Change = Callable[[float], Any]
 
-SETTINGS = ("run.", "control.", "external.step_time")
+SETTINGS = "run.", "control.", "external.step_time"
 """Keys that say how a scene is run, which nobody measures."""
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 

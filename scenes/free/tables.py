@@ -25,7 +25,7 @@ UNUSED = 1.0
 """The value of a material's property that the scene does not need and the file does not give."""
 TOTALS = m.FLOWS | m.DERIVED
 """Quantities that are totals over a surface or volume: no mean, maximum or minimum of them."""
-RESISTANCES = ("thermal_resistance", "electrical_resistance")
+RESISTANCES = "thermal_resistance", "electrical_resistance"
 
 POINT = k.Items(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True), "coordinates", '[0, "-50 um", 2e-6]', 3)
 
