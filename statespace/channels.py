@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from scenes.model import AnyScene, Schedule, Value, is_zero, values
+from statespace.runtime import interpolate
 
 OWN = "the scene"  # The name of the run with the scene's own inputs.
 UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2", "heat_source": "W/m3"}
@@ -105,9 +106,6 @@ def scenarios(scene: AnyScene, inputs: tuple[Channel, ...]) -> dict[str, AnyScen
     return {OWN: scene, **steps}
 
 
-Side = Literal["left", "right"]
-
-
 @dataclass(frozen=True)
 class Inputs:
     """The schedules of a scene, in order of appearance."""
@@ -133,9 +131,9 @@ class Inputs:
         knots = np.unique(np.concatenate([np.empty(0), *(knots for knots, _ in self._points)]))
         return knots[(knots > 0.0) & (knots < end)]
 
-    def at(self, times: np.ndarray | float, side: Side = "right") -> np.ndarray:
+    def at(self, times: np.ndarray | float, side: Literal["left", "right"] = "right") -> np.ndarray:
         """(..., channels): the values at a time or times, after a jump there, or on its "left"."""
-        values = [_on(*points, times, side)[0] for points in self._points]
+        values = [interpolate(*points, times, side)[0] for points in self._points]
         return np.stack([np.ones(np.shape(times)), *values], axis=-1)
 
     def jumps(self, times: np.ndarray | float) -> np.ndarray:
@@ -144,7 +142,7 @@ class Inputs:
 
     def rates(self, times: np.ndarray | float) -> np.ndarray:
         """(..., channels): the rates (1/s), after a bend there."""
-        rates = [_on(*points, times)[1] for points in self._points]
+        rates = [interpolate(*points, times)[1] for points in self._points]
         return np.stack([np.zeros(np.shape(times)), *rates], axis=-1)
 
     @cached_property
@@ -162,17 +160,4 @@ def value(given: Value, times: np.ndarray) -> np.ndarray:
     """(times,): a value at some times (s)."""
     if not isinstance(given, Schedule):
         return np.full(len(times), float(given))
-    return _on(np.array(given.times), np.array(given.values), times)[0]
-
-
-def _on(
-    knots: np.ndarray, values: np.ndarray, times: np.ndarray | float, side: Side = "right"
-) -> tuple[np.ndarray, np.ndarray]:
-    """The values of a schedule at a time or times, and its rates (1/s); at a knot the limits from the right or left
-    ``side``."""
-    after = np.searchsorted(knots, times, side=side)
-    inside = (after > 0) & (after < len(knots))
-    low, high = np.maximum(after - 1, 0), np.minimum(after, len(knots) - 1)
-    gap = np.where(inside, knots[high] - knots[low], 1.0)
-    rate = np.where(inside, (values[high] - values[low]) / gap, 0.0)
-    return values[low] + rate * (times - knots[low]), rate
+    return interpolate(np.array(given.times), np.array(given.values), times)[0]

@@ -82,15 +82,9 @@ class Timetable:
         """The run cut at every sample and outer step, in order; the last sample has a piece of length 0."""
         for k in range(self.samples):
             end = self.sample_time if k < self.samples - 1 else 0.0
-            start, measure, outer = 0.0, True, None
-            for after, rise in self.steps.get(k, ()):
-                if after > 0.0:
-                    if not end:
-                        break
-                    yield Stretch(k, measure, outer, after - start)
-                    start, measure = after, False
-                outer = rise
-            yield Stretch(k, measure, outer, end - start)
+            outer = {0.0: None} | {after: rise for after, rise in self.steps.get(k, ()) if not after or end}
+            for (start, rise), stop in zip(outer.items(), [*outer, end][1:], strict=True):
+                yield Stretch(k, start == 0.0, rise, stop - start)
 
 
 class Stretch(NamedTuple):

@@ -119,20 +119,6 @@ OUTPUTS = {
     **{f"{film}_A": "A" for film in FILMS}, **{f"{film}_power_W": "W" for film in FILMS},
 }  # fmt: skip
 """Unit of each output: mean temperatures, resistances as measured, currents, and powers in the films."""
-Inputs = Mapping[str, Mapping[str, Any]]
-"""Value, rest, step and range of each input."""
-
-
-def describe(space: StateSpace, modal: Modal, device: Device, name: str, inputs: Inputs) -> dict[str, Any]:
-    """Write the document of a device's state space, without errors."""
-    entries = [
-        {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **inputs[n]}
-        for n, (unit, kind) in INPUTS.items()
-    ]
-    sink, span = device.sink, (device.control.sample_time, device.end_time)
-    materials = sink.silicon, sink.oxide, device.gold, device.pdms
-    document = described(name, sink.room_temperature, entries, space, span, materials)
-    return document | {"controllers": settings(device, modal.resistance, modal.coefficient)}
 
 
 def state_space(modal: Modal, device: Device) -> StateSpace:
@@ -249,7 +235,15 @@ class _Judge:
         return self._described(self._space.within(self._order[:, :count]), self.modal)
 
     def _described(self, space: StateSpace, modal: Modal) -> dict[str, Any]:
-        return describe(space, modal, self.device, self.whole.name, self.inputs)
+        device = self.device
+        entries = [
+            {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **self.inputs[n]}
+            for n, (unit, kind) in INPUTS.items()
+        ]
+        span = device.control.sample_time, device.end_time
+        materials = device.sink.silicon, device.sink.oxide, device.gold, device.pdms
+        document = described(self.whole.name, self.room, entries, space, span, materials)
+        return document | {"controllers": settings(device, modal.resistance, modal.coefficient)}
 
     @cached_property
     def _space(self) -> StateSpace:

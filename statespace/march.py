@@ -10,10 +10,12 @@ method.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from numpy.polynomial.legendre import leggauss
 
 from scenes.device import Device
 from statespace import circuit
@@ -242,31 +244,13 @@ def interval(modal: Modal, length: float, q: int) -> Interval:
 
 
 def _response(decay: np.ndarray, x: np.ndarray, node: int) -> np.ndarray:
-    """Integrals of exp(-decay (x_m^2 - s^2)) times the Lagrange polynomials in s over ds^2, (modes, nodes)."""
-    s, w = _graded(x[node], int(np.ceil(np.log2(2 * decay.max() + 1))) + 4, len(x) + 7)
-    weights = (w * 2 * s)[:, None]
-    return np.exp(np.outer(decay, s**2 - x[node] ** 2)) @ (weights * _lagrange(x, s))
-
-
-def _graded(end: float, panels: int, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points and weights on panels of (0, end) that halve towards the end."""
-    edges = end * np.r_[1 - 0.5 ** np.arange(panels), 1.0]
-    x, w = _gauss(order)
+    """Integrals of exp(-decay (x_m^2 - s^2)) times the Lagrange polynomials in s over ds^2, (modes, nodes), by Gauss
+    points on panels of (0, x_m) that halve towards x_m."""
+    panels = int(np.ceil(np.log2(2 * decay.max() + 1))) + 4
+    edges = x[node] * np.r_[1 - 0.5 ** np.arange(panels), 1.0]
+    points, weights = leggauss(len(x) + 7)
     half = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + half * (1 + x)).ravel(), (half * w).ravel()
-
-
-@lru_cache
-def _gauss(order: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.polynomial.legendre.leggauss(order)
-
-
-def _lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lagrange polynomials of the Chebyshev-Lobatto nodes at x, (points, nodes), by the barycentric formula."""
-    weights = (-1.0) ** np.arange(len(nodes))
-    weights[[0, -1]] /= 2
-    difference = x[:, None] - nodes
-    hit = np.abs(difference) < 1e-15
-    terms = weights / np.where(hit, 1.0, difference)
-    values = terms / terms.sum(axis=1, keepdims=True)
-    return np.where(hit.any(axis=1, keepdims=True), hit, values)
+    s, w = (edges[:-1, None] + half * (1 + points)).ravel(), (half * weights).ravel()
+    # A Chebyshev series of as many terms as nodes takes any values there.
+    lagrange = chebvander(2 * s - 1, len(x) - 1) @ np.linalg.inv(chebvander(2 * x - 1, len(x) - 1))
+    return np.exp(np.outer(decay, s**2 - x[node] ** 2)) @ ((w * 2 * s)[:, None] * lagrange)

@@ -11,9 +11,10 @@ zero. A model of a steady state alone has db/dt = 0.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import factorial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -34,9 +35,7 @@ class CompactModel:
         )
         self.states = len(self.F)
         self.first, self.second = np.triu_indices(len(self.S))
-        columns = slice(1 + len(self.inputs), None)
-        self.decay = -np.diagonal(self.F[:, columns]).copy()
-        self._own = columns
+        self.decay = -np.diagonal(self.F[:, 1 + len(self.inputs) :]).copy()
         self._known: dict[float, tuple[np.ndarray, ...]] = {}
 
     def simulate(
@@ -82,15 +81,14 @@ class CompactModel:
         """(n,): the states of the steady state at inputs g. Raises ArithmeticError where there is none."""
         b, size = np.zeros(self.states), np.inf
         for _ in range(60):
-            residual, jacobian = self._linearised(g, b)
-            change = np.linalg.solve(jacobian, -residual)
+            change = -np.linalg.solve(derivative(partial(self._rate, g), b), self._rate(g, b))
             b, before, size = b + change, size, float(np.abs(change).max(initial=0.0))
             largest = float(np.abs(b).max(initial=1e-300))
             # Where all inputs cancel out, as at one temperature, the states are rounding errors.
             terms = np.abs(self.F) @ np.abs(np.concatenate([[1.0], g, b]))
             noise = 1e-15 * float((terms / np.where(self.decay > 0, self.decay, np.inf)).max(initial=0.0))
             if size <= max(1e-12 * largest, noise) or (size < 1e-6 * largest and size >= before):
-                if np.linalg.eigvals(self._linearised(g, b)[1]).real.max(initial=0.0) > 0:
+                if np.linalg.eigvals(derivative(partial(self._rate, g), b)).real.max(initial=0.0) > 0:
                     break
                 return b
         raise ArithmeticError("the model has no steady state at these inputs")
@@ -174,8 +172,12 @@ class CompactModel:
 
     def _source(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(n,): db/dt without the decay of the states."""
+        return self._rate(g, b) + self.decay * b
+
+    def _rate(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(n,): db/dt."""
         z = np.concatenate([[1.0], g, b])
-        rate: np.ndarray = self.F @ z + self.decay * b
+        rate: np.ndarray = self.F @ z
         if len(self.S):
             rate = rate + np.tensordot(self._pairs(self._currents(z)), self.Q @ z, 1)
         return rate
@@ -201,33 +203,30 @@ class CompactModel:
             self._known[h] = (*phi(x, 3), np.exp(-x), phi(x / 2, 1)[0], np.exp(-x / 2))
         return self._known[h]
 
-    def _linearised(self, g: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """db/dt (n,) and its derivative (n, n)."""
-        z, columns = np.concatenate([[1.0], g, b]), self._own
-        rate, slope = self.F @ z, self.F[:, columns].copy()
-        if len(self.S):
-            matrix = self.A @ z
-            c = np.linalg.solve(matrix, self.S @ z)
-            change = np.linalg.solve(matrix, self.S[:, columns] - np.tensordot(self.A[:, :, columns], c, (1, 0)))
-            pairs, heat = self._pairs(c), self.Q @ z
-            twice = np.where(self.first == self.second, 1.0, 2.0)[:, None]
-            i, j = self.first, self.second
-            rate = rate + np.tensordot(pairs, heat, 1)
-            slope += np.tensordot(pairs, self.Q[..., columns], 1)
-            slope += heat.T @ (twice * (c[i, None] * change[j] + c[j, None] * change[i]))
-        return rate, slope
+
+def derivative(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+    """(n, n): the derivative, as columns, of a real function of x (n,) with n values. A step of 1e-100 i leaves the
+    derivative in its imaginary part, exact to rounding."""
+    slopes = [function(x + step).imag for step in 1e-100j * np.eye(len(x))]
+    return np.reshape(slopes, (len(x), len(x))).T * 1e100
+
+
+def interpolate(
+    x: np.ndarray, y: np.ndarray, t: np.ndarray | float, side: Literal["left", "right"] = "right"
+) -> tuple[np.ndarray, np.ndarray]:
+    """The values at a time or times t (s) and their rates (1/s): linear between the values y at times x, constant
+    outside; at an x the limits from the right or left ``side``."""
+    after = np.searchsorted(x, t, side=side)
+    inside = (after > 0) & (after < len(x))
+    low, high = np.maximum(after - 1, 0), np.minimum(after, len(x) - 1)
+    rate = np.where(inside, (y[high] - y[low]) / np.where(inside, x[high] - x[low], 1.0), 0.0)
+    return y[low] + rate * np.where(inside, t - x[low], 0.0), rate
 
 
 def _drive(tables: list[tuple[np.ndarray, np.ndarray]], t: float) -> tuple[np.ndarray, np.ndarray]:
     """(inputs,) twice: the inputs and their rates (1/s) at a time (s), after a jump or bend there."""
-    values, slopes = [], []
-    for x, y in tables:
-        after = int(np.searchsorted(x, t, side="right"))
-        inside = 0 < after < len(x)
-        slope = (y[after] - y[after - 1]) / (x[after] - x[after - 1]) if inside else 0.0
-        values.append(y[max(after - 1, 0)] + (slope * (t - x[after - 1]) if inside else 0.0))
-        slopes.append(slope)
-    return np.array(values), np.array(slopes)
+    given = np.array([interpolate(x, y, t) for x, y in tables]).reshape(-1, 2)
+    return given[:, 0], given[:, 1]
 
 
 def _measured(rows: np.ndarray) -> float:

@@ -8,7 +8,6 @@ a film has little current, that of the other one hides its resistance: there its
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 from sys import float_info
@@ -20,6 +19,7 @@ from scenes.device import Device
 from statespace import circuit
 from statespace.device_model import Modal
 from statespace.result import Steady
+from statespace.runtime import derivative
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 CHOICES = tuple(product((True, False), repeat=2))
@@ -213,12 +213,6 @@ def _held(
             if part < 1e-3:  # to which the end of the range is known
                 return None
     return x[:m], x[m:]
-
-
-def derivative(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
-    """The derivative of a real function at x (n,), as columns. A step of 1e-100 i leaves the derivative in its
-    imaginary part, exact to rounding."""
-    return np.column_stack([function(x + step).imag for step in 1e-100j * np.eye(len(x))]) * 1e100
 
 
 def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
