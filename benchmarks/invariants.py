@@ -3,23 +3,23 @@ where the law holds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.random_scenes import AT_PLUS, ROOM, Drawn, changed
+from benchmarks.random_scenes import AT_PLUS, ROOM, changed
 from fem3d.runs.compact import compact, instants
 from fem3d.runs.scene import solve
 from scenes.errors import NumericsError, SceneError
-from scenes.model import Material, Point, Probe
+from scenes.model import Material, Point, Probe, Scene
 from scenes.result import Result
 from statespace.runtime import CompactModel
 
 KINDS = {"into plus": "current", "into minus": "current", AT_PLUS: "potential"}  # of readings that are no heat flow
-Test = Callable[[Drawn, Result], float]
+Test = Callable[[Scene, Result], float]
 
 ROUNDING = 1e-7  # of the largest value of a kind: rounding errors of badly conditioned scenes
 BALANCE = 1e-6  # of all heat that passes: the largest heat that may be missing
@@ -28,14 +28,14 @@ MODEL = 3e-2  # accuracy of a compact model
 OVER_TIME = 10.0  # times the accuracy: imbalance of a transient, which the solver doesn't control
 
 
-def energy(drawn: Drawn, result: Result) -> float:
+def energy(scene: Scene, result: Result) -> float:
     """The heat of the boundaries, the current and the sources adds up to nothing; over time the run measures that.
 
     All current leaves at "minus": an electrode inside has no probe.
     """
     if result.traces is not None:
-        return float(result.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
-    scene, error = drawn.scene, 0.0
+        return float(result.details["energy_imbalance"]) / (OVER_TIME * scene.accuracy)
+    error = 0.0
     volts = {b.name: float(b.value) for b in scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
     if AT_PLUS in result.steady:
         volts["plus"] = result.steady[AT_PLUS].value
@@ -52,41 +52,40 @@ def energy(drawn: Drawn, result: Result) -> float:
     return abs(sum(heats)) / (error + BALANCE * sum(map(abs, heats)))
 
 
-def never_colder(_: Drawn, result: Result) -> float:
+def never_colder(_: Scene, result: Result) -> float:
     """No reported temperature is below the surroundings while the scene is heated."""
     means = [mean for name, mean in result.steady.items() if name.startswith("mean")]
     return max(max(ROOM - mean.value, 0.0) / (mean.error + 1e-12 * ROOM) for mean in means)
 
 
-def undershoot(_: Drawn, result: Result) -> float:
+def undershoot(_: Scene, result: Result) -> float:
     """The field falls below the surroundings by no more than its own error bound: polynomials swing beside a steep
     decay."""
     field, off = result.details["fields"].steady, result.details.get("field_error", np.inf)
     return float(max(ROOM - field.min(), 0.0) / (off * np.ptp(field) + 1e-12 * ROOM))
 
 
-def ordered(_: Drawn, result: Result) -> float:
+def ordered(_: Scene, result: Result) -> float:
     """Means lie between the coldest and the hottest place."""
     field = result.details["fields"].steady
-    worst = 0.0
-    for name, mean in result.steady.items():
-        if name.startswith("mean"):
-            beyond = max(field.min() - mean.value, mean.value - field.max(), 0.0)
-            worst = max(worst, float(beyond / (mean.error + 1e-12 * ROOM)))
-    return worst
+    return max(
+        float(max(field.min() - mean.value, mean.value - field.max(), 0.0) / (mean.error + 1e-12 * ROOM))
+        for name, mean in result.steady.items()
+        if name.startswith("mean")
+    )
 
 
-def mirrored(drawn: Drawn, result: Result) -> float:
+def mirrored(scene: Scene, result: Result) -> float:
     """Mirrored in x, and with the axes turned round, the scene has the same temperatures and flows."""
-    far = max(box.upper[0] for box in drawn.scene.boxes)
+    far = max(box.upper[0] for box in scene.boxes)
 
     def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
         return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
 
-    return _largest(_distances(result, solve(changed(drawn.scene, move=turn)), times=drawn.scene.output_times))
+    return _largest(_distances(result, solve(changed(scene, move=turn)), times=scene.output_times))
 
 
-def rescaled(drawn: Drawn, result: Result) -> float:
+def rescaled(scene: Scene, result: Result) -> float:
     """A thousand times the lengths with k, h, rho c, sources and fluxes to match has the same temperatures: the answer
     doesn't depend on the unit of length."""
     s = 1e3
@@ -100,69 +99,66 @@ def rescaled(drawn: Drawn, result: Result) -> float:
         return (x, y, z), (far_x, far_y, far_z)
 
     factors = {"heat_source": s**-3, "heat_flux": s**-2, "convection": s**-2}
-    return _largest(_distances(result, solve(changed(drawn.scene, factors, material, move))))
+    return _largest(_distances(result, solve(changed(scene, factors, material, move))))
 
 
-def swapped(drawn: Drawn, result: Result) -> float:
+def swapped(scene: Scene, result: Result) -> float:
     """With the voltages swapped the currents change their sign, and nothing else does."""
-    volts = {b.name: b.value for b in drawn.scene.boundaries if b.kind == "voltage"}
+    volts = {b.name: b.value for b in scene.boundaries if b.kind == "voltage"}
     if not volts:
         return 0.0
     other = {"plus": volts["minus"], "minus": volts["plus"]}
-    boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in drawn.scene.boundaries)
-    turned = solve(replace(drawn.scene, boundaries=boundaries))
+    boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in scene.boundaries)
+    turned = solve(replace(scene, boundaries=boundaries))
     return _largest(_distances(result, turned, {"current": -1.0, "potential": -1.0}))
 
 
-def squared(drawn: Drawn, _: Result) -> float:
+def squared(scene: Scene, _: Result) -> float:
     """Without temperature coefficients twice the voltage and four times the other heat make four times the rises."""
-    scene = changed(drawn.scene, material=lambda m: replace(m, temperature_coefficient=0.0))
-    stronger = changed(scene, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
+    linear = changed(scene, material=lambda m: replace(m, temperature_coefficient=0.0))
+    stronger = changed(linear, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
     factors = {"rise": 4.0, "flow": 4.0, "current": 2.0, "potential": 2.0}
-    return _largest(_distances(solve(scene), solve(stronger), factors))
+    return _largest(_distances(solve(linear), solve(stronger), factors))
 
 
-def reciprocal(drawn: Drawn, _: Result) -> float:
+def reciprocal(scene: Scene, _: Result) -> float:
     """A watt in one box warms another as much as a watt there warms the first."""
-    boxes = drawn.scene.boxes
+    boxes = scene.boxes
     first, last = boxes[0], boxes[-1]
     rises = []
     for source, seen in ((first, last), (last, first)):
         volume = float(np.prod(np.subtract(source.upper, source.lower)))
         heated = tuple(replace(b, heat_source=1e-3 / volume if b is source else 0.0) for b in boxes)
-        cooled = tuple(b for b in drawn.scene.boundaries if b.kind in ("temperature", "convection"))
+        cooled = tuple(b for b in scene.boundaries if b.kind in ("temperature", "convection"))
         probes = (Probe("seen", seen.lower, seen.upper),)
-        rises.append(solve(replace(drawn.scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
+        rises.append(solve(replace(scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
     one, two = rises
     return abs(one.value - two.value) / (one.error + two.error + ROUNDING * abs(one.value - ROOM) + 1e-12 * ROOM)
 
 
-def reduced(drawn: Drawn, result: Result) -> float:
+def reduced(scene: Scene, result: Result) -> float:
     """The scene's compact model is within its error bounds; some scenes have none of its accuracy."""
-    scene = drawn.scene
     try:
         document = compact(replace(scene, accuracy=MODEL), None, MODEL)
     except (NumericsError, SceneError):
         return 0.0
     model, (bounds, *_) = CompactModel(document), document["error"].values()
-    if scene.steady:
-        stated = {name: bounds["steady"][name]["error"] + e.error for name, e in result.steady.items()}
-        return max(abs(value - result.steady[name].value) / stated[name] for name, value in model.steady().items())
-    traces = result.over_time
-    at = instants(scene, traces.time)
+    times, kind = np.empty(0), "steady"
+    if not scene.steady:
+        times, kind = result.over_time.time[instants(scene, result.over_time.time)], "over time"
+    found = model.steady() if scene.steady else model.simulate(times)
     return max(
-        float(np.abs(values - traces.values[name][at]).max())
-        / (bounds["over time"][name]["error"] + traces.errors[name])
-        for name, values in model.simulate(traces.time[at]).items()
+        float(np.abs(found[name] - values).max()) / (bounds[kind][name]["error"] + error)
+        for name, (values, error) in _numbers(result, times).items()
     )
 
 
-def compared(drawn: Drawn, result: Result, times: float) -> tuple[float, float]:
+def compared(scene: Scene, result: Result, times: float) -> tuple[float, float]:
     """Return the violation of the error bounds by a solution that is so many times finer, and the smallest error bound
     over true error of a reading; infinite where all are off by rounding alone."""
-    finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / times))
-    times_s = (*drawn.scene.output_times, *_between_rows(result))
-    distances = list(_distances(result, finer, times=times_s))
+    finer = solve(replace(scene, accuracy=scene.accuracy / times))
+    times_s = (*scene.output_times, *_between_rows(result))
+    distances = _distances(result, finer, times=times_s)
     off = [d for d in distances if d.apart > d.rounding and d.other < d.stated]
     return _largest(distances), min((d.stated / d.apart for d in off), default=np.inf)
 
@@ -200,28 +196,27 @@ class _Distance(NamedTuple):
     rounding: float
 
 
-def _largest(distances: Iterable[_Distance]) -> float:
+def _largest(distances: list[_Distance]) -> float:
     return max(float(d.apart / (d.stated + d.other + d.rounding + 1e-300)) for d in distances)
 
 
 def _distances(
-    one: Result, two: Result, factors: Mapping[str, float] = MappingProxyType({}), times: tuple[float, ...] = ()
-) -> Iterator[_Distance]:
-    """Yield the distance of each number, the first result's multiplied by a factor for its kind; of traces at times."""
+    one: Result, two: Result, factors: Mapping[str, float] = MappingProxyType({}), times: Sequence[float] = ()
+) -> list[_Distance]:
+    """The distance of each number, the first result's multiplied by a factor for its kind; of traces at times."""
     mine, theirs = _numbers(one, times), _numbers(two, times)
-    largest: dict[str, float] = {}
-    pairs = []
-    for name, (a, error) in mine.items():
-        b, other = theirs[name]
-        kind = "rise" if name.startswith("mean") else KINDS.get(name, "flow")
-        off, factor = ROOM * (kind == "rise"), factors.get(kind, 1.0)
-        largest[kind] = max(largest.get(kind, 0.0), float(np.abs(b - off).max()))
-        pairs.append((kind, float(np.abs(factor * (a - off) - (b - off)).max()), abs(factor) * error, other))
-    for kind, apart, error, other in pairs:
-        yield _Distance(apart, error, other, ROUNDING * largest[kind] + 1e-12 * ROOM * (kind == "rise"))
+    kinds = {name: "rise" if name.startswith("mean") else KINDS.get(name, "flow") for name in mine}
+    distances = []
+    for name, kind in kinds.items():
+        (a, error), (b, other), factor = mine[name], theirs[name], factors.get(kind, 1.0)
+        off = ROOM * (kind == "rise")
+        largest = max(np.abs(theirs[n][0] - off).max() for n in kinds if kinds[n] == kind)
+        apart, rounding = np.abs(factor * (a - off) - (b - off)).max(), ROUNDING * largest + 1e-12 * off
+        distances.append(_Distance(float(apart), abs(factor) * error, other, float(rounding)))
+    return distances
 
 
-def _numbers(result: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndarray, float]]:
+def _numbers(result: Result, times: Sequence[float] | np.ndarray) -> dict[str, tuple[np.ndarray, float]]:
     """Return the steady values, or the traces at some times, with their error bounds."""
     if result.traces is None:
         return {name: (np.array(e.value), e.error) for name, e in result.steady.items()}

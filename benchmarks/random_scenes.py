@@ -14,8 +14,8 @@ scenes is heated from rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations, product
 from types import MappingProxyType
 from typing import Any
@@ -29,8 +29,9 @@ from scenes import laws as of_materials
 from scenes.errors import NumericsError
 from scenes.laws import Law, PowerLaw, Property, Table
 from scenes.model import Boundary, Box, Contact, Material, Point, Probe, Scene, Schedule, Value
+from scenes.sink import face
 
-ROOM, RISE = 293.0, 10.0
+ROOM, RISE, ACCURACY = 293.0, 10.0, 1e-2
 AT_PLUS = "at plus"  # the probe of the potential of an electrode whose voltage is not given
 MATERIALS = {
     m.name: m
@@ -48,21 +49,6 @@ Face = tuple[int, int, int]  # a box's number, axis and side
 Rng = np.random.Generator
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """The scene of a seed."""
-
-    seed: int
-    scene: Scene
-
-
-def face(lower: Point, upper: Point, axis: int, side: int) -> tuple[Point, Point]:
-    """Return the flat box of a brick's lower (0) or upper (1) face along an axis."""
-    low, high = list(lower), list(upper)
-    low[axis] = high[axis] = (lower, upper)[side][axis]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
-
-
 def changed(
     scene: Scene, factors: Mapping[str, float] = MappingProxyType({}),
     material: Callable[[Material], Material] = lambda m: m,
@@ -76,27 +62,26 @@ def changed(
     def times(value: Value, kind: str) -> Value:
         return float(value) * factors[kind] if kind in factors else value  # type: ignore[arg-type]
 
-    made = {box.material: material(box.material) for box in scene.boxes}
     boxes = tuple(
-        replace(b, material=made[b.material], heat_source=times(b.heat_source, "heat_source"), **at(b))
+        replace(b, material=material(b.material), heat_source=times(b.heat_source, "heat_source"), **at(b))
         for b in scene.boxes
     )
     boundaries = tuple(replace(b, value=times(b.value, b.kind), **at(b)) for b in scene.boundaries)
     return replace(scene, boxes=boxes, boundaries=boundaries, probes=tuple(replace(p, **at(p)) for p in scene.probes))
 
 
-def boxes(seed: int, accuracy: float = 1e-2) -> Drawn:
+def boxes(seed: int) -> Scene:
     """Draw connected boxes, steady or over time."""
     rng = np.random.default_rng([seed, 0])
-    scene = _steady_boxes(rng, f"boxes {seed}", accuracy)
+    scene = _steady_boxes(rng, f"boxes {seed}")
     over_time = seed % 20 >= 17
     if rng.random() < (0.3 if over_time else 0.1):
         coefficient = -(10 ** float(rng.uniform(-4, -1.3)))
         scene = changed(scene, material=lambda m: replace(m, temperature_coefficient=coefficient * bool(m.resistivity)))
-    return Drawn(seed, _varied(rng, _timed(rng, scene, 20)) if over_time else scene)
+    return _varied(rng, _timed(rng, scene, 20)) if over_time else scene
 
 
-def _steady_boxes(rng: Rng, name: str, accuracy: float, larger: float = 1.0) -> Scene:
+def _steady_boxes(rng: Rng, name: str, larger: float = 1.0) -> Scene:
     """A steady scene of boxes of some 3 to 100 um, times a factor."""
     base, thin = larger * 10 ** rng.uniform(-5.5, -4), 10 ** rng.uniform(-2, 0)
     planes = [
@@ -118,28 +103,23 @@ def _steady_boxes(rng: Rng, name: str, accuracy: float, larger: float = 1.0) -> 
     # Of a rise of some ten kelvin, by the worst conductor of heat.
     flux, source, voltage = RISE * k / size, RISE * k / size**2, math.sqrt(8 * RISE * k * rho)  # type: ignore[operator]
     boundaries = [Boundary("cold", "temperature", (0.0, 0.0, 0.0), (planes[0][-1], planes[1][-1], 0.0), ROOM)]
-    free = [
-        (number, axis, side)
-        for number, axis, side in product(range(len(cells)), range(3), (0, 1))
-        if _beside(cells[number], axis, side) not in cells and not (axis == 2 and side == 0 and cells[number][2] == 0)
-    ]
+    free = _free_faces(made)
     rng.shuffle(free)
 
     def add(name: str, kind: Any, at: Face, value: float) -> None:
-        box = made[at[0]]
-        boundaries.append(Boundary(name, kind, *face(box.lower, box.upper, *at[1:]), value, ROOM))
+        boundaries.append(Boundary(name, kind, *face(made[at[0]], *at[1:]), value, ROOM))
 
     inner = ""
     if rng.random() < 0.4 and free:
         add("film", "convection", free.pop(), 10 ** float(rng.uniform(1, 5)))
-    piece = _conducting(solid, cells, made)
+    piece = _conducting(solid, made)
     ends = _electrodes(cells, [at for at in free if at[0] in piece]) if rng.random() < 0.7 else None
     if ends is not None:
         plus, minus = ends
         free = [at for at in free if at not in ends]
-        axis, plane = minus[1], cells[minus[0]][minus[1]] + minus[2]
-        joined = [cells[i] for i in piece]
-        inside = [(i, axis, 1) for i in piece if _beside(cells[i], axis, 1) in joined and cells[i][axis] + 1 != plane]
+        axis, (end, _) = minus[1], face(made[minus[0]], *minus[1:])
+        starts = [face(made[i], axis, 0) for i in piece]
+        inside = [(i, axis, 1) for i in piece if face(made[i], axis, 1) in starts and made[i].upper[axis] != end[axis]]
         if inside and rng.random() < 0.4:
             inner, plus = "plus", inside[int(rng.integers(len(inside)))]
         add("plus", "voltage", plus, voltage)
@@ -155,7 +135,7 @@ def _steady_boxes(rng: Rng, name: str, accuracy: float, larger: float = 1.0) -> 
         for b in boundaries
         if b.name != inner
     ]
-    return Scene(name, tuple(made), tuple(boundaries), tuple(probes), ROOM, accuracy=accuracy, steady=True)
+    return Scene(name, tuple(made), tuple(boundaries), tuple(probes), ROOM, accuracy=ACCURACY, steady=True)
 
 
 def _grown(rng: Rng, shape: list[int]) -> np.ndarray:
@@ -179,19 +159,27 @@ def _meet_by_faces(solid: np.ndarray) -> bool:
     return all(label(block)[1] <= 1 for block in blocks)
 
 
-def _beside(cell: Cell, axis: int, side: int) -> Cell:
-    x, y, z = (c + (2 * side - 1) * (d == axis) for d, c in enumerate(cell))
-    return x, y, z
+def _free_faces(made: Sequence[Box]) -> list[Face]:
+    """The faces at which no other box touches, but for the cold ones below."""
+
+    def touched(flat: Box) -> bool:
+        return any(_touching(flat, other) is not None for other in made if other.name != flat.name)
+
+    return [
+        (number, axis, side)
+        for number, axis, side in product(range(len(made)), range(3), (0, 1))
+        for lower, upper in [face(made[number], axis, side)]
+        if upper[2] > 0.0 and not touched(replace(made[number], lower=lower, upper=upper))
+    ]
 
 
-def _conducting(solid: np.ndarray, cells: list[Cell], made: list[Box]) -> list[int]:
+def _conducting(solid: np.ndarray, made: list[Box]) -> list[int]:
     """The numbers of the boxes of the largest piece that conducts."""
-    able = np.zeros_like(solid)
-    for cell, box in zip(cells, made, strict=True):
-        able[cell] = box.material.resistivity is not None
-    pieces, count = label(able)
-    sizes = [int((pieces == number + 1).sum()) for number in range(count)]
-    return [i for i, cell in enumerate(cells) if sizes and pieces[cell] == 1 + int(np.argmax(sizes))]
+    able = solid.copy()
+    able[solid] = [box.material.resistivity is not None for box in made]
+    pieces = label(able)[0][solid]
+    sizes = np.bincount(pieces[pieces > 0])
+    return [i for i, piece in enumerate(pieces) if piece and piece == sizes.argmax()]
 
 
 def _electrodes(cells: list[Cell], free: list[Face]) -> tuple[Face, Face] | None:
@@ -225,8 +213,10 @@ def _varied(rng: Rng, scene: Scene) -> Scene:
     step = Schedule((0.0, 0.37 * end, 0.37 * end), (ROOM, ROOM, ROOM + RISE / 2))
     stepped = rng.random() < 0.3
     boundaries = tuple(
-        replace(b, value=step if b.name == "cold" else varied(b.value))
-        if b.name in ("plus", "flux") or (b.name == "cold" and stepped)
+        replace(b, value=varied(b.value))
+        if b.name in ("plus", "flux")
+        else replace(b, value=step)
+        if b.name == "cold" and stepped
         else b
         for b in scene.boundaries
     )
@@ -234,7 +224,7 @@ def _varied(rng: Rng, scene: Scene) -> Scene:
     return replace(scene, boxes=made, boundaries=boundaries)
 
 
-def laws(seed: int, accuracy: float = 1e-2) -> Drawn:
+def laws(seed: int) -> Scene:
     """Draw boxes whose properties follow the temperature.
 
     Raises NumericsError where the scene can't be solved with numbers in place of the laws.
@@ -242,7 +232,7 @@ def laws(seed: int, accuracy: float = 1e-2) -> Drawn:
     rng = np.random.default_rng([seed, 1])
     radiates = rng.random() < 0.4
     # Radiation matters where solids are large or hot.
-    scene = _steady_boxes(rng, f"laws {seed}", accuracy, 10 ** float(rng.uniform(0, 3 * radiates)))
+    scene = _steady_boxes(rng, f"laws {seed}", 10 ** float(rng.uniform(0, 3 * radiates)))
     # The largest mean rise of a box, solved roughly with numbers, becomes 20 to 500 K.
     rough = replace(scene, accuracy=0.1, probes=scene.means())
     linear = solve(changed(rough, material=lambda m: replace(m, temperature_coefficient=0.0)))
@@ -253,7 +243,7 @@ def laws(seed: int, accuracy: float = 1e-2) -> Drawn:
     if seed % 4 == 2:
         scene = _timed(rng, scene, 20)
     scene = replace(scene, contacts=tuple(_contacts(rng, scene)))
-    return Drawn(seed, _driven(rng, _radiating(rng, scene) if radiates else scene))
+    return _driven(rng, _radiating(rng, scene) if radiates else scene)
 
 
 def _with_laws(rng: Rng, m: Material) -> Material:
@@ -307,13 +297,8 @@ def _touching(one: Box, other: Box) -> int | None:
 def _radiating(rng: Rng, scene: Scene) -> Scene:
     """The scene with a face, of a box that has one free, that radiates to up to 1,500 K."""
     taken = {(b.lower, b.upper) for b in scene.boundaries}
-    free = []
-    for box, axis, side in product(scene.boxes, range(3), (0, 1)):
-        lower, upper = face(box.lower, box.upper, axis, side)
-        flat, others = replace(box, lower=lower, upper=upper), (b for b in scene.boxes if b is not box)
-        held = (lower, upper) in taken or (axis == 2 and lower[2] == 0.0)
-        if not held and all(_touching(flat, other) is None for other in others):
-            free.append((lower, upper))
+    free = [face(scene.boxes[number], axis, side) for number, axis, side in _free_faces(scene.boxes)]
+    free = [at for at in free if at not in taken]
     if not free:
         return scene
     lower, upper = free[int(rng.integers(len(free)))]
@@ -346,7 +331,7 @@ def _driven(rng: Rng, scene: Scene) -> Scene:
     return replace(scene, boundaries=boundaries, probes=probes)
 
 
-def plates(seed: int, accuracy: float = 1e-2) -> Drawn:
+def plates(seed: int) -> Scene:
     """Draw a plate of silicon or nitride, cold at one side, often warmer at the other and cooled from below, with pads
     of gold or oxide above and below it and caps on some of these."""
     rng = np.random.default_rng([seed, 2])
@@ -376,8 +361,8 @@ def plates(seed: int, accuracy: float = 1e-2) -> Drawn:
         Probe("mean of the plate", plate.lower, plate.upper),
         *(Probe(f"into {b.name}", b.lower, b.upper, "heat_flow") for b in boundaries),
     ]  # fmt: skip
-    scene = Scene(f"plate {seed}", tuple(made), tuple(boundaries), tuple(probes), ROOM, accuracy=accuracy, steady=True)
-    return Drawn(seed, _timed(rng, scene, 10) if rng.random() < 0.1 else scene)
+    scene = Scene(f"plate {seed}", tuple(made), tuple(boundaries), tuple(probes), ROOM, accuracy=ACCURACY, steady=True)
+    return _timed(rng, scene, 10) if rng.random() < 0.1 else scene
 
 
 def _places(rng: Rng, size: float, raster: float, most: int) -> list[tuple[tuple[float, float], tuple[float, float]]]:

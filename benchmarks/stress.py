@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 
 from benchmarks import bars, extremes, invariants, random_scenes
-from benchmarks.random_scenes import Drawn
 from benchmarks.rows import Row, at_most, failed
 from compare.processes import TimeIsUpError, limited
 from compare.worker import DIED, map_tasks
 from scenes.errors import ConvergenceError, NumericsError
+from scenes.model import Scene
 
 QUICK_SCENES = 24
 HOLD_OUT = 1_000_000  # the first seed of scenes on which no constant is ever tuned
@@ -42,16 +42,16 @@ class Kind:
     share: int
     finer: float
     padding: float
-    draw: Callable[[int], Drawn]
+    draw: Callable[[int], Scene]
     always: dict[str, invariants.Test]
     in_turn: bool = False
 
-    def tests(self, drawn: Drawn) -> dict[str, invariants.Test]:
-        """Return the invariants of a scene."""
+    def tests(self, scene: Scene, seed: int) -> dict[str, invariants.Test]:
+        """Return the invariants of the scene of a seed."""
         always, in_turn = invariants.OVER_TIME_ALWAYS, invariants.OVER_TIME_IN_TURN
-        if drawn.scene.steady:
+        if scene.steady:
             always, in_turn = self.always, invariants.IN_TURN
-        turn = list(in_turn)[drawn.seed % len(in_turn)]
+        turn = list(in_turn)[seed % len(in_turn)]
         return always | ({turn: in_turn[turn]} if self.in_turn else {})
 
 
@@ -84,11 +84,11 @@ def examine(seed: int, kind: str, limit: int = LIMIT) -> Outcome:
     try:
         with limited(limit, PATIENCE * limit):
             # Drawing a scene with laws solves it with numbers first.
-            drawn = KINDS[kind].draw(seed)
-            result = invariants.solve(drawn.scene)
+            scene = KINDS[kind].draw(seed)
+            result = invariants.solve(scene)
             unknowns = int(result.details["unknowns"])
-            for name, test in KINDS[kind].tests(drawn).items():
-                violations[name] = test(drawn, result)
+            for name, test in KINDS[kind].tests(scene, seed).items():
+                violations[name] = test(scene, result)
     except TimeIsUpError:
         ended = "out of time"
     except Exception as error:
@@ -99,8 +99,8 @@ def examine(seed: int, kind: str, limit: int = LIMIT) -> Outcome:
     if not ended:
         try:
             with limited(limit, PATIENCE * limit):
-                violation, padding = invariants.compared(drawn, result, KINDS[kind].finer)
-                violations[f"{'errors' if drawn.scene.steady else 'traces'} honoured by a finer solve"] = violation
+                violation, padding = invariants.compared(scene, result, KINDS[kind].finer)
+                violations[f"{'errors' if scene.steady else 'traces'} honoured by a finer solve"] = violation
         except (TimeIsUpError, NumericsError):
             pass  # an accuracy that is out of reach or takes too long, but not the one that was asked for
     return Outcome(seed, violations, ended, why, seconds, unknowns, padding)

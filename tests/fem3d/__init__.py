@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.random_scenes import Drawn
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.heat import HeatProblem
@@ -100,10 +99,10 @@ def bar_grid(scene: Scene, intervals: int, degree: int) -> Grid:
     return grid_of(scene, ([0.0, BAR[0]], np.append(y, planes[-1]), [0.0, BAR[2]]), degree)
 
 
-def drawn(name: str) -> Drawn:
+def drawn(name: str) -> Scene:
     """A random scene that was hard for an earlier release, of ``drawn.json``, by its kind and seed."""
     documents = json.loads(Path(__file__).with_name("drawn.json").read_text(encoding="utf-8"))
-    return Drawn(0, from_dict(documents[name]))
+    return from_dict(documents[name])
 
 
 def gap(one: Result, two: Result, times: Sequence[float] = (), over: dict[str, float] | None = None) -> float:

@@ -107,7 +107,7 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
 def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(seed):
     """An edge of exponent 1/3 in a film thinner than the cells beside it; one of 1/2 in half of a scene."""
     hard = drawn(f"boxes {seed}")
-    found = invariants.solve(hard.scene)
+    found = invariants.solve(hard)
     assert 0.01 < invariants.compared(hard, found, 30.0)[0] < 0.8
     less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
     assert invariants.compared(hard, less, 30.0)[0] > 1
@@ -116,7 +116,7 @@ def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(see
 @pytest.mark.long
 def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
     """A slab that follows its cold face within a hundredth of the earliest time of interest."""
-    found = invariants.solve(drawn("boxes 238").scene)
+    found = invariants.solve(drawn("boxes 238"))
     assert len(found.over_time.jumps) == 1
     assert 0 < found.details["energy_imbalance"] < 1e-3
 
@@ -127,7 +127,7 @@ def test_traces_hold_where_heat_passes_by_a_singular_edge_and_where_they_are_ask
     """Two good conductors meet at an edge among poor conductors: a step from rest shows a third of the change by a
     degree. A flux jumps just before an output time, at a thirteenth of the first one."""
     hard = drawn(f"boxes {seed}")
-    found = invariants.solve(hard.scene)
+    found = invariants.solve(hard)
     assert 0.1 < invariants.compared(hard, found, 10.0)[0] < 0.9
     less = replace(found.over_time, errors={name: error / 5 for name, error in found.traces.errors.items()})
     assert invariants.compared(hard, replace(found, traces=less), 10.0)[0] > 1

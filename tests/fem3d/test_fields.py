@@ -259,5 +259,5 @@ def test_good_field_has_a_small_error(plate):
 
 def test_field_error_holds_beside_steep_decay():
     hard = drawn("boxes 1726")
-    result = invariants.solve(hard.scene)
+    result = invariants.solve(hard)
     assert invariants.undershoot(hard, result) < 1

@@ -112,5 +112,5 @@ def test_meander_among_pads_reaches_accuracy(pads, accuracy, most):
 @pytest.mark.long
 def test_errors_hold_on_long_thin_film():
     """A plate of 1 um among pads, 370 um wide; 131,000 unknowns know its mean to 0.14 K."""
-    mean = runs.solve(drawn("plates 634").scene).steady["mean of the plate"]
+    mean = runs.solve(drawn("plates 634")).steady["mean of the plate"]
     assert abs(mean.value - 503.545) < mean.error

@@ -183,13 +183,13 @@ def test_a_state_is_found_where_meshes_swing_below_zero():
     """A film that a flux enters by an edge: 29,000 K hot there, as a power of -0.35 has it, and down to -1,000 K on the
     first meshes."""
     hard = drawn("laws 3023")
-    assert invariants.compared(hard, invariants.solve(hard.scene), 3.0)[0] <= 1.0
+    assert invariants.compared(hard, invariants.solve(hard), 3.0)[0] <= 1.0
 
 
 @pytest.mark.long
 def test_a_resistivity_that_falls_to_zero_runs_away():
     """Not by a fold: a line of -0.0033 per kelvin ends 304 K above the cold end, in one box of two in series."""
-    scene = drawn("laws 3064").scene
+    scene = drawn("laws 3064")
     with pytest.raises(RunawayError, match="thermal runaway"):
         solve(scene)
 

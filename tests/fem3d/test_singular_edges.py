@@ -60,13 +60,13 @@ def test_unreachable_accuracy_is_reported_early(seed, levels):
     """By the potential of the cold conductor, or by an error that hardly falls from the first level to the second."""
     said = []
     with pytest.raises(NumericsError, match=r"isn't reached .* to the power 0\."):
-        solve(drawn(f"boxes {seed}").scene, said.append)
+        solve(drawn(f"boxes {seed}"), said.append)
     assert len(said) == levels
 
 
 def test_falling_error_is_not_an_edge():
     """On long layers a coarse grid misses thousands of times the tolerance, and the edges cause none of the error."""
-    scene = drawn("boxes 372").scene
+    scene = drawn("boxes 372")
     found = solve(scene)
     assert found.details["levels"] > 2
     assert max(e.error / found.details["scales"][n] for n, e in found.steady.items()) <= scene.accuracy

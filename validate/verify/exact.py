@@ -18,11 +18,10 @@ from scipy.special import ellipj, ellipk
 from benchmarks import bars
 from benchmarks.bars import ENDS, LENGTH, MIDDLE, ROOM, SLOW, cold_electrodes
 from benchmarks.extremes import heated_middle
-from benchmarks.random_scenes import face
 from benchmarks.rows import Row
 from benchmarks.walls import HELD, INVERSION, Layer, step_response
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value
-from scenes.sink import OXIDE, SILICON
+from scenes.sink import OXIDE, SILICON, face
 from validate.verify.expected import ACCURACY, Expected, rows
 
 TERMS = 400
@@ -252,15 +251,13 @@ def flat(y: float, section: tuple[float, float] = (WIDTH, DEPTH)) -> tuple[Point
 def brick() -> Iterator[Row]:
     """A brick whose six faces take another temperature at once: the product of three slabs."""
     half, material = (1.0, 1.6, 2.0), Material("unit", 1.0, 1.0, 1.0)
-    lower = (-1.0, -1.6, -2.0)
+    box = Box("brick", material, (-1.0, -1.6, -2.0), half)
     faces = tuple(
-        Boundary(f"face {d}{side}", "temperature", *face(lower, half, d, side), 2.0)
-        for d, side in product(range(3), (0, 1))
+        Boundary(f"face {d}{side}", "temperature", *face(box, d, side), 2.0) for d, side in product(range(3), (0, 1))
     )
     probes = {"centre O": (0.0, 0.0, 0.0), "point H": (0.5, 0.8, 1.0)}
     times = (0.1, 0.3, 1.0)
     points = tuple(Probe(name, at, at) for name, at in probes.items())
-    box = Box("brick", material, lower, half)
     scene = Scene("brick", (box,), faces, points, 1.0, 1.0, ACCURACY, False, times)
 
     def exact(at: Point, t: float) -> Any:

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from benchmarks.random_scenes import face
 from scenes.model import Boundary, Box, Material, Scene
+from scenes.sink import face
 
 SIZE = (1.0, 0.8, 0.6)
 LAYER = 0.25  # m: the height at which the second layer begins
@@ -209,9 +209,9 @@ def _scene(materials: list[Material], kinds: dict[tuple[int, int], Any], electro
     boxes = (Box("lower", materials[0], (0.0, 0.0, 0.0), (x, y, LAYER)),
              Box("upper", materials[1], (0.0, 0.0, LAYER), SIZE))  # fmt: skip
     value = {"temperature": 293.0, "convection": COEFFICIENT, "heat_flux": FLUX}
-    faces = []
+    faces, whole = [], Box("both", materials[0], (0.0, 0.0, 0.0), SIZE)
     for (d, side), kind in kinds.items():
-        at = face((0.0, 0.0, 0.0), SIZE, d, side)
+        at = face(whole, d, side)
         faces.append(Boundary(f"{kind} {'xyz'[d]}{side}", kind, *at, value[kind], 293.0))
         if electrodes and d == 0:
             # The manufactured potential replaces these voltages.

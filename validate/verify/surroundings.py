@@ -11,13 +11,12 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
 from scipy.optimize import brentq
 
-from benchmarks.random_scenes import face
 from benchmarks.rows import Row
 from benchmarks.walls import Layer
 from reduced1d.equations import plate_resistance
 from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from scenes.sink import OXIDE, SILICON
+from scenes.sink import OXIDE, SILICON, face
 from validate.verify.exact import (
     BAR,
     DEPTH,
@@ -84,10 +83,10 @@ def anisotropic_block() -> Iterator[Row]:
     stretched = tuple(length * (mean / along) ** 0.5 for length, along in zip(size, k, strict=True))
     corner = heated_corner(stretched, mean, source)
     material = Material("block", k, 1.0, 1.0)  # type: ignore[arg-type]
-    cold = tuple(Boundary(f"cold {d}", "temperature", *face((0.0, 0.0, 0.0), size, d, 1), ROOM) for d in range(3))
+    box = Box("block", material, (0.0, 0.0, 0.0), size, source)
+    cold = tuple(Boundary(f"cold {d}", "temperature", *face(box, d, 1), ROOM) for d in range(3))
     hottest = Probe("corner", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    scene = Scene("block", (Box("block", material, (0.0, 0.0, 0.0), size, source),), cold, (hottest,),
-                  accuracy=ACCURACY, steady=True)  # fmt: skip
+    scene = Scene("block", (box,), cold, (hottest,), accuracy=ACCURACY, steady=True)
     yield from rows(FAMILY, "block with three conductivities, heated inside", scene,
                     [Expected("corner", "K", ROOM + corner, corner)],
                     "the block stretched along x, y and z; its series")  # fmt: skip
