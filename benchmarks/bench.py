@@ -26,11 +26,13 @@ OURS, REDUCTION, SCIKIT_FEM, NGSOLVE = "this toolkit", "reductions", "scikit-fem
 TOOLS = (OURS, SCIKIT_FEM, NGSOLVE)
 REDUCTIONS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:4")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-# The settings of the other programs: the first cell at an edge (m), the ratio of neighbours, and steps to an octave.
-SCIKIT_FEM_SETTINGS = ((3e-5, 4, 1), (1.5e-5, 4, 1), (8e-6, 4, 1), (4e-6, 3, 1), (2e-6, 3, 2), (5e-7, 3, 2))
-NGSOLVE_SETTINGS = (
-    (2, 3e-5, 4, 1), (2, 8e-6, 4, 1), (3, 3e-5, 4, 1), (3, 8e-6, 4, 1), (4, 4e-6, 4, 2), (4, 1e-6, 4, 2),
-)  # fmt: skip
+# Of the other programs: the order, the first cell at an edge (m), the ratio of neighbours, and steps to an octave.
+SETTINGS = {
+    SCIKIT_FEM: (
+        (2, 3e-5, 4, 1), (2, 1.5e-5, 4, 1), (2, 8e-6, 4, 1), (2, 4e-6, 3, 1), (2, 2e-6, 3, 2), (2, 5e-7, 3, 2),
+    ),
+    NGSOLVE: ((2, 3e-5, 4, 1), (2, 8e-6, 4, 1), (3, 3e-5, 4, 1), (3, 8e-6, 4, 1), (4, 4e-6, 4, 2), (4, 1e-6, 4, 2)),
+}  # fmt: skip
 QUICK, FINEST = (3, 8e-6, 4, 1), (5, 1e-6, 4, 2)  # NGSolve's references
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 ABOUT = (
@@ -51,7 +53,7 @@ SKIPS = {
     "3D model (`--only 1d`)": ((*PLAIN, "--only", "1d"), PLAIN),
     "fields (not written without `--fields`)": (PLAIN, (*PLAIN, "--fields")),
 }
-STARTS = {"cold run without figures": PLAIN, "cold run with its four figures": ("sink",)}
+STARTS = {"cold run without figures": (PLAIN, BARE), "cold run with its four figures": (("sink",), BARE)}
 
 
 def own(transient: bool, accuracy: float) -> Entry:
@@ -60,9 +62,8 @@ def own(transient: bool, accuracy: float) -> Entry:
     return Entry(OURS, f"accuracy {accuracy:.0e}", "own_models", options)
 
 
-def other(tool: str, transient: bool, *settings: float) -> Entry:
+def other(tool: str, transient: bool, order: int, first: float, ratio: float, steps: int) -> Entry:
     """Return the entry of another program."""
-    order, first, ratio, steps = settings if len(settings) == 4 else (2, *settings)
     options = {"transient": transient, "order": order, "first": first, "ratio": ratio, "steps": steps}
     label = f"degree {order}, cells from {first * 1e6:g} um" + f", {steps} steps an octave" * transient
     return Entry(tool, label, "skfem_sink" if tool == SCIKIT_FEM else "ngsolve_sink", options)
@@ -73,9 +74,8 @@ def work_precision(transient: bool, rounds: int, quick: bool, say: Say) -> dict[
     few, with_ngsolve = 2 if quick else None, find_spec("ngsolve") is not None
     entries = [own(transient, accuracy) for accuracy in ACCURACIES[:-1][:few]]
     entries += [Entry(REDUCTION, name, "own_models", {"model": name, "transient": transient}) for name in REDUCTIONS]
-    entries += [other(SCIKIT_FEM, transient, *settings) for settings in SCIKIT_FEM_SETTINGS[:few]]
-    if with_ngsolve:
-        entries += [other(NGSOLVE, transient, *settings) for settings in NGSOLVE_SETTINGS[:few]]
+    for tool in (SCIKIT_FEM, NGSOLVE) if with_ngsolve else (SCIKIT_FEM,):
+        entries += [other(tool, transient, *settings) for settings in SETTINGS[tool][:few]]
     finest = own(transient, 1e-4 if quick else ACCURACIES[-1])
     say("reference")
     reference = check = measure.once(finest)["values"]
@@ -102,24 +102,21 @@ def fastest(rows: Sequence[Row], tool: str, target: float) -> float | None:
     return min(times, default=None)
 
 
-def _seconds(arguments: Sequence[str], folder: str) -> float:
+def _seconds(arguments: tuple[str, ...], folder: str) -> float:
     """The seconds of a command on the wall, as its user waits for it."""
+    whole = (sys.executable, "-m", "validate", *arguments, "--quiet", "--out", f"{folder}/run")
     started = time.perf_counter()
-    subprocess.run(_whole(arguments, folder), check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(BARE if arguments == BARE else whole, check=True, stdout=subprocess.DEVNULL)
     return time.perf_counter() - started
 
 
-def _whole(arguments: Sequence[str], folder: str) -> tuple[str, ...]:
-    if tuple(arguments) == BARE:
-        return BARE
-    return (sys.executable, "-m", "validate", *arguments, "--quiet", "--out", f"{folder}/run")
-
-
-def _pairs(pairs: Mapping[str, tuple[Sequence[str], Sequence[str]]], rounds: int, say: Say) -> list[Row]:
+def pairs_of(
+    pairs: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]], rounds: int, quick: bool, say: Say
+) -> list[Row]:
     """Time pairs of commands, one after the other from cold: medians, and the range of the ratios."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, pair in pairs.items():
+        for name, pair in list(pairs.items())[: 2 if quick else None]:
             say(name)
             times = [[_seconds(arguments, folder) for arguments in pair] for _ in range(rounds)]
             ratios = [a / b for a, b in times]
@@ -129,30 +126,12 @@ def _pairs(pairs: Mapping[str, tuple[Sequence[str], Sequence[str]]], rounds: int
     return rows
 
 
-def start_up(rounds: int, _: bool, say: Say) -> list[Row]:
-    """Return the time of cold runs over a bare ``import skfem``."""
-    return _pairs({name: (arguments, BARE) for name, arguments in STARTS.items()}, rounds, say)
-
-
-def skips(rounds: int, quick: bool, say: Say) -> list[Row]:
-    """Return the time of whole commands with and without each skip of the plan."""
-    return _pairs(dict(list(SKIPS.items())[: 2 if quick else None]), rounds, say)
-
-
-PARTS: dict[str, Callable[[int, bool, Say], Any]] = {
-    "transient": partial(work_precision, True),
-    "steady": partial(work_precision, False),
-    "skips": skips,
-    "start-up": start_up,
-}
-
-
 def run(parts: Sequence[str], rounds: int, quick: bool, say: Say, earlier: Mapping[str, Any]) -> dict[str, Any]:
     """Return the named parts and the parts of an ``earlier`` run.
 
     Raises ArithmeticError where a reference can't be made; an entry that fails is a row with the reason."""
     document: dict[str, Any] = {"schema": SCHEMA, "quick": quick, "machine": _machine(), **earlier}
-    return document | {part: PARTS[part](rounds, quick, say) for part in parts if part not in document}
+    return document | {part: PARTS[part][1](rounds, quick, say) for part in parts if part not in document}
 
 
 def _machine() -> dict[str, str]:
@@ -222,14 +201,15 @@ def _start_up(part: Sequence[Mapping[str, Any]]) -> Content:
     ]
 
 
-SECTIONS: dict[str, tuple[str, Callable[[Any], Content]]] = {
-    "transient": ("The whole transient of the sink", _work),
-    "steady": ("The sink's steady state", _work),
-    "skips": ("What each skip of the plan saves", _skips),
-    "start-up": ("Start-up", _start_up),
+PARTS: dict[str, tuple[str, Callable[[int, bool, Say], Any], Callable[[Any], Content]]] = {
+    "transient": ("The whole transient of the sink", partial(work_precision, True), _work),
+    "steady": ("The sink's steady state", partial(work_precision, False), _work),
+    "skips": ("What each skip of the plan saves", partial(pairs_of, SKIPS), _skips),
+    "start-up": ("Start-up", partial(pairs_of, STARTS), _start_up),
 }
+"""The title of each part, its measurement, and the content of its section."""
 
 
 def sections_of(measurements: Mapping[str, Any]) -> dict[str, tuple[str, Content]]:
     """Return the title and the content of each part that was measured."""
-    return {name: (title, make(measurements[name])) for name, (title, make) in SECTIONS.items() if name in measurements}
+    return {name: (title, make(measurements[name])) for name, (title, _, make) in PARTS.items() if name in measurements}

@@ -42,36 +42,32 @@ def once(entry: Entry, patience: float = 0.0) -> dict[str, Any]:
     name = f"{entry.tool} ({entry.label})"
     try:
         return Worker(name, quiet=True).run(TIME_LIMIT, work, entry, patience)
-    except SceneError as error:
-        raise EntryError(str(error)) from None
     except Exception as error:
-        raise EntryError(f"{name} failed: {type(error).__name__}: {error}") from None
+        named = isinstance(error, SceneError)
+        raise EntryError(str(error) if named else f"{name} failed: {type(error).__name__}: {error}") from None
 
 
 def in_turns(
     entries: Sequence[Entry], rounds: int, progress: Callable[[str], None], patience: float
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Measure every entry some times, one after another; return for each its numbers, or its ``failure``."""
-    results: list[list[dict[str, Any]]] = [[] for _ in entries]
-    rows = [{"tool": entry.tool, "label": entry.label, "failure": ""} for entry in entries]
+    rows: list[dict[str, Any]] = [{"tool": e.tool, "label": e.label, "failure": "", "seconds": []} for e in entries]
     for turn in range(rounds):
-        for entry, row, measurements in zip(entries, rows, results, strict=True):
-            if row["failure"] or (measurements and min(measurements[0]["seconds"]) > LONG):
+        for entry, row in zip(entries, rows, strict=True):
+            if row["failure"] or min(row["seconds"], default=0.0) > LONG:
                 continue
             progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
             try:
-                measurements.append(once(entry, patience))
+                found = once(entry, patience)
             except EntryError as error:
                 row["failure"] = str(error)
-    return [row if row["failure"] else row | _summary(each) for row, each in zip(rows, results, strict=True)]
-
-
-def _summary(measurements: list[dict[str, Any]]) -> dict[str, Any]:
-    seconds = [s for one in measurements for s in one["seconds"]]
-    return measurements[-1] | {
-        "median_s": statistics.median(seconds), "fastest_s": min(seconds), "slowest_s": max(seconds),
-        "solves": len(seconds),
-    }  # fmt: skip
+            else:
+                seconds = row["seconds"] + found["seconds"]
+                row |= found | {
+                    "seconds": seconds, "median_s": statistics.median(seconds), "fastest_s": min(seconds),
+                    "slowest_s": max(seconds), "solves": len(seconds),
+                }  # fmt: skip
+    return rows
 
 
 def work(entry: Entry, patience: float) -> dict[str, Any]:

@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from benchmarks.sink_programs import QUANTITIES, TIMES
+from benchmarks.sink_programs import QUANTITIES, TIMES, Prepared
+from fem3d.runs import sink as sinks
+from reduced1d import ladder
 from scenes.loading import load
 from scenes.result import Result
 from scenes.sink import Sink
 
 
-def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
+def prepare(options: dict[str, Any]) -> Prepared:
     """Return the timed part of a model and the reading of its numbers."""
     sink = load("sink", [f"accuracy={options['accuracy']}"] if "accuracy" in options else [])
     name, transient = options["model"], options["transient"]
-    if name == "3d":
-        from fem3d.runs.sink import solve
 
-        return lambda: solve(sink, transient), lambda result: _read(sink, result)
-    from reduced1d import ladder
+    def solve() -> Result:
+        return sinks.solve(sink, transient) if name == "3d" else ladder.solve(sink, name, steady_only=not transient)
 
-    return lambda: ladder.solve(sink, name, steady_only=not transient), lambda result: _read(sink, result)
+    return solve, partial(_read, sink)
 
 
 def _read(sink: Sink, result: Result) -> dict[str, Any]:
     """The quantities at each of `TIMES`, linear between the rows of traces, or in the steady state, with the largest
     error bound that the model states, relative to the steady value."""
-    values = {q: [result.steady[q].value] for q in QUANTITIES}
-    bounds = {q: result.steady[q].error or 0.0 for q in QUANTITIES}
-    steady = {q: each[0] for q, each in values.items()}
+    steady = {q: result.steady[q] for q in QUANTITIES}
+    values, bounds = {q: [e.value] for q, e in steady.items()}, {q: e.error for q, e in steady.items()}
     if result.traces is not None:
         for q in QUANTITIES:
             name = q.replace("_rise", "")
@@ -39,5 +38,5 @@ def _read(sink: Sink, result: Result) -> dict[str, Any]:
             values[q] = (np.interp(TIMES, result.traces.time, result.traces.values[name]) - start).tolist()
             bounds[q] = result.traces.errors.get(name, 0.0)
     size = result.details.get("unknowns", result.details.get("states"))
-    bound = max(bounds[q] / abs(steady[q]) for q in QUANTITIES)
+    bound = max(bounds[q] / abs(steady[q].value) for q in QUANTITIES)
     return {"values": values, "unknowns": size, "bound": bound}

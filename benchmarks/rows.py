@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-Verdict = Literal["agrees", "differs", "unresolved", "as predicted", "skipped"]
+Verdict = Literal["agrees", "differs", "unresolved", "skipped"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,6 @@ class Row:
     relation : ``found`` should be near ``expected``, at most or at least as large, up to ``bound``
     settled : the largest ``bound`` with which the row is settled; None for any
     note : the source of the expected value, or where the worst of several numbers is
-    foreign : a method for comparison only, which may fail as theory predicts
     skipped : nothing was computed, for the reason in ``note``
     """
 
@@ -37,7 +36,6 @@ class Row:
     relation: Literal["near", "at most", "at least"] = "near"
     settled: float | None = None
     note: str = ""
-    foreign: bool = False
     skipped: bool = False
 
     @property
@@ -52,7 +50,7 @@ class Row:
             return "skipped"
         excess = {"near": abs(self.difference), "at most": self.difference, "at least": -self.difference}[self.relation]
         if not (math.isfinite(self.bound) and excess <= self.bound):
-            return "as predicted" if self.foreign else "differs"
+            return "differs"
         return "unresolved" if self.settled is not None and self.bound > self.settled else "agrees"
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from skfem import MeshHex
@@ -23,23 +23,13 @@ END = 0.02  # s
 TIMES = (*(1e-5 * 2.0**k for k in range(11)), END)  # octaves; they are among the steps of every program
 EDGES = (0.0, *(1e-5 * 4.0**k for k in range(6)), END)  # equal steps within each of these intervals
 COPIES = 4
-MATERIALS = ("pad", "oxide", "beam")
+Prepared = tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]
+"""The timed part of an entry, and the reading of its numbers from the answer."""
 
 
-class Program(Protocol):
-    """A discrete heat problem of the quarter: M du/dt + K u = load(u), u being the rise (K) of the free nodes."""
-
-    size: int
-    mass: Any
-    stiffness: Any
-
-    def load(self, rise: np.ndarray) -> np.ndarray: ...
-    def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]: ...
-    def quantities(self, rise: np.ndarray) -> list[float]: ...
-
-
-def mesh(sink: Sink, first: float, ratio: float) -> tuple[MeshHex, np.ndarray]:
-    """Return the hexahedra of a quarter (m) and the material (cells,) of each, a number in `MATERIALS`.
+def mesh(sink: Sink, first: float, ratio: float) -> MeshHex:
+    """Return the hexahedra of a quarter (m), with the subdomains "beam", "pad" and "oxide", and as boundaries the
+    oxide's "substrate" and the beam's "end", which is inside.
 
     Cells at the planes of the geometry are ``first`` long (m) and grow by ``ratio`` away from them.
     """
@@ -48,11 +38,18 @@ def mesh(sink: Sink, first: float, ratio: float) -> tuple[MeshHex, np.ndarray]:
     y = (-sink.pad_length, -far, -sink.anchor_distance, 0.0, half)
     z = (-sink.oxide_thickness, 0.0, sink.thickness)
     cells = MeshHex.init_tensor(*(_graded(sorted(set(planes)), first, ratio) for planes in (x, y, z)))
-    at_x, at_y, at_z = cells.p[:, cells.t].mean(axis=1)
-    beam, pad = (at_y > 0) & (at_x < sink.width / 2) & (at_z > 0), (at_y < 0) & (at_z > 0)
-    oxide = (at_z < 0) & (at_x < sink.oxide_width / 2) & (-far < at_y) & (at_y < -sink.anchor_distance)
-    solid = np.flatnonzero(beam | pad | oxide)
-    return cells.restrict(solid), (2 * beam + oxide)[solid]
+    subdomains = {
+        "beam": lambda x: (x[1] > 0) & (x[0] < sink.width / 2) & (x[2] > 0),
+        "pad": lambda x: (x[1] < 0) & (x[2] > 0),
+        "oxide": lambda x: (x[2] < 0) & (x[0] < sink.oxide_width / 2) & (-far < x[1]) & (x[1] < -sink.anchor_distance),
+    }
+    boundaries = {
+        "substrate": lambda x: np.isclose(x[2], -sink.oxide_thickness),
+        "end": lambda x: np.isclose(x[1], 0.0) & (x[0] < sink.width / 2) & (x[2] > 0),
+    }
+    solid = np.concatenate([cells.elements_satisfying(inside) for inside in subdomains.values()])
+    part = cells.restrict(np.sort(solid)).with_subdomains(subdomains)
+    return part.with_boundaries(boundaries, boundaries_only=False)
 
 
 def _graded(planes: Sequence[float], first: float, ratio: float) -> np.ndarray:
@@ -66,17 +63,18 @@ def _graded(planes: Sequence[float], first: float, ratio: float) -> np.ndarray:
     return np.concatenate(points)
 
 
-class UniformCurrent:
-    """The Joule heat and the quantities of a rise.
+class Program:
+    """A discrete heat problem of the quarter, mass du/dt + stiffness u = load(u), u being the rise (K) of the nodes.
 
     Attributes
     ----------
+    mass, stiffness, pairs : matrices; of ``pairs`` the integrals of products of two functions over the beam (m3)
     rows : the weights (size,) of the peak, of the mean of the beam's end and of the mean of the beam
-    pairs : the product of a rise with each function, integrated over the beam (m3)
     """
 
-    def __init__(self, sink: Sink, rows: Sequence[np.ndarray], pairs: Callable[[np.ndarray], np.ndarray]) -> None:
-        self.sink, self.rows, self.pairs = sink, rows, pairs
+    def __init__(self, sink: Sink, rows: Sequence[np.ndarray], mass: Any, stiffness: Any, pairs: Any) -> None:
+        self.sink, self.rows, self.size = sink, rows, len(rows[0])
+        self.mass, self.stiffness, self.pairs = mass, stiffness, pairs
         self.volume = rows[2] * (sink.length * sink.cross_section / COPIES)
         self.rho, self.coefficient = room_resistivity(sink.silicon, sink.room_temperature)
 
@@ -88,7 +86,7 @@ class UniformCurrent:
     def load(self, rise: np.ndarray) -> np.ndarray:
         """Return the Joule load (W)."""
         density = self.current(rise) / self.sink.cross_section
-        return density**2 * self.rho * (self.volume + self.coefficient * self.pairs(rise))
+        return density**2 * self.rho * (self.volume + self.coefficient * (self.pairs @ rise))
 
     def quantities(self, rise: np.ndarray) -> list[float]:
         """Return the numbers that `QUANTITIES` names."""
@@ -104,18 +102,16 @@ def step_times(per_octave: int) -> np.ndarray:
     return np.concatenate(times)
 
 
-def prepare(
-    options: Mapping[str, Any], assemble: Callable[[Sink, MeshHex, np.ndarray], Program]
-) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
+def prepare(assemble: Callable[[Sink, MeshHex, int], Program], options: Mapping[str, Any]) -> Prepared:
     """Return the timed part of a program, from the mesh to the answer, and the reading of its numbers.
 
-    Options are ``transient``, ``first`` and ``ratio`` of the mesh, and ``steps`` to an octave.
+    Options are ``transient``, ``order``, ``first`` and ``ratio`` of the mesh, and ``steps`` to an octave.
     """
     sink = load("sink", [])
-    cells, material = mesh(sink, options["first"], options["ratio"])
+    cells = mesh(sink, options["first"], options["ratio"])
 
     def solve() -> tuple[int, list[list[float]]]:
-        program = assemble(sink, cells, material)
+        program = assemble(sink, cells, options["order"])
         if not options["transient"]:
             return program.size, [program.quantities(sdirk.solve_steady(program, 1e-8))]
         times = step_times(options["steps"])

@@ -40,11 +40,11 @@ def step_response(
     """
 
     def transform(s: Any) -> Any:
-        a = [np.sqrt(s * layer.heat_capacity / layer.conductivity) for layer in layers]
         admittance, ratios = complex(far), []
-        for layer, root in zip(reversed(layers), reversed(a), strict=True):
-            characteristic, tanh = layer.conductivity * root, np.tanh(root * layer.thickness)
-            d = root * layer.thickness
+        for layer in reversed(layers):
+            root = np.sqrt(s * layer.heat_capacity / layer.conductivity)
+            characteristic, d = layer.conductivity * root, root * layer.thickness
+            tanh = np.tanh(d)
             ratios.append(1 / (np.cosh(d) + admittance / characteristic * np.sinh(d)))
             admittance = characteristic * (admittance + characteristic * tanh) / (characteristic + admittance * tanh)
         near = {
@@ -57,12 +57,8 @@ def step_response(
 
 
 def _invert(transform: Any, time: float) -> np.ndarray:
-    theta = np.arange(1, POINTS) * np.pi / POINTS
-    r = 2 * POINTS / (5 * time)
-    total = 0.5 * np.exp(r * time) * transform(r)
-    for angle in theta:
-        cot = 1 / np.tan(angle)
-        s = r * angle * (cot + 1j)
-        slope = 1 + 1j * (angle + (angle * cot - 1) * cot)
-        total = total + np.exp(time * s) * transform(s) * slope
-    return np.asarray((r / POINTS * total).real)
+    r, angle = 2 * POINTS / (5 * time), np.arange(1, POINTS) * np.pi / POINTS
+    cot = 1 / np.tan(angle)
+    points, slopes = np.r_[r, r * angle * (cot + 1j)], np.r_[0.5, 1 + 1j * (angle + (angle * cot - 1) * cot)]
+    terms = [np.exp(time * s) * transform(s) * slope for s, slope in zip(points, slopes, strict=True)]
+    return np.asarray(r / POINTS * np.sum(terms, axis=0).real)

@@ -44,8 +44,7 @@ OF_A_TABLE = {
     "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
     "--json": "print the table as JSON",
 }  # fmt: skip
-MARKS = {"as predicted": "unresolved", "skipped": ""}
-VERDICTS = ("agrees", "differs", "unresolved", "as predicted", "skipped")
+VERDICTS = ("agrees", "differs", "unresolved", "skipped")
 
 
 def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
@@ -238,7 +237,7 @@ def counts(rows: Sequence[Row]) -> dict[str, int]:
 def headline(rows: Sequence[Row]) -> str:
     """Return how many rows agree and how many do not."""
     number = counts(rows)
-    words = {"differs": "differ", "unresolved": "unresolved", "as predicted": "fail as predicted", "skipped": "skipped"}
+    words = {"differs": "differ", "unresolved": "unresolved", "skipped": "skipped"}
     others = [f"{number[verdict]} {word}" for verdict, word in words.items() if number[verdict]]
     return ", ".join([f"{number['agrees']} of {len(rows) - number['skipped']} rows agree", *others]) + "."
 
@@ -262,7 +261,7 @@ def _line(row: Row) -> Line:
     agrees = row.verdict == "agrees"
     vague = f"only within {row.bound:.1e}, not {row.settled:.1e}" if row.verdict == "unresolved" else ""
     below = "" if agrees else ": ".join(filter(None, (row.verdict, vague, row.note)))
-    return Line([_quantity(row), *_numbers(row)], MARKS.get(row.verdict, row.verdict), below)
+    return Line([_quantity(row), *_numbers(row)], row.verdict, below)
 
 
 def markdown(rows: Sequence[Row], title: str, about: str, versions: Mapping[str, str], more: str = "") -> str:
