@@ -7,12 +7,12 @@ voltage that has a steady state.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
-from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from benchmarks.rows import Row, at_most
@@ -32,7 +32,7 @@ LATE = 20 * SLOW  # s: long beside the slowest mode, also near a limit
 HOTTEST = 2000.0  # K: peak of a bar that has no limit
 FRACTIONS = (0.5, 0.9, 0.99)  # of the limit
 ACCURACY, LIMIT, COUNT, FEW = 1e-3, 120, 12, 3  # LIMIT: s of computing for one bar; COUNT of bars, FEW where quick
-CONDUCTIVITY = 130.0  # W/(m K), of `SILICON`
+CONDUCTIVITY, RESISTIVITY = 130.0, 6e-5  # W/(m K) and ohm m, of `SILICON`
 GROUP = "bars of random laws against the closed form"
 
 
@@ -56,25 +56,21 @@ def random_resistivity(rng: np.random.Generator) -> Law:
     """
     falls = rng.random() < 0.5
     if rng.random() < 0.5:
-        return PowerLaw(6e-5, ROOM, float(rng.uniform(-6.0, -2.5) if falls else rng.uniform(0.0, 2.0)))
+        return PowerLaw(RESISTIVITY, ROOM, float(rng.uniform(-6.0, -2.5) if falls else rng.uniform(0.0, 2.0)))
     temperatures = np.sort(rng.uniform(ROOM, 1200.0, int(rng.integers(2, 6))))
     exponents = (-1.0 if falls else 1.0) * rng.uniform(0.2, 3.0, len(temperatures))
-    values = 6e-5 * np.exp(np.cumsum(exponents * np.diff(np.log([ROOM, *temperatures]))))
+    values = RESISTIVITY * np.exp(np.cumsum(exponents * np.diff(np.log([ROOM, *temperatures]))))
     return Table(tuple(temperatures.tolist()), tuple(values.tolist()))
 
 
 def heat(law: Law, conductivity: float, peak: float) -> float:
-    """Return the integral (V^2) of k rho dT from room temperature to a peak (K), piece by piece of a table."""
-    bends = [t for t in getattr(law, "temperatures", ()) if ROOM < t < peak]
-    points = [ROOM, *bends, peak]
-    return conductivity * sum(quad(law, a, b, epsrel=1e-12)[0] for a, b in pairwise(points))
+    """Return the integral (V^2) of k rho dT from room temperature to a peak (K)."""
+    return float(conductivity * (law.integral(peak) - law.integral(ROOM)))
 
 
 def limit(law: Law, conductivity: float) -> float:
     """Return the largest voltage (V) that has a steady state; infinite where the integral of rho has no end."""
-    if not isinstance(law, PowerLaw) or law.exponent >= -1:
-        return np.inf
-    return float(np.sqrt(-8 * conductivity * law(ROOM) * ROOM / (1 + law.exponent)))
+    return math.sqrt(8 * heat(law, conductivity, math.inf))
 
 
 def peak(law: Law, conductivity: float, volts: float) -> float:
@@ -94,7 +90,7 @@ def rows(quick: bool, seed: int) -> Iterator[Row]:
         ratios, denied = list[tuple[float, str]](), list[str]()
         for number in seeds:
             law = random_resistivity(np.random.default_rng([number, 8]))
-            most = min(limit(law, CONDUCTIVITY), float(np.sqrt(8 * heat(law, CONDUCTIVITY, HOTTEST))) / FRACTIONS[-1])
+            most = min(limit(law, CONDUCTIVITY), math.sqrt(8 * heat(law, CONDUCTIVITY, HOTTEST)) / FRACTIONS[-1])
             exact = peak(law, CONDUCTIVITY, fraction * most)
             scene = bar(replace(SILICON, resistivity=law, temperature_coefficient=0.0), fraction * most)
             try:

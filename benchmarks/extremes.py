@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from fem3d.runs.scene import solve as solve_scene
 from fem3d.runs.sink import solve as solve_sink
 from scenes.errors import RunawayError
 from scenes.model import Schedule, Value
-from scenes.result import Result
 from scenes.sink import SILICON, Sink
 
 ACCURACY, FINER = 1e-3, 2e-4
@@ -25,22 +25,7 @@ TRUE = "true error over the error bound"
 VOLTS, SLOW = 2.0, bars.SLOW / 4  # SLOW: the diffusion time of half the bar's length
 
 
-def steady(sink: Sink) -> Result:
-    """Solve the steady state of a sink."""
-    return solve_sink(sink, transient=False)
-
-
-def violation(result: Result, finer: Result) -> tuple[float, str]:
-    """Return the largest distance of two results over their error bounds, and its quantity."""
-    return max(
-        (abs(e.value - finer.steady[name].value) / (e.error + finer.steady[name].error), name)
-        for name, e in result.steady.items()
-    )
-
-
-def imbalance(result: Result) -> float:
-    """Return the heat that is missing, over the power."""
-    return float(result.details["energy_imbalance"])
+steady = partial(solve_sink, transient=False)
 
 
 def silicon(coefficient: float, voltage: float = 1.0) -> Sink:
@@ -63,21 +48,18 @@ def families(quick: bool) -> Iterator[Row]:
         ("aspect ratios", "length of the beam in m", 10e-6, 10e-3, 7, lambda y: replace(Sink(), length=y), BALANCE),
         ("contrasts", "conductivity of silicon over oxide", 1e-8, 1e8, 9, contrast, CONTRASTED),
     ):  # fmt: skip
-        violations, balances = [], []
+        violations, balances = list[tuple[float, str]](), list[tuple[float, str]]()
         values = np.geomspace(low, high, 2 if quick else count)
         for value in values:
             coarse, fine = (steady(replace(sink_of(float(value)), accuracy=a)) for a in (ACCURACY, FINER))
-            worst, quantity = violation(coarse, fine)
-            violations.append((worst, f"at {value:.3g}, {quantity}"))
-            balances.append((imbalance(coarse), f"at {value:.3g}"))
+            balances.append((coarse.details["energy_imbalance"], f"at {value:.3g}"))
+            for name, e in coarse.steady.items():
+                other = fine.steady[name]
+                violations.append((abs(e.value - other.value) / (e.error + other.error), f"at {value:.3g}, {name}"))
         case = f"{case}, {low:g} to {high:g}, {len(values)} sinks"
-        yield _worst(group, case, TRUE, violations, 1.0)
-        yield _worst(group, case, "heat balance", balances, balance)
-
-
-def _worst(group: str, case: str, quantity: str, numbers: list[tuple[float, str]], limit: float) -> Row:
-    worst, note = max(numbers)
-    return at_most(group, case, quantity, worst, limit, note)
+        for quantity, numbers, limit in ((TRUE, violations, 1.0), ("heat balance", balances, balance)):
+            worst, note = max(numbers)
+            yield at_most(group, case, quantity, worst, limit, note)
 
 
 def runaway(quick: bool) -> Iterator[Row]:
@@ -85,15 +67,15 @@ def runaway(quick: bool) -> Iterator[Row]:
     for coefficient in (-5e-4,) if quick else (-5e-4, -2e-3, -1e-4):
         sink = silicon(coefficient)
         limit = _limit(sink)
-        below = steady(replace(sink, voltage=0.999 * limit))
+        missing = steady(replace(sink, voltage=0.999 * limit)).details["energy_imbalance"]
         case = f"TCR {coefficient:g} 1/K, limit of {limit:.5g} V"
-        yield at_most("voltages", case, "heat balance at 99.9 % of the limit", imbalance(below), BALANCE)
+        yield at_most("voltages", case, "heat balance at 99.9 % of the limit", missing, BALANCE)
         again = _limit(replace(sink, voltage=1.001 * limit))
         yield Row("voltages", case, "the limit from 1.001 times, over that from 3 times", again / limit, 1.0, ACCURACY)
     for volts in (1e-6, 100.0):
         result = steady(silicon(2e-3, volts))
-        note = f"peak rise {result.steady['peak_rise_K'].value:.4g} K"
-        yield at_most("voltages", f"TCR 0.002 1/K, {volts:g} V", "heat balance", imbalance(result), BALANCE, note)
+        note, missing = f"peak rise {result.steady['peak_rise_K'].value:.4g} K", result.details["energy_imbalance"]
+        yield at_most("voltages", f"TCR 0.002 1/K, {volts:g} V", "heat balance", missing, BALANCE, note)
 
 
 def _limit(sink: Sink) -> float:
@@ -112,12 +94,10 @@ def drives(quick: bool) -> Iterator[Row]:
     """Drive a bar by a voltage in a step and as a square wave."""
     yield _against_series("step", VOLTS, [(0.0, 1.0)], 4 * SLOW)
     for hertz, count in ((1e4, 5),) if quick else ((1e3, 10), (1e4, 20)):
-        half = 0.5 / hertz
-        edges = [(i * half, 1.0 - 2.0 * (i % 2)) for i in range(2 * count)]
-        times = [k * half for i in range(2 * count) for k in (i, i + 1)]
-        values = [VOLTS * (sign > 0) for _, sign in edges for _ in (0, 1)]
-        wave = Schedule(tuple(times), tuple(values))
-        yield _against_series(f"square wave of {hertz:g} Hz", wave, edges, 2 * count * half)
+        times = 0.5 / hertz * np.arange(2 * count + 1)
+        wave = Schedule(tuple(np.repeat(times, 2)[1:-1].tolist()), (VOLTS, VOLTS, 0.0, 0.0) * count)
+        edges = list(zip(times[:-1].tolist(), (1.0, -1.0) * count, strict=True))
+        yield _against_series(f"square wave of {hertz:g} Hz", wave, edges, times[-1])
 
 
 def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]], end: float) -> Row:
@@ -126,13 +106,10 @@ def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]],
     times = tuple((end * np.linspace(0.02, 1.0, 50)).tolist())
     traces = solve_scene(replace(scene, end_time=end, steady=False, output_times=times)).over_time
     found, error = np.interp(times, traces.time, traces.values["middle"]), traces.errors["middle"]
-    assert isinstance(SILICON.resistivity, float)
-    peak = VOLTS**2 / (8 * bars.CONDUCTIVITY * SILICON.resistivity)
-    expected = np.full(len(found), bars.ROOM)
-    for start, size in edges:
-        since = np.array(times) - start
-        expected += size * peak * np.where(since > 0, heated_middle(np.maximum(since, 0.0) / SLOW), 0.0)
-    return at_most("drives", f"{name}, bar of 1 mm", TRUE, float(np.abs(found - expected).max()) / error, 1.0)
+    peak = VOLTS**2 / (8 * bars.CONDUCTIVITY * bars.RESISTIVITY)
+    rise = sum(size * peak * heated_middle(np.maximum(np.array(times) - start, 0.0) / SLOW) for start, size in edges)
+    off = float(np.abs(found - bars.ROOM - rise).max())
+    return at_most("drives", f"{name}, bar of 1 mm", TRUE, off / error, 1.0)
 
 
 def heated_middle(number: np.ndarray) -> np.ndarray:

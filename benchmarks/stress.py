@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -29,7 +30,7 @@ class Kind:
     Attributes
     ----------
     name : heading of the table
-    share : the number of scenes that are asked for is divided by this
+    share : the number of random boxes over the number of scenes of this kind
     finer : how many times finer each is solved again. Tetrahedra don't reach a tenth of 1e-2 within their unknowns, and
         scenes with laws take too long for that. The finer solution's own error bound is added to the allowed distance.
     padding : largest median of error bound over true error; with laws the quadrature adds its own error bound
@@ -63,7 +64,7 @@ KINDS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass
 class Outcome:
     """The outcome of one scene: its violations by invariant, how it ended ("" where it was solved) and why, the seconds
     and unknowns, and the error bound over the true error (None without a finer solution)."""
@@ -79,31 +80,28 @@ class Outcome:
 
 def examine(seed: int, kind: str, limit: int = LIMIT) -> Outcome:
     """Solve the scene of a seed, hold it to its invariants, and its error bounds to a finer solution."""
-    started, violations = time.process_time(), dict[str, float]()
-    padding, unknowns, ended, why = None, 0, "", ""
+    started, outcome = time.process_time(), Outcome(seed)
     try:
         with limited(limit, PATIENCE * limit):
             # Drawing a scene with laws solves it with numbers first.
             scene = KINDS[kind].draw(seed)
             result = invariants.solve(scene)
-            unknowns = int(result.details["unknowns"])
+            outcome.unknowns = int(result.details["unknowns"])
             for name, test in KINDS[kind].tests(scene, seed).items():
-                violations[name] = test(scene, result)
+                outcome.violations[name] = test(scene, result)
     except TimeIsUpError:
-        ended = "out of time"
+        outcome.ended = "out of time"
     except Exception as error:
-        ended, why = "error", f"{type(error).__name__}: {error}"
-        if isinstance(error, NumericsError) and not isinstance(error, ConvergenceError):
-            ended, why = "refused by name", str(error)
-    seconds = time.process_time() - started
-    if not ended:
-        try:
-            with limited(limit, PATIENCE * limit):
-                violation, padding = invariants.compared(scene, result, KINDS[kind].finer)
-                violations[f"{'errors' if scene.steady else 'traces'} honoured by a finer solve"] = violation
-        except (TimeIsUpError, NumericsError):
-            pass  # an accuracy that is out of reach or takes too long, but not the one that was asked for
-    return Outcome(seed, violations, ended, why, seconds, unknowns, padding)
+        refused = isinstance(error, NumericsError) and not isinstance(error, ConvergenceError)
+        outcome.ended = "refused by name" if refused else "error"
+        outcome.why = str(error) if refused else f"{type(error).__name__}: {error}"
+    outcome.seconds = time.process_time() - started
+    if not outcome.ended:
+        # The finer accuracy may be out of reach or take too long.
+        with suppress(TimeIsUpError, NumericsError), limited(limit, PATIENCE * limit):
+            violation, outcome.padding = invariants.compared(scene, result, KINDS[kind].finer)
+            outcome.violations[f"{'errors' if scene.steady else 'traces'} honoured by a finer solve"] = violation
+    return outcome
 
 
 def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], kind: str) -> list[Outcome]:
@@ -151,18 +149,15 @@ def rows(outcomes: list[Outcome], group: str, padding: float) -> Iterator[Row]:
 def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str], None]) -> list[Row]:
     """Return all rows; of ``scenes`` random boxes and a share of the other kinds one half has ordinary seeds, the other
     hold-out seeds. ``quick`` takes fewer of everything else."""
-    parts: dict[str, Callable[[], Iterator[Row]]] = {
-        "aspect ratios and contrasts": lambda: extremes.families(quick),
-        "voltages": lambda: extremes.runaway(quick),
-        "bars of random laws": lambda: bars.rows(quick, seed),
-        "drives": lambda: extremes.drives(quick),
-    }
+    parts = {
+        "aspect ratios and contrasts": extremes.families(quick), "voltages": extremes.runaway(quick),
+        "bars of random laws": bars.rows(quick, seed), "drives": extremes.drives(quick),
+    }  # fmt: skip
     table: list[Row] = []
     for name, part in parts.items():
         progress(name)
         try:
-            for row in part():
-                table.append(row)
+            table.extend(part)
         except Exception as error:
             table.append(failed(name, name, error))
     for name, kind in KINDS.items():
