@@ -20,6 +20,7 @@ import numpy as np
 from benchmarks import measure
 from benchmarks.measure import Entry
 from compare.processes import processors
+from compare.report.table import Row, Table
 
 SCHEMA = 4
 OURS, REDUCTION, SCIKIT_FEM, NGSOLVE = "this toolkit", "reductions", "scikit-fem", "NGSolve"
@@ -42,8 +43,6 @@ ABOUT = (
     "Their settings were found by trial. The time begins with the assembly; no time includes imports."
 )
 Say = Callable[[str], None]
-Row = dict[str, Any]
-Table = tuple[Sequence[str], Sequence[Sequence[str]]]  # heads and rows of cells
 Content = list[str | Table]
 BARE = (sys.executable, "-c", "import skfem")
 PLAIN = ("sink", "--no-figures")
@@ -96,7 +95,7 @@ def error_of(values: Mapping[str, Any], reference: Mapping[str, Any]) -> float:
     return max(float(np.abs(np.subtract(values[q], r)).max()) / abs(r[-1]) for q, r in reference.items())
 
 
-def fastest(rows: Sequence[Row], tool: str, target: float) -> float | None:
+def fastest(rows: Sequence[dict[str, Any]], tool: str, target: float) -> float | None:
     """Return the least time of a tool's entries whose error is at most a target."""
     times = [r["median_s"] for r in rows if r["tool"] == tool and not r["failure"] and r["error"] <= target]
     return min(times, default=None)
@@ -112,7 +111,7 @@ def _seconds(arguments: tuple[str, ...], folder: str) -> float:
 
 def pairs_of(
     pairs: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]], rounds: int, quick: bool, say: Say
-) -> list[Row]:
+) -> list[dict[str, Any]]:
     """Time pairs of commands, one after the other from cold: medians, and the range of the ratios."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -136,16 +135,12 @@ def run(parts: Sequence[str], rounds: int, quick: bool, say: Say, earlier: Mappi
 
 def _machine() -> dict[str, str]:
     """The kind of machine (no names), system, versions and threads."""
-    machine = {
+    return {
         "system": f"{platform.system()} {platform.machine()}, {processors()} cores to use",
         "threads": "1 in every program", "Python": platform.python_version(),
+        **{package: metadata.version(package) for package in ("numpy", "scipy", "scikit-fem")},
+        "ngsolve": metadata.version("ngsolve") if find_spec("ngsolve") else "not installed",
     }  # fmt: skip
-    for package in ("numpy", "scipy", "scikit-fem", "ngsolve"):
-        try:
-            machine[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            machine[package] = "not installed"
-    return machine
 
 
 def preface(measurements: Mapping[str, Any]) -> Content:
@@ -155,7 +150,7 @@ def preface(measurements: Mapping[str, Any]) -> Content:
         f"Made by `validate bench{quick}` on the default sink at 1 V. Each entry runs in processes of its own, in "
         "turns with the others. A time is the median, in seconds of processor time of one thread. A process repeats "
         "its solve for a second, with emptied caches; the first one warms up.",
-        (("", ""), [*measurements["machine"].items()]),
+        Table(("", ""), [*measurements["machine"].items()]),
     ]  # fmt: skip
 
 
@@ -170,35 +165,34 @@ def _work(part: Mapping[str, Any]) -> Content:
         times.append([f"{target * 100:g} %", *("-" if seconds is None else f"{seconds:.3g}" for seconds in best)])
     return [
         "Seconds of the fastest entry whose error is at most:",
-        (("error", *tools), times),
+        Table(("error", *tools), times),
         "Error: the largest of the rises of peak, end and mean and of the current, over time at octaves from 10 us on, "
         f"relative to the last value. Reference: {part['made_by']}, {checked}.",
-        (("entry", "unknowns", "error", "error bound", "time, s", "range, s"), [*map(_entry, rows)]),
+        Table(("entry", "unknowns", "error", "error bound", "time, s", "range, s"), [*map(_entry, rows)]),
         ABOUT,
     ]
 
 
-def _entry(row: Mapping[str, Any]) -> list[str]:
+def _entry(row: Mapping[str, Any]) -> Row:
     """The name of an entry, then its numbers or the failure."""
     name = f"{row['tool']}: {row['label']}"
     if row["failure"]:
-        return [name, row["failure"]]
+        return Row([name], below=row["failure"])
     bound = f"{row['bound']:.1e}" if row.get("bound") else ""
     times = f"{row['median_s']:.3g}", f"{row['fastest_s']:.3g} to {row['slowest_s']:.3g}"
-    return [name, str(row["unknowns"]), f"{row['error']:.1e}", bound, *times]
+    return Row([name, str(row["unknowns"]), f"{row['error']:.1e}", bound, *times])
 
 
 def _skips(part: Sequence[Mapping[str, Any]]) -> Content:
     rows = [(r["name"], f"{r['first_s']:.3g}", f"{r['second_s']:.3g}", f"{1 / r['ratio']:.2f}") for r in part]
-    return ["Whole commands from cold, on the wall, in turns.", (("skipped", "with, s", "without, s", "ratio"), rows)]
+    table = Table(("skipped", "with, s", "without, s", "ratio"), rows)
+    return ["Whole commands from cold, on the wall, in turns.", table]
 
 
 def _start_up(part: Sequence[Mapping[str, Any]]) -> Content:
     rows = [(r["name"], f"{r['ratio']:.2f}", f"{r['least']:.2f} to {r['most']:.2f}") for r in part]
-    return [
-        "Wall-clock time over that of `import skfem`, each pair of processes one after the other.",
-        (("", "ratio", "range"), rows),
-    ]
+    about = "Wall-clock time over that of `import skfem`, each pair of processes one after the other."
+    return [about, Table(("", "ratio", "range"), rows)]
 
 
 PARTS: dict[str, tuple[str, Callable[[int, bool, Say], Any], Callable[[Any], Content]]] = {

@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.random_scenes import AT_PLUS, ROOM, changed
+from benchmarks.random_scenes import AT_PLUS, ROOM, of_materials, scaled
 from fem3d.runs.compact import compact, instants
 from fem3d.runs.scene import solve
 from scenes.errors import NumericsError, SceneError
 from scenes.model import Material, Point, Probe, Scene
 from scenes.result import Result
+from statespace.channels import channels, driven
 from statespace.runtime import CompactModel
 
 KINDS = {"into plus": "current", "into minus": "current", AT_PLUS: "potential"}  # of readings that are no heat flow
@@ -82,7 +83,7 @@ def mirrored(scene: Scene, result: Result) -> float:
     def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
         return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
 
-    return _largest(_distances(result, solve(changed(scene, move=turn)), times=scene.output_times))
+    return _largest(_distances(result, solve(_moved(scene, turn)), times=scene.output_times))
 
 
 def rescaled(scene: Scene, result: Result) -> float:
@@ -98,38 +99,48 @@ def rescaled(scene: Scene, result: Result) -> float:
         x, y, z, far_x, far_y, far_z = (s * c for c in (*lower, *upper))
         return (x, y, z), (far_x, far_y, far_z)
 
-    factors = {"heat_source": s**-3, "heat_flux": s**-2, "convection": s**-2}
-    return _largest(_distances(result, solve(changed(scene, factors, material, move))))
+    other = of_materials(scaled(scene, heat_source=s**-3, heat_flux=s**-2), material)
+    boundaries = tuple(
+        replace(b, value=float(b.value) / s**2) if b.kind == "convection" else b  # type: ignore[arg-type]
+        for b in other.boundaries
+    )
+    return _largest(_distances(result, solve(_moved(replace(other, boundaries=boundaries), move))))
+
+
+def _moved(scene: Scene, move: Callable[[Point, Point], tuple[Point, Point]]) -> Scene:
+    """The scene with all places moved."""
+
+    def at(things: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(replace(t, **dict(zip(("lower", "upper"), move(t.lower, t.upper), strict=True))) for t in things)
+
+    return replace(scene, boxes=at(scene.boxes), boundaries=at(scene.boundaries), probes=at(scene.probes))
 
 
 def swapped(scene: Scene, result: Result) -> float:
     """With the voltages swapped the currents change their sign, and nothing else does."""
-    volts = {b.name: b.value for b in scene.boundaries if b.kind == "voltage"}
+    volts = {c.name: c.value for c in channels(scene) if c.kind == "voltage"}
     if not volts:
         return 0.0
-    other = {"plus": volts["minus"], "minus": volts["plus"]}
-    boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in scene.boundaries)
-    turned = solve(replace(scene, boundaries=boundaries))
+    turned = solve(driven(scene, dict(zip(volts, reversed(volts.values()), strict=True))))
     return _largest(_distances(result, turned, {"current": -1.0, "potential": -1.0}))
 
 
 def squared(scene: Scene, _: Result) -> float:
     """Without temperature coefficients twice the voltage and four times the other heat make four times the rises."""
-    linear = changed(scene, material=lambda m: replace(m, temperature_coefficient=0.0))
-    stronger = changed(linear, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
+    linear = of_materials(scene, lambda m: replace(m, temperature_coefficient=0.0))
+    stronger = scaled(linear, heat_source=4.0, heat_flux=4.0, voltage=2.0)
     factors = {"rise": 4.0, "flow": 4.0, "current": 2.0, "potential": 2.0}
     return _largest(_distances(solve(linear), solve(stronger), factors))
 
 
 def reciprocal(scene: Scene, _: Result) -> float:
     """A watt in one box warms another as much as a watt there warms the first."""
-    boxes = scene.boxes
-    first, last = boxes[0], boxes[-1]
+    first, last = scene.boxes[0], scene.boxes[-1]
+    cooled = tuple(b for b in scene.boundaries if b.kind in ("temperature", "convection"))
     rises = []
     for source, seen in ((first, last), (last, first)):
-        volume = float(np.prod(np.subtract(source.upper, source.lower)))
-        heated = tuple(replace(b, heat_source=1e-3 / volume if b is source else 0.0) for b in boxes)
-        cooled = tuple(b for b in scene.boundaries if b.kind in ("temperature", "convection"))
+        watt = 1e-3 / float(np.prod(np.subtract(source.upper, source.lower)))
+        heated = tuple(replace(b, heat_source=watt * (b is source)) for b in scene.boxes)
         probes = (Probe("seen", seen.lower, seen.upper),)
         rises.append(solve(replace(scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
     one, two = rises

@@ -14,10 +14,9 @@ scenes is heated from rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations, product
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -25,11 +24,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import binary_dilation, label
 
 from fem3d.runs.scene import solve
-from scenes import laws as of_materials
+from scenes import laws as properties
 from scenes.errors import NumericsError
 from scenes.laws import Law, PowerLaw, Property, Table
-from scenes.model import Boundary, Box, Contact, Material, Point, Probe, Scene, Schedule, Value
+from scenes.model import Boundary, Box, Contact, Material, Probe, Scene, Schedule
 from scenes.sink import face
+from statespace.channels import channels, driven
 
 ROOM, RISE, ACCURACY = 293.0, 10.0, 1e-2
 AT_PLUS = "at plus"  # the probe of the potential of an electrode whose voltage is not given
@@ -49,25 +49,15 @@ Face = tuple[int, int, int]  # a box's number, axis and side
 Rng = np.random.Generator
 
 
-def changed(
-    scene: Scene, factors: Mapping[str, float] = MappingProxyType({}),
-    material: Callable[[Material], Material] = lambda m: m,
-    move: Callable[[Point, Point], tuple[Point, Point]] = lambda lower, upper: (lower, upper),
-) -> Scene:  # fmt: skip
-    """The scene with its heat sources and values by kind multiplied, of other materials, at other places."""
+def of_materials(scene: Scene, change: Callable[[Material], Material]) -> Scene:
+    """The scene with its materials changed."""
+    return replace(scene, boxes=tuple(replace(b, material=change(b.material)) for b in scene.boxes))
 
-    def at(thing: Box | Boundary | Probe) -> dict[str, Any]:
-        return dict(zip(("lower", "upper"), move(thing.lower, thing.upper), strict=True))
 
-    def times(value: Value, kind: str) -> Value:
-        return float(value) * factors[kind] if kind in factors else value  # type: ignore[arg-type]
-
-    boxes = tuple(
-        replace(b, material=material(b.material), heat_source=times(b.heat_source, "heat_source"), **at(b))
-        for b in scene.boxes
-    )
-    boundaries = tuple(replace(b, value=times(b.value, b.kind), **at(b)) for b in scene.boundaries)
-    return replace(scene, boxes=boxes, boundaries=boundaries, probes=tuple(replace(p, **at(p)) for p in scene.probes))
+def scaled(scene: Scene, **factors: float) -> Scene:
+    """The scene with its constant inputs multiplied by factors of their kinds."""
+    stronger: Scene = driven(scene, {c.name: c.largest * factors[c.kind] for c in channels(scene) if c.kind in factors})
+    return stronger
 
 
 def boxes(seed: int) -> Scene:
@@ -77,7 +67,7 @@ def boxes(seed: int) -> Scene:
     over_time = seed % 20 >= 17
     if rng.random() < (0.3 if over_time else 0.1):
         coefficient = -(10 ** float(rng.uniform(-4, -1.3)))
-        scene = changed(scene, material=lambda m: replace(m, temperature_coefficient=coefficient * bool(m.resistivity)))
+        scene = of_materials(scene, lambda m: replace(m, temperature_coefficient=coefficient * bool(m.resistivity)))
     return _varied(rng, _timed(rng, scene, 20)) if over_time else scene
 
 
@@ -195,7 +185,7 @@ def _electrodes(cells: list[Cell], free: list[Face]) -> tuple[Face, Face] | None
 def _timed(rng: Rng, scene: Scene, instants: int) -> Scene:
     """The scene from rest, over a time in which heat crosses a part of it."""
     material, size = scene.boxes[0].material, max(max(np.subtract(b.upper, b.lower)) for b in scene.boxes)
-    conductivity, heat = (of_materials.at(p, ROOM) for p in (material.thermal_conductivity, material.specific_heat))
+    conductivity, heat = (properties.at(p, ROOM) for p in (material.thermal_conductivity, material.specific_heat))
     crossing = size**2 * material.density * float(np.max(heat)) / float(np.max(conductivity))
     end = 10 ** float(rng.uniform(-2, 0.5)) * crossing
     times = tuple((end * np.arange(1, instants + 1) / instants).tolist())
@@ -206,22 +196,16 @@ def _varied(rng: Rng, scene: Scene) -> Scene:
     """The scene whose heaters step and ramp, up, down and to the other sign; sometimes the cold temperature steps."""
     end = scene.end_time
 
-    def varied(value: Any) -> Schedule:
+    def varied(value: float) -> Schedule:
         a, b, c = np.sort(rng.uniform(0, end, 3)).tolist()
         return Schedule((0.0, a, a, b, c), tuple(value * f for f in (1.0, 1.0, *rng.uniform(-1, 1, 3).tolist())))
 
     step = Schedule((0.0, 0.37 * end, 0.37 * end), (ROOM, ROOM, ROOM + RISE / 2))
     stepped = rng.random() < 0.3
-    boundaries = tuple(
-        replace(b, value=varied(b.value))
-        if b.name in ("plus", "flux")
-        else replace(b, value=step)
-        if b.name == "cold" and stepped
-        else b
-        for b in scene.boundaries
-    )
-    made = tuple(replace(b, heat_source=varied(b.heat_source)) if b.heat_source else b for b in scene.boxes)
-    return replace(scene, boxes=made, boundaries=boundaries)
+    heaters = [c for c in channels(scene) if c.item in ("plus", "flux") or c.kind == "heat_source"]
+    values = {"cold.temperature": step} if stepped else {}
+    changing: Scene = driven(scene, values | {c.name: varied(c.largest) for c in heaters})
+    return changing
 
 
 def laws(seed: int) -> Scene:
@@ -235,15 +219,15 @@ def laws(seed: int) -> Scene:
     scene = _steady_boxes(rng, f"laws {seed}", 10 ** float(rng.uniform(0, 3 * radiates)))
     # The largest mean rise of a box, solved roughly with numbers, becomes 20 to 500 K.
     rough = replace(scene, accuracy=0.1, probes=scene.means())
-    linear = solve(changed(rough, material=lambda m: replace(m, temperature_coefficient=0.0)))
+    linear = solve(of_materials(rough, lambda m: replace(m, temperature_coefficient=0.0)))
     factor = float(np.exp(rng.uniform(*np.log((20.0, 500.0))))) / max(m.value - ROOM for m in linear.steady.values())
     made = {material: _with_laws(rng, material) for material in dict.fromkeys(b.material for b in scene.boxes)}
-    factors = {"heat_source": factor, "voltage": factor**0.5, "heat_flux": factor}
-    scene = changed(scene, factors, made.__getitem__)
+    scene = scaled(scene, heat_source=factor, heat_flux=factor, voltage=factor**0.5)
+    scene = of_materials(scene, made.__getitem__)
     if seed % 4 == 2:
         scene = _timed(rng, scene, 20)
     scene = replace(scene, contacts=tuple(_contacts(rng, scene)))
-    return _driven(rng, _radiating(rng, scene) if radiates else scene)
+    return _supplied(rng, _radiating(rng, scene) if radiates else scene)
 
 
 def _with_laws(rng: Rng, m: Material) -> Material:
@@ -278,8 +262,8 @@ def _contacts(rng: Rng, scene: Scene) -> list[Contact]:
         if axis is None or rng.random() >= 0.4:
             continue
         thick, times = one.upper[axis] - one.lower[axis], 10 ** rng.uniform(-2.0, 0.5, 2)
-        properties = one.material.thermal_conductivity, one.material.resistivity
-        k, rho = (float(np.max(of_materials.at(p, ROOM) or 0.0)) for p in properties)  # type: ignore[arg-type]
+        given = one.material.thermal_conductivity, one.material.resistivity
+        k, rho = (float(np.max(properties.at(p, ROOM) or 0.0)) for p in given)  # type: ignore[arg-type]
         conduct = None not in (one.material.resistivity, other.material.resistivity)
         electrical = float(times[1] * thick * rho) if conduct and rng.random() < 0.5 else 0.0
         names = one.name, other.name
@@ -308,14 +292,14 @@ def _radiating(rng: Rng, scene: Scene) -> Scene:
     return replace(scene, boundaries=(*scene.boundaries, new), probes=probes)
 
 
-def _driven(rng: Rng, scene: Scene) -> Scene:
+def _supplied(rng: Rng, scene: Scene) -> Scene:
     """The scene driven, in three of ten cases each, by the current that its voltage makes in the cold, or from behind a
     resistance of 0.1 to 3 times its own."""
     kind, factor = rng.random(), 10 ** float(rng.uniform(-1.0, 0.5))
     plus = next((b for b in scene.boundaries if b.name == "plus"), None)
     if plus is None or kind >= 0.6:
         return scene
-    cold = replace(scene, boxes=tuple(replace(b, material=b.material.at(ROOM)) for b in scene.boxes))
+    cold = of_materials(scene, lambda m: m.at(ROOM))
     minus = next(p for p in scene.probes if p.name == "into minus")
     only = tuple(b for b in scene.boundaries if b.kind == "voltage")
     bare = replace(cold, boundaries=only, probes=(minus,), accuracy=0.1, steady=True, output_times=())

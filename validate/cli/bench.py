@@ -23,7 +23,6 @@ from validate.cli.terminal import FINE, progress, show, style
 
 if TYPE_CHECKING:
     from benchmarks import bench
-    from compare.report.table import Table
 
 ROUNDS, QUICK_ROUNDS = 3, 1  # Defaults of --rounds, without and with --quick.
 FOLDER = Path("results/bench")  # Where plots go if no page is written.
@@ -73,26 +72,13 @@ def run(arguments: argparse.Namespace) -> int:
             lines += [f"![{name}](figures/{drawn[name].name})", ""] if name in drawn else []
         page_file.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
     written = ", ".join(map(str, [*files, *drawn.values()]))
-    texts = [
-        Section(title, [_part(item) for item in content[:2]]).text(style()) for title, content in sections.values()
-    ]
+    texts = [Section(title, content[:2]).text(style()) for title, content in sections.values()]
     show("\n\n".join(texts) + (f"\n\nWrote {written}" if written else ""))
     return FINE
 
 
-def _part(part: str | bench.Table) -> str | Table:
-    from compare.report.table import Row, Table
-
-    if isinstance(part, str):
-        return part
-    heads, rows = part
-    # A row that is shorter than the heads has a failure in place of its numbers.
-    return Table(heads, [row if len(row) == len(heads) else Row([row[0]], below=row[1]) for row in rows])
-
-
 def _markdown(parts: bench.Content) -> list[str]:
-    shown = [_part(part) for part in parts]
-    return [line for part in shown for line in ([part, ""] if isinstance(part, str) else part.markdown())]
+    return [line for part in parts for line in ([part, ""] if isinstance(part, str) else part.markdown())]
 
 
 def _draw(title: str, measurements: dict[str, Any], path: Path) -> None:
