@@ -80,13 +80,11 @@ def runaway(quick: bool) -> Iterator[Row]:
 
 def _limit(sink: Sink) -> float:
     """The voltage of runaway (V) that is named at the first voltage beyond it, from the sink's own in steps of 3."""
-    volts = sink.voltage
-    for _ in range(40):
+    for power in range(40):
         try:
-            steady(replace(sink, voltage=volts))
+            steady(replace(sink, voltage=sink.voltage * 3.0**power))
         except RunawayError as error:
             return error.limit
-        volts *= 3
     raise ArithmeticError("no runaway up to 1e19 V")
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -170,8 +170,9 @@ def compared(scene: Scene, result: Result, times: float) -> tuple[float, float]:
     finer = solve(replace(scene, accuracy=scene.accuracy / times))
     times_s = (*scene.output_times, *_between_rows(result))
     distances = _distances(result, finer, times=times_s)
-    off = [d for d in distances if d.apart > d.rounding and d.other < d.stated]
-    return _largest(distances), min((d.stated / d.apart for d in off), default=np.inf)
+    apart, stated, other, rounding = distances
+    off = (apart > rounding) & (other < stated)
+    return _largest(distances), float((stated[off] / apart[off]).min(initial=np.inf))
 
 
 def _between_rows(result: Result) -> tuple[float, ...]:
@@ -198,23 +199,18 @@ IN_TURN: dict[str, Test] = {
 }  # fmt: skip
 
 
-class _Distance(NamedTuple):
-    """The difference of two numbers, their error bounds, and the difference that rounding makes."""
-
-    apart: float
-    stated: float
-    other: float
-    rounding: float
-
-
-def _largest(distances: list[_Distance]) -> float:
-    return max(float(d.apart / (d.stated + d.other + d.rounding + 1e-300)) for d in distances)
+def _largest(distances: np.ndarray) -> float:
+    apart, *allowed = distances
+    return float((apart / (np.sum(allowed, axis=0) + 1e-300)).max())
 
 
 def _distances(
     one: Result, two: Result, factors: Mapping[str, float] = MappingProxyType({}), times: Sequence[float] = ()
-) -> list[_Distance]:
-    """The distance of each number, the first result's multiplied by a factor for its kind; of traces at times."""
+) -> np.ndarray:
+    """(4, numbers): the differences of two results, the error bounds of both, and the differences that rounding makes.
+
+    The numbers of the first result are multiplied by a factor for their kind; traces are compared at times.
+    """
     mine, theirs = _numbers(one, times), _numbers(two, times)
     kinds = {name: "rise" if name.startswith("mean") else KINDS.get(name, "flow") for name in mine}
     distances = []
@@ -223,8 +219,8 @@ def _distances(
         off = ROOM * (kind == "rise")
         largest = max(np.abs(theirs[n][0] - off).max() for n in kinds if kinds[n] == kind)
         apart, rounding = np.abs(factor * (a - off) - (b - off)).max(), ROUNDING * largest + 1e-12 * off
-        distances.append(_Distance(float(apart), abs(factor) * error, other, float(rounding)))
-    return distances
+        distances.append((apart, abs(factor) * error, other, rounding))
+    return np.array(distances).T
 
 
 def _numbers(result: Result, times: Sequence[float] | np.ndarray) -> dict[str, tuple[np.ndarray, float]]:

@@ -152,15 +152,12 @@ def _meet_by_faces(solid: np.ndarray) -> bool:
 def _free_faces(made: Sequence[Box]) -> list[Face]:
     """The faces at which no other box touches, but for the cold ones below."""
 
-    def touched(flat: Box) -> bool:
-        return any(_touching(flat, other) is not None for other in made if other.name != flat.name)
+    def is_free(number: int, axis: int, side: int) -> bool:
+        lower, upper = face(made[number], axis, side)
+        flat, others = replace(made[number], lower=lower, upper=upper), (*made[:number], *made[number + 1 :])
+        return upper[2] > 0.0 and all(_touching(flat, other) is None for other in others)
 
-    return [
-        (number, axis, side)
-        for number, axis, side in product(range(len(made)), range(3), (0, 1))
-        for lower, upper in [face(made[number], axis, side)]
-        if upper[2] > 0.0 and not touched(replace(made[number], lower=lower, upper=upper))
-    ]
+    return [at for at in product(range(len(made)), range(3), (0, 1)) if is_free(*at)]
 
 
 def _conducting(solid: np.ndarray, made: list[Box]) -> list[int]:

@@ -120,11 +120,10 @@ def rows(outcomes: list[Outcome], group: str, padding: float) -> Iterator[Row]:
     scenes = f"{count} scenes, seeds {first} to {first + count - 1}"
     for name in dict.fromkeys(name for o in outcomes for name in o.violations):
         values = {o.seed: o.violations[name] for o in outcomes if name in o.violations}
-        broken = [seed for seed, value in values.items() if not value <= 1.0]
-        worst = broken[0] if broken else max(values, key=values.__getitem__)
-        note = (
-            f"violated by {len(broken)} of {len(values)}: seeds {str(broken[:8])[1:-1]}" if broken else f"seed {worst}"
-        )
+        worst = max(values, key=values.__getitem__)
+        note = f"seed {worst}"
+        if broken := [seed for seed, value in values.items() if not value <= 1.0]:
+            worst, note = broken[0], f"violated by {len(broken)} of {len(values)}: seeds {str(broken[:8])[1:-1]}"
         case = f"{name}, {len(values)} of {scenes}"
         yield at_most(group, case, "largest violation over the error bounds", values[worst], 1.0, note)
     for ended in ("error", "out of time", "refused by name"):
