@@ -19,7 +19,7 @@ from benchmarks.rows import Row, at_most
 from compare.processes import TimeIsUpError, limited
 from fem3d.runs.scene import solve
 from scenes.errors import NumericsError
-from scenes.laws import Law, PowerLaw, Table
+from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.sink import SILICON
 
@@ -49,7 +49,7 @@ def cold_electrodes(ends: Sequence[tuple[Point, Point]], volts: Value) -> tuple[
     return (*cold, Boundary("plus", "voltage", *ends[0], volts), Boundary("minus", "voltage", *ends[1], 0.0))
 
 
-def random_resistivity(rng: np.random.Generator) -> Law:
+def random_resistivity(rng: np.random.Generator) -> PowerLaw | Table:
     """Draw a law that rises or falls: a power, or a table that is monotone.
 
     A power between -2.5 and -1 has a limit too, but its peak at 0.99 of the limit is many thousand kelvin.
@@ -63,17 +63,17 @@ def random_resistivity(rng: np.random.Generator) -> Law:
     return Table(tuple(temperatures.tolist()), tuple(values.tolist()))
 
 
-def heat(law: Law, conductivity: float, peak: float) -> float:
+def heat(law: PowerLaw | Table, conductivity: float, peak: float) -> float:
     """Return the integral (V^2) of k rho dT from room temperature to a peak (K)."""
     return float(conductivity * (law.integral(peak) - law.integral(ROOM)))
 
 
-def limit(law: Law, conductivity: float) -> float:
+def limit(law: PowerLaw | Table, conductivity: float) -> float:
     """Return the largest voltage (V) that has a steady state; infinite where the integral of rho has no end."""
     return math.sqrt(8 * heat(law, conductivity, math.inf))
 
 
-def peak(law: Law, conductivity: float, volts: float) -> float:
+def peak(law: PowerLaw | Table, conductivity: float, volts: float) -> float:
     """Return the largest temperature (K) at a voltage below the limit."""
     goal, top = volts**2 / 8, 2 * ROOM
     while heat(law, conductivity, top) < goal:
