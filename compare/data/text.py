@@ -25,6 +25,7 @@ _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",",
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _RULE = re.compile(r"[-=_*+|\s]+")
 _WRDATA = re.compile(r"(?:[ -]\d\.\d+e[+-]\d{2,3} )+")
+_PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)(?:\t([^\t]*)| *([^\t]*))")
 _STEP = re.compile(r"Step Information:(.*?)(?:\(|$)")
 _SPICE_FACTORS = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9, "p": 1e-12,
                   "f": 1e-15}  # fmt: skip
@@ -212,26 +213,18 @@ def read_pairs(data: bytes) -> list[Column]:
     lines = [line for line in _decode(data[:_LONGEST_LIST]).splitlines() if line.strip(" \t,;")]
     lines = [line for line in lines if line.lstrip()[0] not in "#%" and not line.startswith("sep=")]
     separator = next((mark for mark in "\t;" if any(mark in line for line in lines)), ",")
-    rows = [_read_pair([cell for cell in _split_cells(line, separator) if cell]) for line in lines]
-    rows = rows[1:] if rows and rows[0] is None else rows
-    if None in rows:
+    rows = [[cell for cell in _split_cells(line, separator) if cell] or [""] for line in lines]
+    pairs = [(name, _PAIR.fullmatch("\t".join(cells)), name.strip("-+.0123456789,eE ")) for name, *cells in rows]
+    if not all(match and text for _, match, text in pairs[1:]):  # The first row may have names.
         return []
     columns: dict[str, Column] = {}
-    for name, value, unit in filter(None, rows):
+    for name, match, text in pairs:
+        if not match or not text:
+            continue
+        value, unit = parse_number(match[1].replace(",", ".")), (match[2] or match[3] or "").strip("()[] ")
         if name in columns:
             raise SceneError(f"{quoted(name)} stands twice: give each probe one value")
         if unit and find_unit(unit) is None:
             raise SceneError(f"{quoted(name)} has an unknown unit {quoted(unit)}")
         columns[name] = Column(name, unit or split_unit(name)[1], np.array([value]))
     return list(columns.values())
-
-
-def _read_pair(cells: Sequence[str]) -> tuple[str, float, str] | None:
-    """Name, value and unit of a row; ``None`` for any other row."""
-    if len(cells) not in (2, 3) or re.fullmatch(r"[-+.\d,eE ]+", cells[0]):
-        return None
-    match = re.fullmatch(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(.*)", cells[1])
-    if match is None or (match[2] and len(cells) > 2):
-        return None
-    unit = cells[2] if len(cells) > 2 else match[2]
-    return cells[0], parse_number(match[1].replace(",", ".")), unit.strip("()[] ")

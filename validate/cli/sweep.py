@@ -142,7 +142,7 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, steady: b
     kind = "sweep" if solves is None else "map"
     folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)
     started = time.monotonic()
-    with Store(folder, job.document(), arguments.fresh, design.count) as store:
+    with Store(folder, job.document(), arguments.fresh) as store:
         try:
             with progress(arguments.quiet) as say:
                 table, document = run(

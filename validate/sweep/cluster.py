@@ -5,10 +5,9 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from contextlib import ExitStack, suppress
 from functools import cached_property, partial
-from itertools import chain, islice
 from typing import Any
 
 import fem3d.runs.scene
@@ -53,12 +52,11 @@ class Cluster:
         A point whose process dies is tried again; if it dies each time, its row says so. Raises LostError where the
         cluster is gone, ModuleNotFoundError where the processes miss a package.
         """
-        tasks = ((work,) for work in points)
-        first = next(tasks, None)
-        if first is None:
+        tasks = [(work,) for work in points]
+        if not tasks:
             return
         try:
-            for (work,), outcome in self._share(chain([first], tasks)):
+            for (work,), outcome in self._share(tasks):
                 try:
                     row = outcome.result()
                 except TimeoutError:
@@ -114,12 +112,11 @@ class Cluster:
             ) from None
         if not versions:
             self.say("waiting for a worker of the cluster")
-        for theirs in versions.values():
-            if theirs != version():
-                raise SceneError(
-                    f"the workers of {address} have version {theirs} of this program, here it is {version()}: install "
-                    "the same there"
-                )
+        for theirs in set(versions.values()) - {version()}:
+            raise SceneError(
+                f"the workers of {address} have version {theirs} of this program, here it is {version()}: install the "
+                "same there"
+            )
         self._died = KilledWorker
         return partial(_share_on, client, self.seconds)
 
@@ -155,22 +152,12 @@ def _solve_in_time(work: Work, seconds: float | None) -> Row:
 
 
 def _share_on(client: Any, seconds: float | None, tasks: Iterable[tuple[Any, ...]]) -> Outcomes:
-    """Yield each task with its outcome; about two are in flight for each worker, and workers come and go."""
-    executor, waiting = client.get_executor(pure=False), iter(tasks)
-    running: dict[Future[Row], tuple[Any, ...]] = {}
-    try:
-        while True:
-            most = max(2 * sum(client.nthreads().values()), 1)
-            running |= {
-                executor.submit(_solve_in_time, *task, seconds): task for task in islice(waiting, most - len(running))
-            }
-            if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), future
-    finally:
-        for future in running:
-            future.cancel()
+    """Yield each task with its outcome; workers come and go."""
+    from distributed import as_completed
+
+    running = {client.submit(_solve_in_time, *task, seconds, pure=False): task for task in tasks}
+    for future in as_completed(list(running)):
+        yield running.pop(future), future
 
 
 def _shorten(error: Exception) -> str:

@@ -46,16 +46,13 @@ def run(
     from validate.sweep.cluster import Cluster
 
     already, started, count = len(store), time.monotonic(), job.design.count
-    refused = sum(row.status == "refused" for row in store.rows()) if job.solves is not None else 0
 
     def gather(points: Iterable[Work], total: int, more: str = "") -> None:
-        nonlocal refused
         for row in cluster.solve(points):
             store.append([row])
             rate = (len(store) - already) / (time.monotonic() - started)
             # The number of solutions of a map does not count points that are refused.
-            refused += job.solves is not None and row.status == "refused"
-            done = len(store) - refused
+            done = len(store) if job.solves is None else sum(each.status != "refused" for each in store.rows())
             rest = quantity(max(total - done, 0) / rate, "s", 2)
             say(f"{done} of {total} points, {rate:.2g} a second, {rest} left{more}")
 
@@ -187,6 +184,6 @@ def sweep(
     ]
     models = parse_reductions([model or reduction] if isinstance(reduction, str) else reduction)
     job = prepare(scene_base, Design(tuple(axes), sample, seed), models, check, steady, blame)
-    with TemporaryDirectory() as folder, Store(Path(out or folder), job.document(), fresh, job.design.count) as store:
+    with TemporaryDirectory() as folder, Store(Path(out or folder), job.document(), fresh) as store:
         say = progress or (lambda _: None)
         return run(job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures)[0]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
@@ -23,14 +22,13 @@ _OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|
 class Store:
     """A context that locks a folder, reads the rows of an earlier run and appends further ones.
 
-    The file of rows has a line for each; a line that a kill has torn, or that is no row, is ignored. Memory holds the
-    places of the lines alone.
+    The file of rows has a line for each; a line that a kill has torn, or that is no row, is ignored.
     """
 
-    def __init__(self, folder: Path, request: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize) -> None:
-        self.folder, self._count = Path(os.path.realpath(folder)), count
+    def __init__(self, folder: Path, request: Mapping[str, Any], fresh: bool = False) -> None:
+        self.folder = Path(os.path.realpath(folder))
         self._given, self._shown, self._request, self._fresh = folder, quoted(folder), dict(request), fresh
-        self._places: dict[int, int] = {}
+        self._stored: dict[int, Row] = {}
 
     def __enter__(self) -> Store:
         """Raises SceneError for a folder that can't be written, holds something else, or is in use."""
@@ -72,28 +70,24 @@ class Store:
         check_room(error, self.folder, self._given, "and the same command goes on: what is solved is stored")
 
     def __contains__(self, point: int) -> bool:
-        return point in self._places
+        return point in self._stored
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._stored)
 
     def append(self, rows: Iterable[Row]) -> None:
         """Write rows, which are on disk when this returns. ValueError for a row that is there."""
-        end = self._rows.seek(0, os.SEEK_END)
         for row in rows:
-            if row.point in self._places:
+            if row.point in self._stored:
                 raise ValueError(f"point {row.point} is stored already")
-            self._places[row.point] = end
-            end += self._rows.write((json.dumps(asdict(row)) + "\n").encode())
+            self._stored[row.point] = row
+            self._rows.write((json.dumps(asdict(row)) + "\n").encode())
         self._rows.flush()
         os.fsync(self._rows.fileno())
 
-    def rows(self) -> Iterator[Row]:
-        """Yield all rows in the order of their points."""
-        with (self.folder / ROWS).open("rb") as file:
-            for point in sorted(self._places):
-                file.seek(self._places[point])
-                yield Row(**json.loads(file.readline()))
+    def rows(self) -> list[Row]:
+        """Return all rows in the order of their points."""
+        return [self._stored[point] for point in sorted(self._stored)]
 
     @contextmanager
     def writing(self, name: str) -> Iterator[TextIO]:
@@ -118,9 +112,8 @@ class Store:
                 if _OURS.fullmatch(path.name):
                     path.unlink()
         elif earlier is not None and earlier != self._request:
-            key = next((key.replace("_", " ") for key in self._request if earlier.get(key) != self._request[key]), None)
-            held = f"another sweep ({f'its {key} differs' if key else 'it says more'})"
-            held = held if earlier else f"a sweep whose {SUMMARY} is not as it was written"
+            key = next((key.replace("_", " ") for key in self._request if earlier.get(key) != self._request[key]), "")
+            held = f"another sweep (its {key} differs)" if earlier else f"a sweep whose {SUMMARY} was changed"
             raise SceneError(f"{self._shown} holds {held}: give another folder with --out, or --fresh to start over")
         if self._fresh or earlier is None:
             self.write({"schema": 1, "asked": self._request, "finished": False})
@@ -130,20 +123,20 @@ class Store:
         for line in self._rows:
             if not line.endswith(b"\n"):
                 break
-            with suppress(ValueError, TypeError, RecursionError):
-                point = Row(**json.loads(line)).point
-                if 0 <= point < self._count:
-                    self._places[point] = place
+            with suppress(ValueError, TypeError):
+                row = Row(**json.loads(line))
+                self._stored[row.point] = row
             place += len(line)
-        self._rows.truncate(place)
+        self._rows.seek(place)
+        self._rows.truncate()
 
 
 def _read_request(path: Path) -> dict[str, Any] | None:
-    """The request of an earlier run, empty where its file is no longer readable; ``None`` where there was none."""
+    """The request of an earlier run, empty where its file was changed; ``None`` where there was none."""
     try:
-        request = json.loads(path.read_text(encoding="utf-8"))["asked"]
+        request: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))["asked"]
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError):
         return {}
-    return request if isinstance(request, dict) else {}
+    return request

@@ -199,14 +199,14 @@ def _largest(table: Table, differences: np.ndarray) -> str:
 
 def _first(table: Table, size: np.ndarray) -> str:
     """The key that the difference grows with most, and to which side; "" where none stands out."""
+    from scipy.stats import spearmanr
+
     known = np.isfinite(size)
     best, said = 0.3, ""
     for key, values in table.keys.items():
         if values.dtype == object or len(set(values[known])) < 2 or np.ptp(size[known]) == 0:
             continue
-        # Spearman's correlation, but for ties.
-        ranks = [np.argsort(np.argsort(given, kind="stable")) for given in (np.abs(values[known]), size[known])]
-        rank = float(np.corrcoef(ranks[0], ranks[1])[0, 1])
+        rank = float(spearmanr(np.abs(values[known]), size[known]).statistic)
         if abs(rank) > best:
             best = abs(rank)
             words = ("high", "low") if key == "drive.voltage" else ("large", "small")

@@ -7,6 +7,7 @@ neighbouring faces of boxes to a least width.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import cycle
 from math import inf
 from typing import Any
 
@@ -18,10 +19,10 @@ from scenes.errors import SceneError
 from scenes.formats import cut
 from scenes.free.grid import grid_of
 from scenes.free.tables import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
-from scenes.functions import Surroundings, Varying
+from scenes.functions import Surroundings
 from scenes.kinds import KELVIN, Quantity
 from scenes.laws import Law
-from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value, values
+from scenes.model import Boundary, Box, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
 
@@ -108,10 +109,10 @@ def parts(scene: Scene) -> dict[str, Any]:
     """Return the request for the window: ``parts``, a ``legend`` of materials, the ``axes`` and the ``title``."""
     from matplotlib.colors import to_rgb
 
-    view, names = stretch(scene), dict.fromkeys(material.name for material in physics.materials(scene))
+    view, materials = stretch(scene), {material.name: material for material in physics.materials(scene)}
     # Pale, so that lines and sheets stand out.
-    pale = (0.45 + 0.55 * np.array([to_rgb(PARTS[n % len(PARTS)]) for n in range(len(names))])).tolist()
-    fill = dict(zip(names, pale, strict=True))
+    pale = (0.45 + 0.55 * np.array([to_rgb(colour) for colour in PARTS])).tolist()
+    fill = dict(zip(materials, cycle(pale), strict=False))
     items: list[tuple[Any, str, str]] = [(box, _box_name(box), INK) for box in scene.boxes]
     items += [(b, f"{b.name}: {_condition(b)}", BOUNDARY[b.kind]) for b in scene.boundaries]
     items += [(probe, _probe_name(probe), PROBE) for probe in scene.probes]
@@ -135,7 +136,11 @@ def parts(scene: Scene) -> dict[str, Any]:
         })  # fmt: skip
     signs = ["" if planes[-1] > planes[0] else "-" for planes in view.planes]
     axes = [sign + "xyz"[axis] for sign, axis in zip(signs, view.axes, strict=True)]
-    legend = [[_material(scene, m), fill[m.name]] for m in {m.name: m for m in physics.materials(scene)}.values()]
+    conducts = physics.heat(scene)
+    legend = [
+        [f"{name}, {THERMAL_CONDUCTIVITY.show(m.thermal_conductivity)}" if conducts else name, fill[name]]
+        for name, m in materials.items()
+    ]
     return {"parts": given, "legend": legend, "axes": axes, "title": title(scene, view)}
 
 
@@ -160,35 +165,22 @@ def _box_name(box: Box) -> str:
 
 
 def _probe_name(probe: Probe) -> str:
-    reading = _reading(probe)
+    what, point = probe.quantity.replace("_", " "), probe.lower == probe.upper
+    reading = what if point or probe.quantity in ("heat_flow", "current") else f"{probe.reduce} {what}"
     return reading if probe.name == reading else f"{probe.name}: {reading}"
 
 
-def _material(scene: Scene, material: Material) -> str:
-    if not physics.heat(scene):
-        return material.name
-    return f"{material.name}, {THERMAL_CONDUCTIVITY.show(material.thermal_conductivity)}"
-
-
 def _condition(boundary: Boundary) -> str:
-    kind = CONDITIONS[boundary.key]
-    behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
-    if boundary.contact_resistance:
-        assert isinstance(kind, Varying)
-        given, per_area = (
-            (boundary.value, CURRENT_CONTACT) if boundary.kind == "voltage" else (boundary.ambient, HEAT_CONTACT)
-        )
-        behind += f" behind {per_area.show(boundary.contact_resistance)}"
-        return _value(given, kind.quantity) + behind
+    """The value of a condition, with its surroundings or the resistances in front of it."""
+    kind, value, contact = CONDITIONS[boundary.key], boundary.value, boundary.contact_resistance
     if isinstance(kind, Surroundings):
-        what = "emissivity " * (kind.name == "emissivity")
-        if isinstance(boundary.value, Law):
-            shown = cut(kind.coefficient.show(boundary.value), CHARACTERS // 2)
-        else:
-            shown = _value(boundary.value, kind.quantity)
-        return f"{what}{shown} to {_value(boundary.ambient, KELVIN)}"
-    assert isinstance(kind, Varying)
-    return _value(boundary.value, kind.quantity) + behind
+        law = isinstance(value, Law)
+        shown = cut(kind.coefficient.show(value), CHARACTERS // 2) if law else _value(value, kind.quantity)
+        return f"{'emissivity ' * (kind.name == 'emissivity')}{shown} to {_value(boundary.ambient, KELVIN)}"
+    given, per_area = (boundary.ambient, HEAT_CONTACT) if boundary.kind == "convection" else (value, CURRENT_CONTACT)
+    before = [SERIES.show(boundary.series_resistance)] if 0 < boundary.series_resistance < inf else []
+    before += [per_area.show(contact)] if contact else []
+    return " behind ".join([_value(given, kind.quantity), *before])
 
 
 def _value(value: Value, kind: Quantity) -> str:
@@ -197,13 +189,6 @@ def _value(value: Value, kind: Quantity) -> str:
     shown = [kind.dimension.show(float(f"{end:.5g}")) for end in ends]
     text = f"{' to '.join(shown)} over time" if len(shown) > 1 else shown[0]
     return with_mu(text)
-
-
-def _reading(probe: Probe) -> str:
-    what = probe.quantity.replace("_", " ")
-    if probe.lower == probe.upper or probe.quantity in ("heat_flow", "current"):
-        return what
-    return f"{probe.reduce} {what}"
 
 
 def show(request: dict[str, Any]) -> None:

@@ -18,6 +18,7 @@ POINTS = 401
 """Number of points of the line probe."""
 FIELD, PLOT = 0, 1
 """Parts of the window."""
+LABEL = "%.7g"  # Of round numbers at the colour bar.
 PLOT_SHARE = 0.3  # Height of the line plot, as a part of the window's.
 
 
@@ -109,7 +110,7 @@ class Stage:
         low, high = self._range(name, view.step if view.own_scale else None)
         ticks, (called, unit) = round_ticks(low, high), QUANTITIES[name]
         bar = {
-            "title": f"{called}\n({unit})", "n_labels": len(ticks), "color": INK, "fmt": label_format(ticks),
+            "title": f"{called}\n({unit})", "n_labels": len(ticks), "color": INK, "fmt": LABEL,
             "vertical": True, "width": 0.06, "height": 0.8, "position_x": 0.9, "position_y": 0.08,
             "title_font_size": round(15 * self._ink), "label_font_size": round(15 * self._ink),
             "unconstrained_font_size": True,
@@ -190,10 +191,3 @@ def round_ticks(low: float, high: float) -> np.ndarray:
     ticks = np.asarray(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
     small = 1e-9 * (high - low)
     return ticks[(ticks >= low - small) & (ticks <= high + small)]
-
-
-def label_format(ticks: np.ndarray) -> str:
-    """A printf format with as many digits as the numbers at a colour bar have, at most twelve."""
-    least = 1e-6 * (ticks[-1] - ticks[0])
-    digits = (n for n in range(3, 12) if all(abs(float(f"{t:.{n}g}") - t) <= least for t in ticks))
-    return f"%.{next(digits, 12)}g"

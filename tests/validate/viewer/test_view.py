@@ -105,10 +105,10 @@ def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
     ],
 )  # fmt: skip
 def test_a_colour_bar_has_round_labels(low, high, labels):
-    from validate.viewer.stage import label_format, round_ticks
+    from validate.viewer.stage import LABEL, round_ticks
 
     ticks = round_ticks(low, high)
-    assert [label_format(ticks) % tick for tick in ticks][: len(labels)] == labels
+    assert [LABEL % tick for tick in ticks][: len(labels)] == labels
     assert ticks[0] >= low - 1e-9
     assert ticks[-1] <= high + 1e-9
 
