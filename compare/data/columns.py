@@ -93,14 +93,6 @@ class Column:
         return replace(self, values=self.values[rows])
 
 
-@dataclass(frozen=True)
-class Table:
-    """The columns of a file and its ``kind`` in words."""
-
-    kind: str
-    columns: tuple[Column, ...]
-
-
 @contextmanager
 def refusing(name: str) -> Iterator[None]:
     """Put the name of a file or an option before every SceneError."""

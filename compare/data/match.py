@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from compare.data.columns import Column, Table, refusing, split_unit
+from compare.data.columns import Column, refusing, split_unit
 from compare.data.target import RISE_WORDS, Target
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.units import CURRENT, TEMPERATURE, TIME, VOLTAGE, called, parse_unit
@@ -28,9 +28,9 @@ _CLOSE = 1e-4
 """Relative distance within which a parameter of a run is the scene's: tables round to five digits."""
 
 
-def assign(target: Target, table: Table, given: Sequence[str]) -> list[Column]:
+def assign(target: Target, read: Sequence[Column], given: Sequence[str]) -> list[Column]:
     """Return the columns with the roles, and the units, that `--column NAME=COLUMN` gives them. Raises SceneError."""
-    columns = {column.name: column for column in table.columns}
+    columns = {column.name: column for column in read}
     roles: dict[str, str] = {}
     for text in given:
         with refusing(f"--column {quoted(text)}"):
@@ -38,7 +38,7 @@ def assign(target: Target, table: Table, given: Sequence[str]) -> list[Column]:
             if not equals or not quantity or not wanted:
                 raise SceneError('give NAME=COLUMN, such as peak="T (K), Point 1"')
             role, unit, kind = _read_role(target, quantity)
-            name = _find_column(table, wanted)
+            name = _find_column(read, wanted)
             if name in roles:
                 raise SceneError(f"{quoted(name)} is the {roles[name]} already")
             if role != IGNORED and role in roles.values():
@@ -46,7 +46,7 @@ def assign(target: Target, table: Table, given: Sequence[str]) -> list[Column]:
             roles[name] = role
             columns[name] = replace(columns[name], role=role, kind=kind, unit=unit or columns[name].unit)
     # Vectors of ngspice may share one name, the time, which stands before each.
-    return [columns[column.name] if column.name in roles else column for column in table.columns]
+    return [columns[column.name] if column.name in roles else column for column in read]
 
 
 def _read_role(target: Target, text: str) -> tuple[str, str, str]:
@@ -65,15 +65,15 @@ def _read_role(target: Target, text: str) -> tuple[str, str, str]:
     return path, unit, "curve" * plain.endswith(" curve")
 
 
-def _find_column(table: Table, wanted: str) -> str:
+def _find_column(columns: Sequence[Column], wanted: str) -> str:
     """The name of a column: as the header has it, without its unit where that is enough, or by number."""
-    names = list(dict.fromkeys(c.name for c in table.columns))
+    names = list(dict.fromkeys(c.name for c in columns))
     plain = " ".join(wanted.split())
-    loose = [c.name for c in table.columns if plain.lower() in (c.name.lower(), c.plain.lower())]
+    loose = [c.name for c in columns if plain.lower() in (c.name.lower(), c.plain.lower())]
     if plain in names or len(set(loose)) == 1:
         return plain if plain in names else loose[0]
-    if wanted.isdigit() and 0 < int(wanted) <= len(table.columns):
-        return table.columns[int(wanted) - 1].name
+    if wanted.isdigit() and 0 < int(wanted) <= len(columns):
+        return columns[int(wanted) - 1].name
     shown = ", ".join(map(quoted, names[:12]))
     raise SceneError(f"no column is called so: there are {shown}{did_you_mean(plain, names)}")
 
@@ -170,11 +170,11 @@ def _make_absolute(target: Target, key: str, column: Column) -> tuple[np.ndarray
     return np.where(zero, np.nan, values), f"{zero.sum()} placeholder rows of zeros"
 
 
-def refusal(table: Table, reasons: Mapping[str, str], target: Target) -> str:
-    """Return why no column of a table is a quantity of the scene."""
+def refusal(columns: Sequence[Column], reasons: Mapping[str, str], target: Target) -> str:
+    """Return why no column of a file is a quantity of the scene."""
     names = target.quantities.names
     first = next(iter(names))
-    shown = list(dict.fromkeys(c.name for c in table.columns))[:8]
+    shown = list(dict.fromkeys(c.name for c in columns))[:8]
     listed = "; ".join(f"{quoted(name)} {reasons.get(name, 'is the time')}" for name in shown)
     return (
         f"none of its columns is {target.called}: {listed}; name them {target.example}, or say which they are: "

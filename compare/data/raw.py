@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.data.columns import Column, Table, find_unit, make_column, parse_number
+from compare.data.columns import Column, find_unit, make_column, parse_number
 from scenes.errors import SceneError, quoted
 
 _UNITS = {"time": "s", "power": "W", "temperature": "K"}
@@ -30,9 +30,9 @@ def is_raw(data: bytes) -> bool:
     return head.startswith(b"Title:") and b"Plotname:" in head
 
 
-def read(data: bytes, plot: str = "transient") -> Table:
-    """Read the columns of the one analysis that is called ``plot``. Raises SceneError."""
-    data, start, table, names = _with_plain_headers(data), 0, None, []
+def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
+    """Read the kind of a file, and the columns of the one analysis that is called ``plot``. Raises SceneError."""
+    data, start, names, kind, columns = _with_plain_headers(data), 0, [], "", list[Column]()
     while head := _VARIABLES.search(data, start):
         fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
@@ -53,7 +53,7 @@ def read(data: bytes, plot: str = "transient") -> Table:
         names.append(fields.get("Plotname", ""))
         if plot not in names[-1].lower():
             continue
-        if table is not None:
+        if columns:
             raise SceneError(f"there are several {plot} analyses: write one of them only")
         if len(values) != int(points):
             raise SceneError(f"the file is cut off after {len(values)} of {points} points")
@@ -63,11 +63,11 @@ def read(data: bytes, plot: str = "transient") -> Table:
             Column(variable[1], unit, np.abs(column) if unit == "s" else column, spice=True)
             for variable, unit, column in zip(variables, units, values.T, strict=False)
         ]
-        table = Table(f"{'LTspice' if 'LTspice' in program else 'ngspice'} raw file", tuple(columns))
-    if table is None:
+        kind = f"{'LTspice' if 'LTspice' in program else 'ngspice'} raw file"
+    if not columns:
         listed = f" but {', '.join(map(quoted, names[:4]))}" if names else ""
         raise SceneError(f"there is no {plot} analysis{listed}: export one")
-    return table
+    return kind, columns
 
 
 def _with_plain_headers(data: bytes) -> bytes:
@@ -129,7 +129,7 @@ def find_places(columns: Sequence[Column]) -> dict[str, Column]:
     return {c.plain.lower(): c for c in columns if c.plain.lower() in ("x", "y", "z")}
 
 
-def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, ...]:
+def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> list[Column]:
     """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
     another. Only files with ``remarks`` of COMSOL have points."""
     places = find_places(columns) if remarks else {}
@@ -152,7 +152,7 @@ def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, 
         blocks.setdefault(re.sub(r"^\d+:\s*", "", behind), []).append(replace(c, name=name))
     shared = blocks.pop("", [])
     if not blocks:
-        return tuple(columns)
+        return list(columns)
     stacked: dict[str, Column] = {}
     for k, (behind, block) in enumerate(blocks.items()):
         pairs = re.findall(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)", behind)
@@ -161,4 +161,4 @@ def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, 
         for c in (*parameters, *shared, *block):
             new = stacked.setdefault(c.name, replace(c, values=np.full(count * len(blocks), np.nan)))
             new.values[k * count : (k + 1) * count] = c.values
-    return tuple(stacked.values())
+    return list(stacked.values())

@@ -12,7 +12,7 @@ import numpy as np
 
 from compare.against import Data
 from compare.data import raw, text
-from compare.data.columns import ICE_POINT, Column, Table, refusing
+from compare.data.columns import ICE_POINT, Column, refusing
 from compare.data.match import Match, assign, match_column, pick, refusal
 from compare.data.target import Target, make_target
 from compare.quantities import AT_REST, EDGE, Quantities
@@ -60,8 +60,8 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     catalogue = target.quantities
     if not catalogue.units:
         raise SceneError("the scene has no [[probe]] that data could be of: add one")
-    table = _read_table(content, catalogue.steady)
-    columns = assign(target, table, given)
+    kind, columns = _read_columns(content, catalogue.steady)
+    columns = assign(target, columns, given)
     roles = {column.role for column in columns}
     run = pick(columns, target)
     matches: dict[str, Match] = {}
@@ -80,7 +80,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         else:
             matches[match.key] = match
     if not matches:
-        raise SceneError(refusal(table, run.left_out, target))
+        raise SceneError(refusal(columns, run.left_out, target))
     rows, notes = _full_rows(matches)
     values = {key: match.values[rows] for key, match in matches.items()}
     for key, each in values.items():
@@ -96,30 +96,30 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     # Other columns in SI units may be uncertainties: of temperatures they are differences.
     known = [column for column in run.columns if column.name not in headers.values() and column.powers is not None]
     return Data(
-        name, table.kind, time, values, {"time_s": run.clock} | headers if run.clock else headers,
+        name, kind, time, values, {"time_s": run.clock} | headers if run.clock else headers,
         {key: note for key, note in how.items() if note}, notes, run.left_out, run.words,
         others={column.name: column.differences[rows] for column in known}, words=catalogue.words,
         curve=run.curve and (run.curve[0], run.curve[1][rows]),
     )  # fmt: skip
 
 
-def _read_table(content: bytes, steady: bool) -> Table:
-    """The columns of a file; columns of one name are numbered, but the times before every vector."""
+def _read_columns(content: bytes, steady: bool) -> tuple[str, list[Column]]:
+    """The kind and the columns of a file; columns of one name are numbered, but the times before every vector."""
     if raw.is_raw(content):
-        table = raw.read(content)
+        kind, read = raw.read(content)
     elif not (pairs := text.read_pairs(content)):
-        table = text.read(content)
+        kind, read = text.read(content)
     elif steady:
-        table = Table("list of values", tuple(pairs))
+        kind, read = "list of values", pairs
     else:
         raise SceneError("a list of values of the steady state, and the scene is solved over time: give --steady")
     seen: Counter[str] = Counter()
     columns = []
-    for column in table.columns:
+    for column in read:
         seen[column.name] += 1
         again = seen[column.name] > 1 and column.name.lower() != "time" and not column.is_time
         columns.append(replace(column, name=f"{column.name} #{seen[column.name]}") if again else column)
-    return replace(table, columns=tuple(columns))
+    return kind, columns
 
 
 def _describe_constant(column: Column) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.data import raw
-from compare.data.columns import SHEET_ERROR, Column, Table, find_unit, make_column, parse_number, split_unit
+from compare.data.columns import SHEET_ERROR, Column, find_unit, make_column, parse_number, split_unit
 from scenes.errors import SceneError, contents, printable, quoted, reason
 
 _LARGEST = 200  # MB of a file at most.
@@ -62,8 +62,8 @@ def _decode(data: bytes) -> str:
         return data.decode("cp1252", "replace")
 
 
-def read(data: bytes) -> Table:
-    """Read the columns of a text file. Raises SceneError with the row that cannot be read."""
+def read(data: bytes) -> tuple[str, list[Column]]:
+    """Read the kind and the columns of a text file. Raises SceneError with the row that cannot be read."""
     remarks: list[str] = []
     lines: list[tuple[int, str]] = []
     text = _decode(data)
@@ -75,7 +75,7 @@ def read(data: bytes) -> Table:
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
     if of_comsol and any(re.fullmatch(r"(Data\b.*|Grid|Coordinates|X)", remark) for remark in remarks):
-        return Table("COMSOL data export", raw.arrange(raw.read_sections(text), remarks))
+        return "COMSOL data export", raw.arrange(raw.read_sections(text), remarks)
     if not lines:
         raise SceneError("it has no rows: give a row of names with units, then numbers")
     try:
@@ -124,7 +124,7 @@ def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, in
     return best
 
 
-def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> Table:
+def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> tuple[str, list[Column]]:
     """The block of numbers, its names and its units."""
     separator, mark, width, is_text = _find_dialect(lines)
     rows: list[list[float]] = []
@@ -165,7 +165,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         clocks = [wrdata and (k == 0 or (k % 2 == 0 and (matrix[:, k] == matrix[:, 0]).all())) for k in range(used)]
         made = [Column("time" if c else f"column {k + 1}", "s" if c else "", matrix[:, k], spice=wrdata)
                 for k, c in enumerate(clocks)]  # fmt: skip
-        return Table("ngspice wrdata" if wrdata else "table", tuple(made))
+        return "ngspice wrdata" if wrdata else "table", made
     names, units = _read_names(head, used, width, separator)
     columns = [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
     columns += [Column(name, "", np.array([s.get(name, np.nan) for s in steps])) for name in step]
@@ -174,7 +174,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         kind = "COMSOL data export" if raw.find_places(columns) else "COMSOL table"
     else:
         kind = "SPICE table" if any(c.spice for c in columns) else "table" if separator is None else "CSV"
-    return Table("ngspice wrdata" if wrdata else kind, arranged)
+    return "ngspice wrdata" if wrdata else kind, arranged
 
 
 def _read_names(head: list[str], least: int, most: int, separator: str | None) -> tuple[list[str], list[str]]:

@@ -152,11 +152,11 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
         try:
             if "singular matrix" in said:  # ngspice adds conductances of its own, and goes on
                 raise SceneError("")
-            table = raw.read(path.read_bytes(), plot)
+            _, columns = raw.read(path.read_bytes(), plot)
         except (OSError, SceneError):
             lines = dict.fromkeys(line.strip() for line in said.splitlines())
             signs = "error|singular|fail|too small|undefined|unknown|can't|no such"
             wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
             why = f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
             raise SceneError(f"--model {name}: ngspice has no {plot}{why}") from None
-    return {plain_name(column.name): column.values for column in table.columns}
+    return {plain_name(column.name): column.values for column in columns}

@@ -67,7 +67,7 @@ def open_model(given: str, folder: str) -> Table:
     with refusing(f"--model {quoted(path)}"):
         if pairs := text.read_pairs(content):
             return Table(path.name, {column.name: column for column in pairs}, np.empty(0), {})
-        columns = text.read(content).columns
+        _, columns = text.read(content)
     clock = next((c for c in columns if c.is_time or c.name.lower() in ("time", "t", "time_s")), None)
     if clock is None:
         raise SceneError(

@@ -5,11 +5,12 @@ Nothing here imports numpy before the renderer's process has been started, which
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import csv
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from compare.analyses import chosen
 from compare.kinds import kind_of
@@ -81,7 +82,8 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
             tables["sensitivities.csv"] = {n: c for each in outcome.slopes.values() for n, c in each.table.items()}
         for name, columns in tables.items():
             if columns:
-                _write_columns(folder / name, columns)
+                with (folder / name).open("w", encoding="utf-8", newline="") as file:
+                    write_columns(file, columns)
                 written.append(name)
         if any(line.step == "field files" and line.state == "done" for line in outcome.plan):
             from validate.report.fields import write_fields
@@ -119,11 +121,12 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
         write_document(folder / "summary.json", summary)
 
 
-def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> None:
-    """Write columns of equal length under their names, to full precision."""
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+def write_columns(file: TextIO, columns: Mapping[str, np.ndarray], missing: str = "nan") -> None:
+    """Write columns of equal length under their names, to full precision, and a text for NaN."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
+        writer.writerow(missing if cell != cell else cell for cell in row)
 
 
 def draw(name: str, outcome: Outcome[Any]) -> Figure | None:

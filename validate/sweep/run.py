@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
 import os
 import platform
 import time
@@ -13,8 +11,6 @@ from importlib import metadata
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from compare.processes import processors
 from scenes.errors import SceneError
@@ -71,13 +67,17 @@ def run(
 
 def _write(store: Store, table: Table, figures: bool, seconds: float) -> dict[str, Any]:
     """Write the files; return the content of sweep.json."""
+    from validate.report.output import write_columns
     from validate.report.summary import as_json, provenance
 
     columns = table.columns
-    files = [_write_columns(store, "points.csv", table.keys | columns)]
+    tables = {"points.csv": table.keys | columns} | ({"map.csv": table.map} if table.map else {})
+    for name, content in tables.items():
+        with store.writing(name) as file:
+            write_columns(file, content, missing="")
+    files = [*tables]
     counts: dict[str, Any] = {"points": len(table), **Counter(columns["status"].tolist())}
     if table.map:
-        files.append(_write_columns(store, "map.csv", table.map))
         verdicts = table.map["verdict"].tolist()
         counts["cells"] = {"all": len(verdicts), **Counter(verdicts)}
     if figures:
@@ -105,16 +105,6 @@ def _write(store: Store, table: Table, figures: bool, seconds: float) -> dict[st
         file.write(_page(store.folder, table, document))
     store.write(document)
     return document
-
-
-def _write_columns(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
-    """Write a table of numbers to the last digit, with empty cells for NaN."""
-    with store.writing(name) as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        for row in zip(*(column.tolist() for column in columns.values()), strict=True):
-            writer.writerow("" if isinstance(cell, float) and math.isnan(cell) else cell for cell in row)
-    return name
 
 
 def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:

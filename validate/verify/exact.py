@@ -165,9 +165,8 @@ def layers_steady() -> Iterator[Row]:
     far = a.thickness + b.thickness
     scene = wall("two layers", [a, b], [end("heat_flux", 0.0, flux), end("convection", far, h, air)],
                  probes=[Probe("heat", *flat(far), "heat_flow")])  # fmt: skip
-    expected = [air + flux / h]
-    for layer in (b, a):
-        expected.append(expected[-1] + flux * layer.thickness / layer.conductivity)
+    resistances = [1 / h, *(layer.thickness / layer.conductivity for layer in (b, a))]
+    expected = (air + flux * np.cumsum(resistances)).tolist()
     size, section = expected[-1] - ROOM, scene.boxes[0].upper
     flow = -flux * section[0] * section[2]
     yield from rows(FAMILY, "two layers, steady", scene, [

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
 from scipy.optimize import brentq
 
+from benchmarks import bars
 from benchmarks.rows import Row
 from benchmarks.walls import Layer
 from reduced1d.equations import plate_resistance
@@ -99,50 +100,31 @@ def heated_corner(size: tuple[float, ...], conductivity: float, source: float) -
     """
     a, b, c = size
     n = (2 * np.arange(400) + 1) * np.pi / 2
-    by, cz = n[:, None] / b, n[None, :] / c
-    square = by**2 + cz**2
-    signs = np.outer((-1.0) ** np.arange(len(n)), (-1.0) ** np.arange(len(n))) * 4 / np.outer(n, n)
+    square = np.add.outer((n / b) ** 2, (n / c) ** 2)
+    amplitudes = (-1.0) ** np.arange(len(n)) * 2 / n
     along = 1 - 1 / np.cosh(np.minimum(np.sqrt(square) * a, 700.0))
-    # The sums without the cosh belong to the long bar, whose closed sum along y converges far faster.
-    slab = signs / square * (along - 1)
-    bar = (-1.0) ** np.arange(len(n)) * 2 / n / (n / c) ** 2 * (1 - 1 / np.cosh(np.minimum(n / c * b, 700.0)))
-    return source / conductivity * float(slab.sum() + bar.sum())
+    return source / conductivity * float(amplitudes @ (along / square) @ amplitudes)
 
 
 def following_conductivity() -> Iterator[Row]:
     """A bar heated inside between cold ends, its conductivity a power of the temperature and a table: the integral
     theta of the conductivity from the ends' temperature on is a parabola (Kirchhoff's transform)."""
-    k, exponent = SILICON.thermal_conductivity, -1.3
+    k = SILICON.thermal_conductivity
     assert isinstance(k, float)
-    table = Table((ROOM, 400.0, 600.0), (k, 90.0, 55.0))
-
-    def by_power(theta: float) -> float:
-        return ROOM * (1 + (exponent + 1) * theta / (k * ROOM)) ** (1 / (exponent + 1))
-
-    def theta_of(temperature: float) -> float:
-        points = [ROOM, *(t for t in table.temperatures if ROOM < t < temperature), temperature]
-        return float(np.trapezoid(np.interp(points, table.temperatures, table.values), points))
-
-    def by_table(theta: float) -> float:
-        return float(brentq(lambda t: theta_of(t) - theta, ROOM, 10 * ROOM, xtol=1e-9))
-
     peak = 30_000.0  # W/m: rises of 427 K with the power and 375 K with the table, beyond where that ends
     source = 8 * peak / LENGTH**2
-    middle, quarter = (
-        MIDDLE,
-        replace(MIDDLE, name="quarter", lower=(0.0, LENGTH / 4, 0.0), upper=(0.0, LENGTH / 4, 0.0)),
-    )
+    at = (0.0, LENGTH / 4, 0.0)
+    probes = (MIDDLE, Probe("quarter", at, at), Probe("heat", *ENDS[1], "heat_flow"))
     cold = tuple(Boundary(f"cold {i}", "temperature", *ends, ROOM) for i, ends in enumerate(ENDS))
-    heat = Probe("heat", *ENDS[1], "heat_flow")
-    for called, law, inverse in (
-        ("a power of the temperature", PowerLaw(k, ROOM, exponent), by_power), ("a table", table, by_table)
-    ):  # fmt: skip
+    power, table = PowerLaw(k, ROOM, -1.3), Table((ROOM, 400.0, 600.0), (k, 90.0, 55.0))
+    for called, law in (("a power of the temperature", power), ("a table", table)):
         material = replace(SILICON, name="bar", thermal_conductivity=law)
-        scene = Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), BAR, source),), cold, (middle, quarter, heat),
+        scene = Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), BAR, source),), cold, probes,
                       accuracy=ACCURACY, steady=True)  # fmt: skip
-        rise, flow = inverse(peak) - ROOM, source * LENGTH * WIDTH * DEPTH / 2
+        middle_K, quarter_K = (bars.peak(law, 1.0, (8 * theta) ** 0.5) for theta in (peak, 0.75 * peak))
+        rise, flow = middle_K - ROOM, source * LENGTH * WIDTH * DEPTH / 2
         yield from rows(FAMILY, f"heated bar whose conductivity is {called}", scene, [
-            Expected("middle", "K", ROOM + rise, rise), Expected("quarter", "K", inverse(0.75 * peak), rise),
+            Expected("middle", "K", middle_K, rise), Expected("quarter", "K", quarter_K, rise),
             Expected("heat", "W", -flow, flow, name="heat through the far end"),
         ], "Kirchhoff's transform, Carslaw and Jaeger 1.6")  # fmt: skip
 

@@ -25,6 +25,7 @@ from scenes.laws import Law
 from scenes.model import Boundary, Box, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
+from validate.report.figures.render import exaggeration
 
 Part = dict[str, Any]
 """What the window draws of a part: corners, colours, opacity and name, as plain JSON types."""
@@ -34,10 +35,8 @@ NAME_HIGH, CHARACTERS = 19, 42
 """Names in the window: pixels from one to the next, and the most characters."""
 MOST = 40
 """Names that fit beside the scene; the title counts the others."""
-SLENDER, THIN, SHARE = 0.08, 0.02, 0.35
-"""Least extent of an axis and least gap between faces, over the longest extent; share of the extent for all gaps."""
-ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""Factors by which an axis is stretched, times powers of ten."""
+THIN, SHARE = 0.02, 0.35
+"""Least gap between faces, over the longest extent; share of the extent for all gaps."""
 BOUNDARY = {
     "temperature": "#b3261e", "heat_flux": "#b35c00", "convection": "#00677f", "radiation": "#8a2a5b",
     "voltage": "#6a1fb0",
@@ -84,9 +83,7 @@ def stretch(scene: Scene) -> Stretch:
     planes, drawn, factors, thickened = [], [], [], False
     for axis, sign in zip(axes, signs, strict=True):
         at = all_planes[axis][::sign]
-        wanted = SLENDER * length / extents[axis]
-        power = 10.0 ** max(np.floor(np.log10(wanted)), 0.0)
-        factor = float(next(r * power for r in ROUND if r * power >= 0.999 * wanted))
+        factor = exaggeration(np.array([[0.0, 0.0, 0.0], [length, length, extents[axis]]]))
         gaps = np.abs(np.diff(at)) * factor
         least = min(THIN, SHARE / len(gaps)) * length
         thickened |= bool((gaps < 0.98 * least).any())

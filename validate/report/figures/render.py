@@ -105,5 +105,4 @@ def exaggeration(points: np.ndarray) -> float:
     """A round factor by which to stretch z, so that the height is about a tenth of the length; at least 1."""
     extent = points.max(axis=0) - points.min(axis=0)
     wanted = 0.08 * max(extent[0], extent[1]) / extent[2]
-    steps = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-    return float(max([step for step in steps if step <= wanted] or [1]))
+    return max((float(step) for step in (2, 5, 10, 20, 50, 100, 200, 500, 1000) if step <= wanted), default=1.0)
