@@ -24,7 +24,7 @@ _PLACES = {
 }
 _TEMPERATURES = {"t", "temp", "temperature", *RISE_WORDS}
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
-_POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
+_POINT = re.compile(r"\(\s*{0}\s*,\s*{0}\s*,\s*{0}\s*\)".format(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"))
 _NEAR = 1e-3
 """A point is at the place of a quantity within this part of the extent of the scene."""
 
@@ -86,11 +86,9 @@ class Target:
         units = self.quantities.units
         places = [place for place in self._places() if parse_unit(units[place[0]]).powers == powers]
         match, near = _POINT.search(name), _NEAR * max((np.abs(ends).max() for _, *ends in places), default=0.0)
+        point = np.array(match.groups(), float) if match else np.full(3, np.nan)
         for unit, factor in (("m", 1.0), ("mm", 1e-3), ("um", 1e-6)):
-            try:
-                at = factor * np.array([float(text) for text in match.groups()]) if match else np.full(3, np.nan)
-            except ValueError:
-                break
+            at = factor * point
             keys = {key for key, lower, upper in places if np.abs(at - np.clip(at, lower, upper)).max() <= near}
             # In a unit that is too small every point is near the origin.
             if len(keys) == 1 and (unit == "m" or np.abs(at).max() > near):

@@ -137,8 +137,6 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
             step = _spice_assignments(match[1])
             continue
         cells = _split_cells(line, separator)
-        while len(cells) > width and not cells[-1]:
-            cells.pop()
         values = _parse(cells, mark)
         is_wrong = any(v is None and not t for v, t in zip(values, is_text, strict=False))
         has_numbers = any(v is not None and v == v for v in values)

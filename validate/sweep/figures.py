@@ -175,19 +175,14 @@ def _shown(table: Table, key: str, values: np.ndarray) -> np.ndarray:
     return np.array([words.index(str(value)) for value in values], float)
 
 
-def _label(table: Table, key: str) -> str:
-    """A key with its unit, in two lines that part at a dot where it is long."""
-    unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
-    text = with_mu(f"{key} ({unit})" if unit else key)
-    return text if len(text) <= BROAD else ".\n".join(text.rsplit(".", 1))
-
-
 def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) -> None:
-    """An axis over a key, with its label: logarithmic where the key is so spaced; words where it has words."""
+    """An axis over a key, logarithmic where the key is so spaced, with words where it has some."""
     axis = next(axis for axis in table.job.design.axes if axis.key == key)
     plot_axis = ax.xaxis if side == "x" else ax.yaxis
     if labelled:
-        plot_axis.set_label_text(_label(table, key))
+        unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
+        text = with_mu(f"{key} ({unit})" if unit else key)
+        plot_axis.set_label_text(text if len(text) <= BROAD else ".\n".join(text.rsplit(".", 1)))
     if axis.log:
         ax.set(**{f"{side}scale": "log"})
         plot_axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
@@ -125,19 +124,12 @@ class Table:
 
 def read(job: Job, store: Store, cells: Map | None) -> Table:
     """Return the columns of all stored rows in the order of points.csv."""
-    numbers: list[int] = []
-    by_name: dict[str, list[Any]] = {}
-    for n, row in enumerate(store.rows()):
-        numbers.append(row.point)
-        values = {"status": row.status, "because": row.because, "seconds": row.seconds, **row.values}
-        for name in values:
-            by_name.setdefault(name, [None] * n)
-        for name, column in by_name.items():
-            value = values.get(name)
-            column.append(sys.intern(value) if isinstance(value, str) else value)
+    rows = store.rows()
+    values = [{"status": row.status, "because": row.because, "seconds": row.seconds, **row.values} for row in rows]
     last = ("too_hot", "past_valid_to_K", "blame", "blame_share", "accuracy")
-    columns = {name: array(by_name[name]) for name in sorted(by_name, key=lambda name: name in last)}
-    return Table(job, job.design.columns(numbers), columns, cells)
+    names = sorted(dict.fromkeys(name for each in values for name in each), key=lambda name: name in last)
+    columns = {name: array([each.get(name) for each in values]) for name in names}
+    return Table(job, job.design.columns(row.point for row in rows), columns, cells)
 
 
 def _of_heat(table: Table) -> list[str]:

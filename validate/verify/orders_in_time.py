@@ -57,11 +57,6 @@ def _fixed_steps(
     return state
 
 
-def _of_three(case: str, quantity: str, theory: int, runs: list[np.ndarray]) -> Row:
-    gaps = [float(np.abs(b - a).max()) for a, b in pairwise(runs)]
-    return order_row(FAMILY, case, quantity, theory, observed_order(gaps, 2.0), "from the differences of three runs")
-
-
 def runge_kutta() -> Iterator[Row]:
     """The paper's Runge-Kutta method of order 4 for eq 20, dx/ds = 1/(1 + b x) - x when scaled."""
     feedback, end, errors = 0.17, 2.0, []
@@ -96,7 +91,9 @@ def partitioned() -> Iterator[Row]:
 
     device = replace(Device(), end_time=2e-3, external=External(293.0, 293.0, 1.0))
     runs = [solve_paper(device, PaperScheme(dt)).trace("sink_K") for dt in (0.5e-6, 0.25e-6, 0.125e-6)]
-    yield _of_three("the paper's partitioned scheme (1D device)", "sink temperature", 1, runs)
+    gaps = [float(np.abs(b - a).max()) for a, b in pairwise(runs)]
+    yield order_row(FAMILY, "the paper's partitioned scheme (1D device)", "sink temperature", 1,
+                    observed_order(gaps, 2.0), "from the differences of three runs")  # fmt: skip
 
 
 def device_estimate() -> Iterator[Row]:

@@ -99,7 +99,7 @@ def heated_corner(size: tuple[float, ...], conductivity: float, source: float) -
     A series of cosines along y and z; along x in closed form: 1 - 1/cosh.
     """
     a, b, c = size
-    n = (2 * np.arange(400) + 1) * np.pi / 2
+    n = (2 * np.arange(1600) + 1) * np.pi / 2
     square = np.add.outer((n / b) ** 2, (n / c) ** 2)
     amplitudes = (-1.0) ** np.arange(len(n)) * 2 / n
     along = 1 - 1 / np.cosh(np.minimum(np.sqrt(square) * a, 700.0))

@@ -9,6 +9,7 @@ Values that are held from sample to sample are drawn as steps; the heat flow is 
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,21 +37,6 @@ _SAMPLES = 30
 """The least number of samples in a panel."""
 _START, _SHOWN, _BEFORE = 0.02, 0.1, 0.02
 """s: the least time of a start that is shown, and the times after and before a step."""
-
-
-def power(outcome: Outcome[Device]) -> Figure:
-    """Figure 9: the electrical power of sink and sensor."""
-    return _start_and_whole(outcome, 9, "power of sink and sensor", "sink_power_W")
-
-
-def flow(outcome: Outcome[Device]) -> Figure:
-    """Figure 10: the heat flow into the polymer, and the sensor's power, which it becomes."""
-    return _start_and_whole(outcome, 10, "heat flow into the polymer", "polymer_flux_W")
-
-
-def slow(outcome: Outcome[Device]) -> Figure:
-    """Figure 11: the power of sink and sensor when sampled every 5 ms."""
-    return _start_and_whole(outcome, 11, "power when sampled slowly", "sink_power_W", slow=True)
 
 
 def _figure(outcome: Outcome[Device], check: str, text: str, left: float = 0.75) -> Figure:
@@ -94,6 +80,11 @@ def _start_and_whole(outcome: Outcome[Device], number: int, what: str, first: st
     whole.set_ylim(factor * (low - room * (low < 0)), factor * (high + room))
     legend(figure, whole)
     return figure
+
+
+power = partial(_start_and_whole, number=9, what="power of sink and sensor", first="sink_power_W")
+flow = partial(_start_and_whole, number=10, what="heat flow into the polymer", first="polymer_flux_W")
+slow = partial(_start_and_whole, number=11, what="power when sampled slowly", first="sink_power_W", slow=True)
 
 
 def responses(outcome: Outcome[Device]) -> Figure:

@@ -105,17 +105,12 @@ def field_figure(field: Field, image: np.ndarray | None) -> Figure:
 
 
 def _map(ax: Any, field: Field, colours: ScalarMappable) -> None:
-    """Top faces in true proportions, along the beam from left to right."""
-    points, rise = field.points, field.rise
-    corners, sides = (field.cells[:, :8], 4) if field.cells.shape[1] == 27 else (field.cells[:, :4], 3)
-    z = points[corners][:, :, 2]
-    face = np.abs(z - z.max()) < 1e-6 * float(np.ptp(z))
-    top = corners[face.sum(axis=1) == sides][face[face.sum(axis=1) == sides]].reshape(-1, sides)
-    # Ascending around each face's middle, so that two triangles cover it.
-    around = points[top] - points[top].mean(axis=1, keepdims=True)
-    ring = np.take_along_axis(top, np.argsort(np.arctan2(around[..., 1], around[..., 0]), axis=1), axis=1)
-    triangles = np.concatenate([ring[:, [0, i, i + 1]] for i in range(1, sides - 1)])
-    levels, (x, y, _) = np.linspace(0.0, float(rise.max()), 129), points.T * 1e6
+    """Top faces of a sink in true proportions, along the beam from left to right."""
+    # In VTK's order these are the upper corners of a hexahedron, in turn around it.
+    rise, top, z = field.rise, field.cells[:, 4:8], field.points[:, 2]
+    top = top[(z[top] > z.max() - 1e-6 * np.ptp(z)).all(axis=1)]
+    triangles = np.concatenate([top[:, [0, 1, 2]], top[:, [0, 2, 3]]])
+    levels, (x, y, _) = np.linspace(0.0, float(rise.max()), 129), field.points.T * 1e6
     ax.tricontourf(y, x, triangles, rise, levels, cmap=colours.cmap, norm=colours.norm).set_rasterized(True)
     ax.set(aspect="equal", xlabel="along the beam y (µm)", ylabel="across it x (µm)")
     ax.grid(False)
