@@ -17,11 +17,12 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
+from compare.data.columns import ICE_POINT, find_unit
 from compare.models.model import LONGEST, Answer, Model, Question, check_parameters, find_file, match_outputs
 from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.units import UnitError, parse_unit
+from scenes.units import parse_unit
 
 STEPS = (500, 2000)
 """Numbers of steps of the two runs over time; an FMU integrated here has a relative tolerance of 0.01 over that."""
@@ -228,13 +229,10 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
         powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K", "mol", "cd"))
         powers = powers if any(powers[5:]) else powers[:5]
         return Unit(name, powers, float(base.factor), 0.0 if relative else float(base.offset))
-    try:
-        unit = parse_unit(name) if name else None
-    except UnitError:
-        unit = None
+    unit = find_unit(name)
     if unit is None:
         return Unit(name)
-    return Unit(name, unit.powers, float(unit.factor), 273.15 if unit.celsius else 0.0)
+    return Unit(name, unit.powers, float(unit.factor), ICE_POINT if unit.celsius else 0.0)
 
 
 def simulate(folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]) -> Run:

@@ -8,8 +8,8 @@ function's output goes to standard error.
 from __future__ import annotations
 
 import copy
-import importlib.util
 import os
+import runpy
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
@@ -105,20 +105,15 @@ def _ask(
 @lru_cache(maxsize=1)
 def _function(file: str, name: str, saved: int) -> Function:
     """Run a file that was ``saved`` at a time (ns), with its own folder on the path for its imports."""
-    path = Path(file)
-    spec = importlib.util.spec_from_file_location(f"model_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
+    path, loaded = Path(file), f"model_{Path(file).stem}"
     sys.path.insert(0, str(path.parent))
     with _sentences(path.name, path, ""):
-        spec.loader.exec_module(module)
-    call = getattr(module, name, None)
+        names = runpy.run_path(file, run_name=loaded)
+    call = names.get(name)
     if callable(call):
         return Function(call, f"{path.name}:{name}", path)
-    defined = {n: each for n, each in vars(module).items() if getattr(each, "__module__", None) == spec.name}
-    functions = [n for n, each in defined.items() if callable(each) and not n.startswith("_")]
+    defined = [n for n, each in names.items() if callable(each) and getattr(each, "__module__", None) == loaded]
+    functions = [n for n in defined if not n.startswith("_")]
     fault = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
     has = f"give {listed(functions)}" if functions else "it has none"
     raise SceneError(f"--model {path.name}:{name}: {path.name} {fault}: {has}{did_you_mean(name, functions)}")

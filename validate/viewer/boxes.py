@@ -113,6 +113,13 @@ def parts(scene: Scene) -> dict[str, Any]:
     items: list[tuple[Any, str, str]] = [(box, _box_name(box), INK) for box in scene.boxes]
     items += [(b, f"{b.name}: {_condition(b)}", BOUNDARY[b.kind]) for b in scene.boundaries]
     items += [(probe, _probe_name(probe), PROBE) for probe in scene.probes]
+    boxes = {box.name: box for box in scene.boxes}
+    for contact in scene.contacts:
+        one, other = (boxes[name] for name in contact.between)
+        middle: Any = (np.maximum(one.lower, other.lower) + np.minimum(one.upper, other.upper)) / 2
+        pairs = (HEAT_CONTACT, contact.thermal_resistance), (CURRENT_CONTACT, contact.electrical_resistance)
+        shown = ", ".join(kind.show(value) for kind, value in pairs if value) or "perfect"
+        items.append((Probe(contact.name, middle, middle), f"{contact.name}: {shown}", INK))
     given = []
     for item, name, ink in items:
         corners = view(np.array([item.lower, item.upper]))
@@ -120,16 +127,6 @@ def parts(scene: Scene) -> dict[str, Any]:
         given.append({
             "lower": corners.min(axis=0).tolist(), "upper": corners.max(axis=0).tolist(), "colour": colour,
             "solid": SOLID[type(item)], "name": name, "ink": ink,
-        })  # fmt: skip
-    boxes = {box.name: box for box in scene.boxes}
-    for contact in scene.contacts:
-        one, other = (boxes[name] for name in contact.between)
-        middle = view(np.array([np.maximum(one.lower, other.lower), np.minimum(one.upper, other.upper)])).mean(axis=0)
-        heat, current = contact.thermal_resistance, contact.electrical_resistance
-        shown = [kind.show(value) for kind, value in ((HEAT_CONTACT, heat), (CURRENT_CONTACT, current)) if value]
-        given.append({
-            "lower": middle.tolist(), "upper": middle.tolist(), "colour": [], "solid": 0.0, "ink": INK,
-            "name": f"{contact.name}: {', '.join(shown) or 'perfect'}",
         })  # fmt: skip
     signs = ["" if planes[-1] > planes[0] else "-" for planes in view.planes]
     axes = [sign + "xyz"[axis] for sign, axis in zip(signs, view.axes, strict=True)]
