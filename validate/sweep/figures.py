@@ -10,14 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.tri import Triangulation
 
 from compare.report.checks import with_mu
 from scenes.formats import scale
 from scenes.model import UNITS
 from validate.report.figures import INK, PARTS
-from validate.report.figures.drawing import new_figure
+from validate.report.figures.drawing import band, logarithmic, new_figure
 from validate.sweep.table import TITLES, Table
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
@@ -69,7 +69,7 @@ def _lines(table: Table, of_keys: bool) -> Figure:
                     ax.errorbar(x[at], values, errors, color=colour, fmt="o", ms=3, lw=0.8)
                 else:
                     ax.plot(x[at], values, color=colour, marker="o" if len(at) <= 40 else "", ms=3)
-                    ax.fill_between(x[at], values - errors, values + errors, color=colour, alpha=0.3, lw=0)
+                    band(ax, x[at], values, errors, colour)
         if panel in table.tolerances:
             most = 100 * table.tolerances[panel]
             ax.axhspan(-most, most, color="#e8e8e8", zorder=0)
@@ -184,10 +184,8 @@ def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) ->
         text = with_mu(f"{key} ({unit})" if unit else key)
         plot_axis.set_label_text(text if len(text) <= BROAD else ".\n".join(text.rsplit(".", 1)))
     if axis.log:
-        ax.set(**{f"{side}scale": "log"})
+        logarithmic(ax, side)
         plot_axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        plot_axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        plot_axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
     elif table.job.base.counts(key):
         plot_axis.set_major_locator(MaxNLocator(integer=True))
     elif not axis.numeric:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import product
 from typing import Any, Literal
 
@@ -32,34 +33,31 @@ INSTANTS = np.array(TIMES)
 NUMBERS = INSTANTS * 4 / SLOW  # alpha t/l^2 of half the length
 
 
-def cooling(position: np.ndarray | float, number: float) -> np.ndarray:
-    """Return the missing part of a step at ``position`` (-1 to 1) in a slab whose faces have taken it at once;
-    ``number`` is the Fourier number alpha t/l^2 of the half thickness (3.3, eq 8)."""
-    n = np.arange(TERMS)
-    a = (2 * n + 1) * np.pi / 2
-    terms = 2 * (-1.0) ** n / a * np.exp(-(a**2) * number) * np.cos(np.multiply.outer(np.asarray(position), a))
-    return np.asarray(terms.sum(axis=-1))
+@cache
+def film_roots(biot: float, count: int) -> np.ndarray:
+    """The positive roots of b tan b = biot."""
+    return np.array([
+        # pi/2 as a double is below the root for the largest numbers.
+        brentq(lambda b: b * np.sin(b) - biot * np.cos(b), n * np.pi, n * np.pi + 1.6, xtol=1e-15)
+        for n in range(count)
+    ])  # fmt: skip
+
+
+def cooling(position: float, number: float, biot: float = HELD) -> float:
+    """Return the missing part of a step of the air's temperature at ``position`` (-1 to 1) in a slab between films.
+
+    ``number`` is the Fourier number alpha t/l^2 of the half thickness, ``biot`` is h l/k (3.11, eq 10); by default the
+    faces take the temperature at once (3.3, eq 8).
+    """
+    b = film_roots(biot, TERMS)
+    amplitudes = 2 * np.sin(b) / (b + np.sin(b) * np.cos(b))
+    return float((amplitudes * np.exp(-(b**2) * number) * np.cos(b * position)).sum())
 
 
 def mean_cooling(number: float) -> float:
     """The mean of `cooling` over the slab."""
     a = (2 * np.arange(TERMS) + 1) * np.pi / 2
     return float((2 / a**2 * np.exp(-(a**2) * number)).sum())
-
-
-def film_roots(biot: float, count: int) -> np.ndarray:
-    """The positive roots of b tan b = biot."""
-    return np.array([
-        brentq(lambda b: b * np.sin(b) - biot * np.cos(b), n * np.pi, n * np.pi + np.pi / 2, xtol=1e-15)
-        for n in range(count)
-    ])  # fmt: skip
-
-
-def film_cooling(position: float, biot: float, number: float) -> float:
-    """Return `cooling` by films: ``biot`` is h l/k (3.11, eq 10)."""
-    b = film_roots(biot, 60)
-    terms = 2 * biot / ((b**2 + biot**2 + biot) * np.cos(b)) * np.exp(-(b**2) * number) * np.cos(b * position)
-    return float(terms.sum())
 
 
 def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np.ndarray, time: float) -> float:
@@ -73,15 +71,6 @@ def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np
             lag += slope * (np.exp(-rate * (time - min(b, time))) - np.exp(-rate * (time - a))) / rate
     terms = 2 * (-1.0) ** n / (n * np.pi) * np.sin(n * np.pi * fraction) * lag
     return float(fraction * np.interp(time, times, values) + terms.sum())
-
-
-def half_heated_square(across: float, down: float) -> float:
-    """A unit square's temperature, one side at 1, the others at 0, ``across`` and ``down`` from the warm side."""
-    n = 2 * np.arange(200) + 1
-    a = n * np.pi
-    # sinh(a (1 - d)) / sinh(a) without overflow.
-    ratio = np.exp(-a * down) * (1 - np.exp(-2 * a * (1 - down))) / (1 - np.exp(-2 * a))
-    return float((4 / a * np.sin(a * across) * ratio).sum())
 
 
 def convective_rectangle(
@@ -105,7 +94,7 @@ WIDTH, _, DEPTH = BAR = bars.SIZE
 
 def slab_step() -> Iterator[Row]:
     """Both faces of a slab take another temperature at once."""
-    values = {"middle": [1 - float(cooling(0.0, n)) for n in NUMBERS],
+    values = {"middle": [1 - cooling(0.0, n) for n in NUMBERS],
               "mean": [1 - mean_cooling(n) for n in NUMBERS]}  # fmt: skip
     mean = Probe("mean", (0.0, 0.0, 0.0), flat(LENGTH)[1])
     return _slab("slab, step of both faces", _both("temperature", ROOM + 10.0), values, 10.0,
@@ -116,7 +105,7 @@ def slab_film() -> Iterator[Row]:
     """The air on both sides of a slab takes another temperature at once; Biot number 2."""
     biot = 2.0
     faces = _both("convection", biot * SILICON.thermal_conductivity / (LENGTH / 2), ROOM + 10.0)
-    values = {name: [1 - film_cooling(x, biot, n) for n in NUMBERS] for name, x in (("middle", 0.0), ("face 0", 1.0))}
+    values = {name: [1 - cooling(x, n, biot) for n in NUMBERS] for name, x in (("middle", 0.0), ("face 0", 1.0))}
     return _slab("slab between films", faces, values, 10.0, "Carslaw and Jaeger 3.11")
 
 

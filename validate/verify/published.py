@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.rows import Row
-from benchmarks.walls import Layer
+from benchmarks.walls import HELD, Layer
 from scenes.loading import load
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
-from validate.verify.exact import convective_rectangle, end, half_heated_square, ramped, wall
+from validate.verify.exact import convective_rectangle, end, ramped, wall
 from validate.verify.expected import ACCURACY, Expected, rows
 
 FAMILY = "published benchmarks"
@@ -97,7 +97,7 @@ def iso_case_1() -> Iterator[Row]:
             at: Point = (i * cell, size - j * cell, depth / 2)
             probes.append(_at(f"{i},{j}", at))
             printed.append(value)
-            exact.append(20 * half_heated_square(i / 8, j / 8))
+            exact.append(20 * convective_rectangle(size / 2, size, 1.0, HELD, size / 2 - i * cell, j * cell))
     scene = Scene("ISO 10211 case 1", (box,), boundaries, tuple(probes), ZERO, accuracy=ACCURACY, steady=True)
     expected = [Expected(p.name, "K", ZERO + v, 20.0, 0.05, settled=None) for p, v in zip(probes, printed, strict=True)]
     expected += [Expected(p.name, "K", ZERO + v, 20.0) for p, v in zip(probes, exact, strict=True)]
