@@ -135,10 +135,6 @@ class Axis:
     log: bool = False
     range: bool = False
 
-    @property
-    def numeric(self) -> bool:
-        return all(isinstance(value, float) for value in self.values)
-
     def at(self, place: float) -> Value:
         """The value at a place in [0, 1): of a list of values, or within a range, there to twelve digits, so that 20 um
         is 20 um and no plane of a scene misses another by rounding."""

@@ -188,5 +188,5 @@ def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) ->
         plot_axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     elif table.job.base.counts(key):
         plot_axis.set_major_locator(MaxNLocator(integer=True))
-    elif not axis.numeric:
+    elif table.keys[key].dtype == object:
         plot_axis.set_ticks(range(len(axis.values)), [str(value) for value in axis.values])
