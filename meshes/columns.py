@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from meshes.grid import VOID, Grid, coarsest
+from meshes.grid import VOID, graph
 from meshes.tiles import UNIT, Tiles, share
 from scenes.model import Scene
 
@@ -46,16 +46,12 @@ class Columns:
     @staticmethod
     def of(scene: Scene) -> Columns:
         """The columns of a scene, along the axis with the fewest planes."""
-        breaks = coarsest(scene).breaks
-        up = min(range(3), key=lambda d: (len(breaks[d]), -d))
+        planes = graph(scene).planes
+        up = min(range(3), key=lambda d: (len(planes[d]), -d))
         plan = [d for d in range(3) if d != up]
-        tiles = Tiles.of(tuple(breaks[d] for d in plan), _parts(scene)[:, plan])
-        heights = np.arange(len(breaks[up])) * UNIT
+        tiles = Tiles.of(tuple(planes[d] for d in plan), _parts(scene)[:, plan])
+        heights = np.arange(len(planes[up])) * UNIT
         return Columns(scene, up, tiles, heights, np.zeros((len(tiles.low), len(heights)), bool))
-
-    @property
-    def _grid(self) -> Grid:
-        return coarsest(self.scene)
 
     @property
     def _plan(self) -> list[int]:
@@ -65,7 +61,7 @@ class Columns:
     @cached_property
     def _owner(self) -> np.ndarray:
         """(tiles, layers): the box that each column belongs to, between the planes."""
-        owner = np.moveaxis(self._grid.owner, (*self._plan, self.up), (0, 1, 2))
+        owner = np.moveaxis(graph(self.scene).owner, (*self._plan, self.up), (0, 1, 2))
         of_tiles: np.ndarray = owner[*(self.tiles.low // UNIT).T]
         return of_tiles
 
@@ -99,7 +95,7 @@ class Columns:
         """
         low, points = self.tiles.low // UNIT, self.tiles.places
         padded = np.pad(self._owner, [(0, 0), (1, 1)], constant_values=VOID)
-        planes = np.arange(len(self._grid.breaks[self.up]))
+        planes = np.arange(len(graph(self.scene).planes[self.up]))
         of_tiles = padded[:, 1:] != padded[:, :-1]
         on_planes = np.zeros((len(points), len(planes)), bool)
         for (x0, x1), (y0, y1), ends in _parts(self.scene)[:, [*self._plan, self.up]].tolist():
@@ -141,8 +137,8 @@ class Columns:
     @property
     def _metres(self) -> np.ndarray:
         """(heights,): in m."""
-        breaks = self._grid.breaks[self.up]
-        metres: np.ndarray = np.interp(self.heights, np.arange(len(breaks)) * float(UNIT), breaks)
+        planes = graph(self.scene).planes[self.up]
+        metres: np.ndarray = np.interp(self.heights, np.arange(len(planes)) * float(UNIT), planes)
         return metres
 
     def refined(self, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
@@ -178,9 +174,10 @@ class Columns:
 
 def _parts(scene: Scene) -> np.ndarray:
     """(parts, 3, 2): the planes between which boxes, conditions and extended probes lie."""
-    grid = coarsest(scene)
     items: list[Any] = [*scene.boxes, *scene.boundaries, *(p for p in scene.probes if p.lower != p.upper)]
-    return np.array([[grid.span(d, i.lower[d], i.upper[d]) for d in range(3)] for i in items])
+    ends = np.array([(i.lower, i.upper) for i in items])
+    middles = [(p[1:] + p[:-1]) / 2 for p in graph(scene).planes]
+    return np.stack([np.searchsorted(middle, ends[..., d]) for d, middle in enumerate(middles)], axis=1)
 
 
 def _climbed(

@@ -61,7 +61,10 @@ class Features:
 
     def near(self, grid: Grid) -> list[np.ndarray]:
         """Return per axis (breakpoints,) the exponent of a singular plane there, infinite elsewhere."""
-        return [grid.marked(d, by_plane, np.inf) for d, by_plane in enumerate(self.exponents)]
+        return [
+            np.array([by_plane.get(at, np.inf) for at in breaks.tolist()])
+            for breaks, by_plane in zip(grid.breaks, self.exponents, strict=True)
+        ]
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
@@ -72,7 +75,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     accuracy. Where both ends of a long one are features it is cut in the middle. A layer is thin if it is at most half
     as thick as the features at it are wide: one interval of low degree crosses it.
     """
-    planes = grids.coarsest(scene).breaks
+    planes = grids.graph(scene).planes
     thin, reaches = _reaches(scene, planes)
     # About one degree for each further half digit (docs/benchmark.md).
     degree = 4 if accuracy > 3e-4 else 5 if accuracy > FINE else 6 if accuracy > FINE / 2 else 7
@@ -129,10 +132,10 @@ def _reaches(scene: Scene, planes: tuple[np.ndarray, ...]) -> tuple[list[np.ndar
 def _faces(scene: Scene) -> list[np.ndarray]:
     """Per axis (planes, cells, cells): a number for the faces across it, of the two materials that meet there and of
     the condition or the contact; 0 where nothing changes."""
-    grid = grids.coarsest(scene)
-    kinds = list(dict.fromkeys(b.material for b in grid.boxes))
-    kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
-    faces, count, graph = [], len(kinds) + 1, grids.graph(scene)
+    graph = grids.graph(scene)
+    kinds = list(dict.fromkeys(b.material for b in scene.boxes))
+    kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in scene.boxes), 0])[graph.owner], 1)
+    faces, count = [], len(kinds) + 1
     given = [*map(graph.faces, scene.boundaries), *(graph.between(c) for c in scene.contacts if not c.perfect)]
     for d, marks in enumerate(graph.marked((faces, number) for number, faces in enumerate(given, start=1))):
         materials = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]

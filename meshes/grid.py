@@ -1,12 +1,11 @@
-"""A grid of bricks with the box that owns each cell; and the connected parts of a scene of boxes.
+"""A grid of bricks with the box that owns each cell.
 
-A grid has breakpoints and polynomial degrees along three axes. The breakpoints of the coarsest grid are the planes of
-the scene; connected parts are found on it.
+A grid has breakpoints and polynomial degrees along three axes. The planes of its scene are among the breakpoints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -15,7 +14,9 @@ import numpy as np
 
 from scenes.free.grid import VOID as VOID
 from scenes.free.grid import grid_of
-from scenes.model import ROUNDING, Box, Point, Scene
+from scenes.model import Box, Scene
+
+graph = lru_cache(maxsize=16)(grid_of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +41,10 @@ class Grid:
     def owner(self) -> np.ndarray:
         """(nx, ny, nz): the number of the box that owns each cell, or VOID."""
         owner = np.full([len(d) for d in self.degrees], VOID)
+        middles = [(b[1:] + b[:-1]) / 2 for b in self.breaks]
         for number, box in enumerate(self.boxes):
-            owner[self.window(box.lower, box.upper)] = number
+            inside = ((low < m) & (m < high) for low, m, high in zip(box.lower, middles, box.upper, strict=True))
+            owner[np.ix_(*inside)] = number
         return owner
 
     @property
@@ -55,36 +58,6 @@ class Grid:
         """The degrees per axis: of edges, or of intervals."""
         return self.edges or self.degrees
 
-    def small(self, d: int) -> float:
-        """The length (m) along an axis that counts as nothing."""
-        breaks = self.breaks[d]
-        return min(ROUNDING * float(breaks[-1] - breaks[0]), 0.1 * float(np.diff(breaks).min()))
-
-    def at(self, d: int, coordinate: float) -> int:
-        """The breakpoint nearest to a coordinate."""
-        breaks = self.breaks[d]
-        i = int(breaks.searchsorted(coordinate))
-        below = i == len(breaks) or (i > 0 and coordinate - breaks[i - 1] <= breaks[i] - coordinate)
-        return i - 1 if below else i
-
-    def span(self, d: int, lower: float, upper: float) -> tuple[int, int]:
-        """The breakpoints nearest to two coordinates."""
-        return self.at(d, lower), self.at(d, upper)
-
-    def window(self, lower: Point, upper: Point) -> tuple[slice, slice, slice]:
-        """The cells of a box whose faces lie on breakpoints."""
-        x, y, z = (slice(*self.span(d, lower[d], upper[d])) for d in range(3))
-        return x, y, z
-
-    def marked(self, d: int, values: Mapping[float, float], otherwise: float) -> np.ndarray:
-        """(breakpoints,): the value of a plane across an axis, given by coordinate, at the breakpoint there."""
-        marks = np.full(len(self.breaks[d]), otherwise)
-        for coordinate, value in values.items():
-            i = self.at(d, coordinate)
-            if abs(self.breaks[d][i] - coordinate) <= self.small(d):
-                marks[i] = value
-        return marks
-
     def with_axes(self, breaks: Sequence[np.ndarray], degrees: Sequence[np.ndarray]) -> Grid:
         """Another grid of the same boxes."""
         return Grid(tuple(breaks), tuple(degrees), self.boxes)
@@ -97,26 +70,18 @@ class Grid:
 
 def statistics(grid: Grid) -> dict[str, Any]:
     """Cells, degrees, the largest aspect ratio of a cell, and the volume (m3)."""
-    sizes = [np.diff(b) for b in grid.breaks]
-    solid = grid.solid
-    volume = sizes[0][:, None, None] * sizes[1][:, None] * sizes[2]
-    longest = np.maximum(np.maximum(sizes[0][:, None, None], sizes[1][:, None]), sizes[2])
-    shortest = np.minimum(np.minimum(sizes[0][:, None, None], sizes[1][:, None]), sizes[2])
+    sizes = np.array(np.broadcast_arrays(*np.ix_(*map(np.diff, grid.breaks))))[:, grid.solid]
     return {
-        "cells": int(solid.sum()),
+        "cells": sizes.shape[1],
         "intervals": [len(d) for d in grid.degrees],
         "lowest_degree": int(min(d.min() for d in grid.finest)),
         "highest_degree": int(max(d.max() for d in grid.degrees)),
-        "largest_aspect_ratio": float((longest / shortest)[solid].max()),
-        "volume_m3": float(volume[solid].sum()),
+        "largest_aspect_ratio": float((sizes.max(axis=0) / sizes.min(axis=0)).max()),
+        "volume_m3": float(sizes.prod(axis=0).sum()),
     }
 
 
-graph = lru_cache(maxsize=16)(grid_of)
-
-
-@lru_cache(maxsize=16)
-def coarsest(scene: Scene) -> Grid:
-    """Return the grid whose only breakpoints are the planes of a scene."""
+def coarsest(scene: Scene, degree: int) -> Grid:
+    """Return the grid of one degree whose only breakpoints are the planes of a scene."""
     planes = graph(scene).planes
-    return Grid(planes, tuple(np.ones(len(p) - 1, dtype=int) for p in planes), scene.boxes)
+    return Grid(planes, tuple(np.full(len(p) - 1, degree) for p in planes), scene.boxes)

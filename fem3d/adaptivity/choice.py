@@ -20,7 +20,7 @@ from fem3d.results.outputs import Study
 from fem3d.spaces.domain import Boxes, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes.columns import Columns
-from meshes.grid import coarsest
+from meshes.grid import graph
 from scenes.free.grid import crowding
 from scenes.model import Scene
 from scenes.result import Step
@@ -44,7 +44,7 @@ class BoxCells(CellMesh):
 
     @property
     def name(self) -> str:
-        crowded = crowding(coarsest(self.scene).breaks)
+        crowded = crowding(graph(self.scene).planes)
         return f"{crowded}: {self.cells.t.shape[1]:,} tetrahedra of the scene"
 
     @property
@@ -94,7 +94,7 @@ def on_tetrahedra(scene: Scene, grid: Size) -> BoxCells:
     """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
-        crowded = crowding(coarsest(scene).breaks)
+        crowded = crowding(graph(scene).planes)
         unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
         why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
     return BoxCells(Columns.of(scene), why, accuracy=scene.accuracy).fitting()

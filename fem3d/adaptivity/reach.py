@@ -46,9 +46,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
 def least(scene: Scene) -> Size:
     """Return the size of the coarsest grid of a scene with degree 2, without looking at cells."""
-    coarsest = grids.coarsest(scene)
-    degrees = [np.full(len(d), 2) for d in coarsest.degrees]
-    return foreseen(scene, coarsest.with_axes(coarsest.breaks, degrees))
+    return foreseen(scene, grids.coarsest(scene, 2))
 
 
 def check_planes(scene: Scene) -> None:
@@ -68,7 +66,7 @@ def fits(scene: Scene, size: Size) -> bool:
 
 def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
     if not fits(scene, size):
-        unknowns, planes = float(f"{size.unknowns:.2g}"), grids.coarsest(scene).breaks
+        unknowns, planes = float(f"{size.unknowns:.2g}"), grids.graph(scene).planes
         raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
             f"{allowed(scene)}{why}; {crowding(planes)}: let more coincide, or leave out what does not "

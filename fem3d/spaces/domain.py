@@ -285,22 +285,25 @@ class Boxes(Domain):
     scene: Scene
 
     def locate(self, item: Boundary | Probe) -> Region:
-        mesh, names, grid = self.space.mesh, getattr(item, "boxes", ()), grids.coarsest(self.scene)
-        small = np.array([grid.small(d) for d in range(3)])
-        extended = np.subtract(item.upper, item.lower) > small
-        dimension = int(extended.sum())
+        mesh, names, graph = self.space.mesh, getattr(item, "boxes", ()), grids.graph(self.scene)
+        flat, off = graph.flat(item.lower, item.upper), np.array(graph.small)
+        dimension = 3 - len(flat)
         if dimension == 0:
             return Region(0, np.empty(0, int), point=item.lower, parts=names)
         corners = mesh.t if dimension == 3 else mesh.facets if dimension == 2 else mesh.edges
-        low, high = ([grid.breaks[d][grid.at(d, c)] for d, c in enumerate(end)] for end in (item.lower, item.upper))
-        # Graded intervals beside a plane may be shorter than a rounding error of the scene.
-        off = [self.space.grid.small(d) for d in range(3)] if isinstance(self.space, BrickSpace) else small
+        low, high = (
+            [p[np.abs(p - c).argmin()] for p, c in zip(graph.planes, end, strict=True)]
+            for end in (item.lower, item.upper)
+        )
+        if isinstance(self.space, BrickSpace):
+            # Graded intervals beside a plane may be shorter than a rounding error of the scene.
+            off = np.minimum(off, [0.1 * np.diff(b).min() for b in self.space.grid.breaks])
         within = ((np.subtract(low, off) <= mesh.p.T) & (np.add(high, off) >= mesh.p.T)).all(axis=1)
         numbers, signs = np.flatnonzero(within[corners].all(axis=0)), None
         if dimension == 3 and names:
             numbers = numbers[self.parts(names)[numbers]]
         if dimension == 2:
-            d = int(np.flatnonzero(~extended)[0])
+            d = flat[0]
             first = mesh.p[d][mesh.t[:, mesh.f2t[0, numbers]]].mean(axis=0)
             signs = np.where(mesh.p[d][mesh.facets[:, numbers]].mean(axis=0) > first, 1, -1)
         return Region(dimension, numbers, signs, parts=names)

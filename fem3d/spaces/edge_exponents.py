@@ -42,7 +42,7 @@ Rays = tuple[bool, ...]
 
 def features(scene: Scene) -> Features:
     """Return the planes of a scene of boxes with the smallest exponent of the edges in each, for either problem."""
-    grid = grids.coarsest(scene)
+    grid = grids.coarsest(scene, 1)
     domain = boxes(scene, grid)
     mesh, exponents = domain.space.mesh, at_edges(domain).min(axis=0)
     by_plane: list[dict[float, float]] = [{}, {}, {}]

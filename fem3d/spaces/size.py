@@ -61,9 +61,9 @@ def factor_entries(unknowns: float, join: float) -> float:
 
 def foreseen(scene: Scene, grid: Grid) -> Size:
     """The size of a grid of a scene (of its part that is solved)."""
-    solid = grids.coarsest(scene).solid
-    planes = grids.coarsest(scene).breaks
-    tables = [_along(p, b, d) for p, b, d in zip(planes, grid.breaks, grid.degrees, strict=True)]
+    graph = grids.graph(scene)
+    solid = graph.owner != grids.VOID
+    tables = [_along(p, b, d) for p, b, d in zip(graph.planes, grid.breaks, grid.degrees, strict=True)]
     degrees = sorted({int(p) for d in grid.finest for p in np.unique(d)})
     functions = _functions(tuple(degrees))
     inside, unknowns = _of_edges(grid, functions) if grid.edges else _of_intervals(solid, tables, functions)
@@ -72,7 +72,7 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     join = unknowns * _layer(solid, tables) / cells
     factors = factor_entries(unknowns, join)
     # Potentials have a problem of their own where current passes.
-    live = _product(grids.graph(scene).live.reshape(solid.shape), tables)[1:, 1:, 1:].sum() / cells
+    live = _product(graph.live.reshape(solid.shape), tables)[1:, 1:, 1:].sum() / cells
     memory = START_UP + PER_ENTRY * of_matrices + (1 + live) * PER_FACTOR * factors
     return Size(int(cells), int(unknowns), join, of_matrices, factors, float(memory))
 

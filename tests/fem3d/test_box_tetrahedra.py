@@ -8,7 +8,7 @@ import pytest
 
 from fem3d.runs import scene as runs
 from meshes.columns import Columns
-from meshes.grid import coarsest
+from meshes.grid import graph
 from scenes.errors import NumericsError, SceneError
 from scenes.free import from_dict
 from scenes.free.rules import checked
@@ -58,10 +58,10 @@ def test_cells_fill_the_boxes(seed):
         corners = mesh.p[:, mesh.t]
         sides = corners[:, 1:] - corners[:, :1]
         volumes = np.abs(np.linalg.det(sides.transpose(2, 0, 1))) / 6
-        grid = coarsest(scene)
+        grid = graph(scene)
         middle = corners.mean(axis=1)
-        at = tuple(np.searchsorted(b, x) - 1 for b, x in zip(grid.breaks, middle, strict=True))
-        lengths = [np.diff(b) for b in grid.breaks]
+        at = tuple(np.searchsorted(b, x) - 1 for b, x in zip(grid.planes, middle, strict=True))
+        lengths = [np.diff(b) for b in grid.planes]
         bricks = lengths[0][:, None, None] * lengths[1][:, None] * lengths[2]
         for number in range(len(scene.boxes)):
             exact = bricks[grid.owner == number].sum()
