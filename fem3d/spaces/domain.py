@@ -21,7 +21,7 @@ from fem3d.spaces.mapped import MappedSpace, split, twin
 from meshes import grid as grids
 from meshes.grid import Grid
 from meshes.grouped.check import Placed
-from meshes.grouped.model import GroupedMesh, locate
+from meshes.grouped.model import locate
 from scenes import laws
 from scenes.free.graph import between
 from scenes.model import (
@@ -252,7 +252,7 @@ class Domain(ABC):
             cells = region.numbers if beside is None else region.numbers[beside[region.numbers]]
             return [(cells, np.zeros(3), np.eye(3))]
         if region.dimension == 0:
-            place = locate(self.grouped, np.array(region.point), beside)
+            place = locate(mesh, np.array(region.point), beside)
             return [] if place is None else [(np.array([place[0]]), place[1], np.zeros((0, 3)))]
         flat = region.dimension == 2
         parts, corners = (mesh.t2f, mesh.refdom.facets) if flat else (mesh.t2e, mesh.refdom.edges)
@@ -265,11 +265,6 @@ class Domain(ABC):
             sides = np.stack([others[0] - a, others[-1] - a] if flat else [others[0] - a])
             patches.append((cells[numbers == number], a, sides))
         return patches
-
-    @cached_property
-    def grouped(self) -> GroupedMesh:
-        """The mesh for point location."""
-        return GroupedMesh(self.space.mesh, {}, {})
 
     def _beside(self, region: Region, inside: np.ndarray | None) -> np.ndarray | None:
         """(cells,): the mask ``inside``, restricted to the parts of a region if any."""
@@ -317,11 +312,6 @@ class Groups(Domain):
     placed: Placed
 
     conditions_first = True
-
-    @cached_property
-    def grouped(self) -> GroupedMesh:
-        """The mesh of the file."""
-        return self.placed.mesh
 
     def part(self, name: str) -> np.ndarray:
         """(cells,): whether each cell is in a volume group."""

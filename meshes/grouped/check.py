@@ -185,7 +185,7 @@ class Placed(CellGraph):
     def covered(self, probe: GroupProbe, mask: np.ndarray) -> np.ndarray:
         """Return (places,) whether each place of a probe, its point, facets or cells, touches a chosen cell."""
         if probe.at is not None:
-            return np.array([locate(self.mesh, np.array(probe.at), mask) is not None])
+            return np.array([locate(self.mesh.mesh, np.array(probe.at), mask) is not None])
         if volumes := [self.mesh.volumes[g] for g in probe.groups or (probe.group or "",) if g in self.mesh.volumes]:
             return mask[np.concatenate(volumes)]
         return self.bordering(self.faces(probe), mask)

@@ -32,15 +32,10 @@ _REFUSED = {
     "TIE": "merge the meshes, so that the tied parts share nodes",
     **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"), "write all nodes and elements out"),
 }  # fmt: skip
-# The kind of cell of a card for each count of nodes, by meshio's names.
-_CELLS = {
-    "CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
-    "CPENTA": {6: "wedge", 15: "wedge15"}, "CPYRAM": {5: "pyramid", 13: "pyramid13"},
-    "CTRIA3": {3: "triangle"}, "CTRIAR": {3: "triangle"}, "CTRIA6": {3: "triangle", 6: "triangle6"},
-    "CQUAD4": {4: "quad"}, "CQUADR": {4: "quad"}, "CQUAD8": {4: "quad", 8: "quad8"},
-    "CQUAD": {4: "quad", 8: "quad8", 9: "quad9"},
-}  # fmt: skip
-_SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM")
+# Cards of cells, with the numbers of nodes that each may have.
+_SOLIDS = {"CTETRA": (4, 10), "CPYRAM": (5, 13), "CPENTA": (6, 15), "CHEXA": (8, 20)}
+_SHELLS = {"CTRIA3": (3,), "CTRIAR": (3,), "CTRIA6": (3, 6), "CQUAD4": (4,), "CQUADR": (4,), "CQUAD8": (4, 8),
+           "CQUAD": (4, 8, 9)}  # fmt: skip
 # Nastran has the upright edges of a hexahedron before the edges of its top.
 _HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 
@@ -90,29 +85,32 @@ def _blocks(text: str) -> list[_Block]:
 
 def read_abaqus(text: str) -> MeshData:
     """Read an Abaqus input file. Raises MeshFileError."""
-    scope, parts, instances, motion = "FILE", 0, list[str](), list[float]()
-    nodes, surfaces = dict[int, list[float]](), dict[str, list[list[str]]]()
+    nodes, surfaces, in_assembly = dict[int, list[float]](), dict[str, list[list[str]]](), False
     elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, list[str]](), dict[str, str]()
-    for block in _blocks(text):
-        keyword, options, where = block.keyword, block.options, f"line {block.line} has *{block.keyword}"
+    blocks = _blocks(text)
+    parts, instances = ([block for block in blocks if block.keyword == word] for word in ("PART", "INSTANCE"))
+    if len(parts) > 1 or len(instances) > 1:
+        named = ", ".join(block.options.get("NAME", "") for block in instances)
+        shown = f"{len(instances)} *INSTANCE ({named})" if len(instances) > 1 else f"{len(parts)} *PART"
+        raise MeshFileError(
+            f"it has {shown}, whose nodes are not shared, and one part is read: merge them into one (in Abaqus/CAE: "
+            "Assembly, Merge/Cut Instances, merge meshes) and write that part"
+        )
+    for block in blocks:
+        keyword, options, members = block.keyword, block.options, list[str]()
+        where = f"line {block.line} has *{keyword}"
         if keyword in _REFUSED:
             raise MeshFileError(f"{where}: {_REFUSED[keyword]}")
         if "INPUT" in options and keyword in ("NODE", "ELEMENT", "ELSET"):
             raise MeshFileError(f"{where} with INPUT: put that file's lines in its place")
-        if keyword in ("PART", "ASSEMBLY", "INSTANCE"):
-            scope = keyword
-            parts += keyword == "PART"
-        elif keyword.startswith("END "):
-            scope = "ASSEMBLY" if keyword == "END INSTANCE" else "FILE"
-        if keyword == "INSTANCE":
-            instances.append(options.get("NAME", ""))
-            motion = [float(word) for word in block.words]
+        if keyword.removeprefix("END ") in ("PART", "ASSEMBLY", "INSTANCE"):
+            in_assembly = keyword in ("ASSEMBLY", "END INSTANCE")
         # Nodes and elements of the assembly itself are reference points and the like.
-        elif keyword == "NODE" and scope != "ASSEMBLY":
+        elif keyword == "NODE" and not in_assembly:
             if options.get("SYSTEM", "R").upper() != "R":
                 raise MeshFileError(f"{where} with SYSTEM: write the nodes in rectangular coordinates")
             nodes |= {int(row[0]): [float(x or 0) for x in (*row[1:4], "0", "0")[:3]] for row in block.rows}
-        elif keyword == "ELEMENT" and scope != "ASSEMBLY":
+        elif keyword == "ELEMENT" and not in_assembly:
             added = _elements(block)
             elements |= added
             members = list(map(str, added))
@@ -124,12 +122,6 @@ def read_abaqus(text: str) -> MeshData:
             sets.setdefault(name.upper(), []).extend(members)
             if "INTERNAL" not in options:
                 names.setdefault(name.upper(), name)
-    if parts > 1 or len(instances) > 1:
-        shown = f"{len(instances)} *INSTANCE ({', '.join(instances)})" if len(instances) > 1 else f"{parts} *PART"
-        raise MeshFileError(
-            f"it has {shown}, whose nodes are not shared, and one part is read: merge them into one (in Abaqus/CAE: "
-            "Assembly, Merge/Cut Instances, merge meshes) and write that part"
-        )
     if not nodes or not elements:
         raise MeshFileError("it has no *NODE, or no *ELEMENT of a solid: write nodes and elements")
     groups: dict[int, list[str]] = {number: [] for number in elements}
@@ -139,7 +131,8 @@ def read_abaqus(text: str) -> MeshData:
     cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
     for name, rows in surfaces.items():
         cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
-    points = _moved(np.array(list(nodes.values())), np.array(motion))
+    motion = np.array([float(word) for block in instances for word in block.words])
+    points = _moved(np.array(list(nodes.values())), motion)
     return _assembled(dict(zip(nodes, points, strict=True)), cells)
 
 
@@ -207,37 +200,44 @@ def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 def read_nastran(text: str) -> MeshData:
     """Read Nastran bulk data. Raises MeshFileError."""
-    grids, systems = dict[int, tuple[int | None, np.ndarray]](), dict[int, tuple[str, list[_Corner]]]()
-    elements, default_system = list[Element](), 0
+    grids, by_nodes = dict[int, tuple[int | None, list[float]]](), dict[int, tuple[str, list[int]]]()
+    systems, elements, default_system = dict[int, tuple[str, list[_Place]]](), list[Element](), 0
     for card in _cards(text):
         if card.name == "GRID":
-            system = card.integer(2) if card.field(2) else None
-            grids[card.integer(1)] = system, np.array([card.real(i) for i in (3, 4, 5)])
+            grids[card.integer(1)] = card.integer(2) if card.field(2) else None, [card.real(i) for i in (3, 4, 5)]
         elif card.name == "GRDSET":
             default_system = card.integer(2)
         elif re.match(r"CORD1[RCS]$", card.name):
             # A card has the three nodes of each of up to two systems.
-            for at in (first for first in (1, 5) if card.field(first)):
-                systems[card.integer(at)] = card.name[5], [card.integer(at + i) for i in (1, 2, 3)]
+            for i in (first for first in (1, 5) if card.field(first)):
+                by_nodes[card.integer(i)] = card.name[5], [card.integer(i + k) for k in (1, 2, 3)]
         elif re.match(r"CORD2[RCS]$", card.name):
-            points = np.array([card.real(i) for i in range(3, 12)]).reshape(3, 3)
+            points = [[card.real(i + k) for k in range(3)] for i in (3, 6, 9)]
             systems[card.integer(1)] = card.name[5], [(card.integer(2), point) for point in points]
-        elif card.name in _CELLS:
-            kinds = _CELLS[card.name]
+        elif counts := (_SOLIDS | _SHELLS).get(card.name):
             # A shell has further fields, such as THETA, after its nodes.
-            end = len(card.fields) if card.name in _SOLIDS else 3 + max(kinds)
+            end = len(card.fields) if card.name in _SOLIDS else 3 + max(counts)
             nodes = [card.integer(i) for i in range(3, end) if card.field(i)]
-            if len(nodes) not in kinds:
+            if len(nodes) not in counts:
                 raise MeshFileError(
-                    f"{card.name} {card.field(1)} has {len(nodes)} nodes: give {' or '.join(map(str, kinds))}"
+                    f"{card.name} {card.field(1)} has {len(nodes)} nodes: give {' or '.join(map(str, counts))}"
                 )
-            kind = kinds[len(nodes)]
+            kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(nodes)]
             nodes = [nodes[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else nodes
             elements.append((kind, nodes, [str(card.integer(2) if card.field(2) else card.integer(1))]))
     if not grids or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
-    placed = {number: (default_system if system is None else system, at) for number, (system, at) in grids.items()}
-    return _assembled(_in_basic_system(placed, systems), elements)
+    places = {number: (default_system if system is None else system, at) for number, (system, at) in grids.items()}
+    for number, (kind, nodes) in by_nodes.items():
+        if missing := [node for node in nodes if node not in places]:
+            raise MeshFileError(f"a CORD1 card names GRID {missing[0]}, which is not in the file")
+        systems[number] = kind, [places[node] for node in nodes]
+    alike, placed = dict[int, dict[int, list[float]]](), dict[int, np.ndarray]()
+    for number, (own_system, at) in places.items():
+        alike.setdefault(own_system, {})[number] = at
+    for system, given in alike.items():
+        placed |= zip(given, _in_basic_system(system, np.array(list(given.values())), systems), strict=True)
+    return _assembled(placed, elements)
 
 
 class _Card:
@@ -301,48 +301,35 @@ def _split(line: str) -> tuple[str, list[str]]:
     return first, [*more, *[""] * count][:count]
 
 
-_Corner = int | tuple[int, np.ndarray]
-"""A node, or coordinates in a system."""
+_Place = tuple[int, list[float]]
+"""The number of a coordinate system, 0 for the basic one, and coordinates in it."""
 
 
 def _in_basic_system(
-    grids: dict[int, tuple[int, np.ndarray]], systems: dict[int, tuple[str, list[_Corner]]]
-) -> dict[int, np.ndarray]:
-    """Transform nodes from their rectangular, cylindrical or spherical coordinate systems.
+    system: int, at: np.ndarray, systems: dict[int, tuple[str, list[_Place]]], above: tuple[int, ...] = ()
+) -> np.ndarray:
+    """Transform points (n, 3) from a rectangular, cylindrical or spherical coordinate system.
 
     A system has the kind "R", "C" or "S" and three points: its origin, a point on its z axis, and one in its xz plane.
+    ``above`` are the systems that the points define.
     """
-    frames: dict[int, tuple[np.ndarray, np.ndarray] | None] = {0: (np.zeros(3), np.eye(3))}
-
-    def place(corner: _Corner) -> np.ndarray:
-        if isinstance(corner, int) and corner not in grids:
-            raise MeshFileError(f"a CORD1 card names GRID {corner}, which is not in the file")
-        system, at = grids[corner] if isinstance(corner, int) else corner
-        origin, axes = frame(system)
-        kind, r, (first, second) = systems[system][0] if system else "R", at[0], np.radians(at[1:])
-        if kind == "C":
-            at = np.array([r * np.cos(first), r * np.sin(first), at[2]])
-        elif kind == "S":
-            direction = [np.sin(first) * np.cos(second), np.sin(first) * np.sin(second), np.cos(first)]
-            at = r * np.array(direction)
-        return origin + at @ axes
-
-    def frame(system: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the origin and the axes, as rows, of a system."""
-        name = f"coordinate system {system}"
-        if system not in frames:
-            if system not in systems:
-                raise MeshFileError(f"no CORD1 or CORD2 card defines {name} of a GRID: export in the basic one")
-            frames[system] = None
-            a, b, c = map(place, systems[system][1])
-            z, y = b - a, np.cross(b - a, c - a)
-            if not np.linalg.norm(y) > 0:
-                raise MeshFileError(f"the three points of {name} lie on a line")
-            rows = np.array([np.cross(y, z), y, z])
-            frames[system] = a, rows / np.linalg.norm(rows, axis=1, keepdims=True)
-        known = frames[system]
-        if known is None:
-            raise MeshFileError(f"{name} is defined in itself: export in the basic one")
-        return known
-
-    return {number: place(number) for number in grids}
+    if system == 0:
+        return at
+    name = f"coordinate system {system}"
+    if system not in systems:
+        raise MeshFileError(f"no CORD1 or CORD2 card defines {name} of a GRID: export in the basic one")
+    if system in above:
+        raise MeshFileError(f"{name} is defined in itself: export in the basic one")
+    kind, places = systems[system]
+    a, b, c = (_in_basic_system(n, np.array([p]), systems, (*above, system))[0] for n, p in places)
+    z, y = b - a, np.cross(b - a, c - a)
+    if not np.linalg.norm(y) > 0:
+        raise MeshFileError(f"the three points of {name} lie on a line")
+    axes = np.array([np.cross(y, z), y, z])
+    (r, _, height), (first, second) = at.T, np.radians(at[:, 1:].T)
+    if kind == "C":
+        at = np.column_stack([r * np.cos(first), r * np.sin(first), height])
+    elif kind == "S":
+        across = r * np.sin(first)
+        at = np.column_stack([across * np.cos(second), across * np.sin(second), r * np.cos(first)])
+    return np.asarray(a + at @ (axes / np.linalg.norm(axes, axis=1, keepdims=True)))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -97,28 +96,23 @@ class GroupedMesh:
         rounded = np.rint((points - points.min(axis=0)) / (1e-9 * size)).astype(np.int64)
         return len(points) - len(np.unique(rounded, axis=0))
 
-    @cached_property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates (3, cells) of each cell's nodes."""
-        nodes = self.mesh.doflocs[:, self.mesh.dofs.element_dofs]
-        return nodes.min(axis=1), nodes.max(axis=1)
 
-
-def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = None) -> tuple[int, np.ndarray] | None:
-    """Find the cell, among chosen cells (cells,), and the reference coordinates (3,) of a point (m).
+def locate(mesh: Any, point: np.ndarray, inside: np.ndarray | None = None) -> tuple[int, np.ndarray] | None:
+    """Find the cell of scikit-fem's mesh, among chosen cells (cells,), and the reference coordinates (3,) of a point.
 
     Return None outside. The map of each cell near the point is inverted by Newton's method.
     """
-    low, high = mesh.bounds
+    nodes, simplex = mesh.doflocs[:, mesh.dofs.element_dofs], len(mesh.t) == 4
+    low, high = nodes.min(axis=1), nodes.max(axis=1)
     size = (high - low).max(axis=0)
     # A curved cell may bulge beyond its nodes by less than this.
-    room = (1e-6 if mesh.mesh.doflocs.shape[1] == mesh.mesh.nvertices else 0.25) * size
+    room = (1e-6 if mesh.doflocs.shape[1] == mesh.nvertices else 0.25) * size
     near = ((point[:, None] >= low - room) & (point[:, None] <= high + room)).all(axis=0)
     cells = np.flatnonzero(near if inside is None else near & inside)
     if not len(cells):
         return None
-    mapping = mesh.mesh.mapping()
-    x = np.full((3, len(cells), 1), 0.25 if mesh.simplex else 0.5)
+    mapping = mesh.mapping()
+    x = np.full((3, len(cells), 1), 0.25 if simplex else 0.5)
     for _ in range(30):  # Newton's method doubles the digits in each
         slopes = np.moveaxis(mapping.DF(x, tind=cells)[..., 0], -1, 0)
         away = (point[:, None] - mapping.F(x, tind=cells)[..., 0]).T
@@ -129,7 +123,7 @@ def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = Non
             break
     at = x[..., 0]
     outside = np.maximum(-at, at - 1).max(axis=0)
-    if mesh.simplex:
+    if simplex:
         outside = np.maximum(outside, at.sum(axis=0) - 1)
     off = np.linalg.norm(mapping.F(x, tind=cells)[..., 0] - point[:, None], axis=0)
     outside = np.where(off < 1e-6 * size[cells], outside, np.inf)

@@ -15,7 +15,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from string import ascii_lowercase
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -49,17 +49,6 @@ def is_gmsh_41(data: bytes) -> bool:
     return data.startswith(b"$MeshFormat") and data.split(maxsplit=2)[1:2] == [b"4.1"]
 
 
-class _Entity(NamedTuple):
-    """Cells of one kind, the tag of their elementary entity (0 for none), the numbers of their physical groups, and
-    sets that they are in."""
-
-    kind: str
-    nodes: np.ndarray
-    tag: int
-    physical: list[int]
-    sets: tuple[str, ...] = ()
-
-
 def read_gmsh(data: bytes) -> MeshData:
     """Read a mesh in Gmsh's format 4.1. Raises MeshFileError."""
     from meshio.gmsh import gmsh_to_meshio_type
@@ -67,16 +56,15 @@ def read_gmsh(data: bytes) -> MeshData:
     if b"$PartitionedEntities" in data:
         raise MeshFileError("it is partitioned: save it whole, without partitions")
     header = _section(data, b"MeshFormat").split(maxsplit=3)
-    endian = ">" if header[3:] and header[3].startswith(b"\0\0\0\1") else "<"
 
     def numbers(section: bytes) -> _Numbers:
-        return _Numbers(_section(data, section), header[1] == b"1", endian, int(header[2]))
+        return _Numbers(_section(data, section), header[1] == b"1", int(header[2]))
 
     text = _section(data, b"PhysicalNames").decode("utf-8", "replace") if b"$PhysicalNames" in data else ""
     names = {(int(dim), int(tag)): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', text)}
     physical = _read_physical(numbers(b"Entities")) if b"$Entities" in data else {}
     ids, points = _read_nodes(numbers(b"Nodes"))
-    section, entities = numbers(b"Elements"), list[_Entity]()
+    section, blocks, tags = numbers(b"Elements"), list[Block](), list[int]()
     for _ in range(section.take("size", 4)[0]):
         dim, tag, number = (int(n) for n in section.take("int", 3))
         count = section.take_one("size")
@@ -86,25 +74,24 @@ def read_gmsh(data: bytes) -> MeshData:
         width = _NODES.get(kind) or int(kind.lstrip(ascii_lowercase))
         rows = section.take("size", count * (1 + width)).reshape(count, 1 + width)
         nodes = node_rows(ids, rows[:, 1:])[:, _ORDER.get(kind, slice(None))]
-        entities.append(_Entity(kind, nodes, tag, physical.get((dim, tag), [])))
-    return _with_groups(points, entities, names)
+        blocks.append((kind, nodes, tuple(names.get((dim, n), str(n)) for n in physical.get((dim, tag), []))))
+        tags.append(tag)
+    return _tagged(points, blocks, tags, names)
 
 
-def _with_groups(points: np.ndarray, entities: list[_Entity], names: dict[tuple[int, int], str]) -> MeshData:
-    """Call physical groups by their ``names``, by dimension and number, or else by their numbers, and volumes and
-    surfaces in none by their tags."""
-    named = [[names.get((dimension(e.kind), n), str(n)) for n in e.physical] for e in entities]
-    taken = {(dimension(e.kind), name) for e, own in zip(entities, named, strict=True) for name in own}
-    blocks = list[Block]()
-    for entity, own in zip(entities, named, strict=True):
-        alone = dimension(entity.kind), str(entity.tag)
-        tagged = [alone[1]] if not own and entity.tag and alone[0] >= 2 and alone not in taken else []
-        blocks.append((entity.kind, entity.nodes, tuple(dict.fromkeys([*entity.sets, *own, *tagged]))))
+def _tagged(points: np.ndarray, blocks: list[Block], tags: list[int], names: dict[tuple[int, int], str]) -> MeshData:
+    """Call volumes and surfaces in no group by the ``tags`` of their elementary entities, 0 for none; ``names`` are of
+    physical groups, by dimension and number."""
+    taken, tagged = {(dimension(kind), name) for kind, _, own in blocks for name in own}, list[Block]()
+    for (kind, nodes, own), tag in zip(blocks, tags, strict=True):
+        alone = dimension(kind), str(tag)
+        free = not own and tag and alone[0] >= 2 and alone not in taken
+        tagged.append((kind, nodes, (str(tag),) if free else own))
     present = {name for _, name in taken}
     lost = (
         "a physical group without cells (Mesh.SaveAll in format 2.2 drops physical groups: save without it, or in 4.1)"
     )
-    return MeshData(points, blocks, {name: lost for name in names.values() if name not in present})
+    return MeshData(points, tagged, {name: lost for name in names.values() if name not in present})
 
 
 def _section(data: bytes, name: bytes) -> bytes:
@@ -117,11 +104,10 @@ def _section(data: bytes, name: bytes) -> bytes:
 class _Numbers:
     """The numbers of a section, taken one after the other from text or binary data."""
 
-    def __init__(self, section: bytes, binary: bool, endian: str, size: int) -> None:
+    def __init__(self, section: bytes, binary: bool, size: int) -> None:
         self.binary, self.place = binary, 0
         self.data = np.frombuffer(section, np.uint8) if binary else np.array(section.split(), float)
-        self.types = {"int": np.dtype(f"{endian}i4"), "size": np.dtype(f"{endian}u{size}"),
-                      "real": np.dtype(f"{endian}f8")}  # fmt: skip
+        self.types = {"int": np.dtype("<i4"), "size": np.dtype(f"<u{size}"), "real": np.dtype("<f8")}
 
     def take(self, kind: str, count: int) -> np.ndarray:
         """Return the next ``count`` numbers of a kind."""
@@ -255,17 +241,19 @@ def _read_by_meshio(path: Path) -> MeshData:
         found = meshio.read(path, file_format="gmsh" if path.suffix.lower() == ".msh" else None)
     sets = {name: of for name, of in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))}
     names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
-    entities = list[_Entity]()
+    blocks, elementary = list[Block](), list[int]()
     for i, block in enumerate(found.cells):
         every = np.arange(len(block.data))
         inside = [np.isin(every, [] if of[i] is None else of[i]) for of in sets.values()]
         tags = [found.cell_data[key][i] if key in found.cell_data else 0 * every for key in _TAGS]
         alike, which = np.unique(np.column_stack([*tags, *inside]).astype(int), axis=0, return_inverse=True)
         for k, (physical, *tag, on) in enumerate((*row[:3], row[3:]) for row in alike.tolist()):
-            own = tuple(name for name, member in zip(sets, on, strict=True) if member)
+            own = [name for name, member in zip(sets, on, strict=True) if member]
+            own += [names.get((dimension(block.type), physical), str(physical))] if physical else []
             nodes = np.asarray(block.data, int)[which.ravel() == k]
-            entities.append(_Entity(block.type, nodes, max(tag), [physical] if physical else [], own))
-    return _with_groups(np.asarray(found.points, float), entities, names)
+            blocks.append((block.type, nodes, tuple(own)))
+            elementary.append(max(tag))
+    return _tagged(np.asarray(found.points, float), blocks, elementary, names)
 
 
 def _kind(data: MeshData, path: Path) -> str:
@@ -311,38 +299,26 @@ def _surfaces(
 ) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]], dict[str, str]]:
     """Return the surface groups, and a description of all other names; ``vertices`` are the file's numbers of the
     mesh's vertices."""
-    surfaces, others, corners = dict[str, tuple[np.ndarray, np.ndarray]](), dict(data.others), len(mesh.facets)
+    surfaces, others, count = dict[str, tuple[np.ndarray, np.ndarray]](), dict(data.others), len(mesh.facets)
+    numbers = {tuple(f): n for n, f in enumerate(np.sort(vertices[mesh.facets], axis=0).T.tolist())}
     flat = [block for block in data.blocks if dimension(block[0]) == 2]
-    rows = [np.empty((0, corners), int)]
     # Faces with another number of corners are faces of no cell.
-    rows += [n[:, :corners] if _CORNERS.get(kind[:4]) == corners else np.full((len(n), corners), -1)
-             for kind, n, _ in flat]  # fmt: skip
-    wanted = np.concatenate(rows)
-    facet, side = _facets(mesh, np.searchsorted(vertices, wanted), np.isin(wanted, vertices))
+    rows = [n[:, :count] if _CORNERS.get(kind[:4]) == count else np.full((len(n), count), -1) for kind, n, _ in flat]
+    corners = np.concatenate([np.empty((0, count), int), *rows])
+    facets = np.array([numbers.get(tuple(row), -1) for row in np.sort(corners, axis=1).tolist()], int)
+    # A face points out of the first cell beside it, in the order of its corners, or out of the second one.
+    p = np.moveaxis(data.points[corners], -1, 0)
+    normal = np.cross(p[..., 1] - p[..., 0], p[..., -1] - p[..., 0], axis=0)
+    first, second = mesh.f2t[:, facets]
+    inwards = (normal * (p.mean(axis=-1) - data.points[vertices[mesh.t[:, first]]].mean(axis=0).T)).sum(axis=0) < 0
+    side = np.where(inwards & (second >= 0), 1, 0)
     for name, members in _members(flat).items():
-        if (facet[members] >= 0).all():
-            facets, first = np.unique(facet[members], return_index=True)
-            surfaces[name] = facets, side[members][first]
+        if (facets[members] >= 0).all():
+            own, at = np.unique(facets[members], return_index=True)
+            surfaces[name] = own, side[members][at]
         else:
             others.setdefault(name, "a surface with faces that are no faces of the volume cells")
     for dim, description in ((1, "a group of lines"), (0, "a group of points")):
         for name in _members([block for block in data.blocks if dimension(block[0]) == dim]):
             others.setdefault(name, description)
     return surfaces, others
-
-
-def _facets(mesh: Any, corners: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) twice: the facets with some corners (n, 3 or 4), -1 where there is none, and the row of the cell out of
-    which they point in the order of their corners."""
-    wanted = np.where(known, corners, -1)
-    both = np.concatenate([np.sort(mesh.facets, axis=0).T, np.sort(wanted, axis=1)])
-    number = np.unique(both, axis=0, return_inverse=True)[1].ravel()
-    count = mesh.facets.shape[1]
-    at = np.full(number.max() + 1, -1)
-    at[number[:count]] = np.arange(count)
-    facets = at[number[count:]]
-    p = mesh.doflocs[:, np.where(facets[:, None] >= 0, corners, 0)]  # (3, n, corners)
-    normal = np.cross(p[..., 1] - p[..., 0], p[..., -1] - p[..., 0], axis=0)
-    first = mesh.doflocs[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
-    inwards = (normal * (p.mean(axis=-1) - first)).sum(axis=0) < 0
-    return facets, np.where(inwards & (mesh.f2t[1, facets] >= 0), 1, 0)
