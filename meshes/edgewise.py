@@ -64,11 +64,6 @@ def by_edge(grid: Grid, values: np.ndarray) -> list[np.ndarray]:
     return shares
 
 
-def share_of(missing: Sequence[np.ndarray], target: float) -> float:
-    """Return the level to which larger indicators must fall, so that the sum of all is the target."""
-    return grading.share_of(np.concatenate([m.ravel() for m in missing]), target)
-
-
 def finer(grid: Grid, missing: Sequence[np.ndarray], share: float, other: Grid) -> Grid:
     """Return the cells of an ``other`` grid with the degrees of this one, raised until the indicator of each edge
     (``missing``) is expected to be its ``share``, at most to the degrees of the other grid."""
@@ -85,7 +80,7 @@ def finer(grid: Grid, missing: Sequence[np.ndarray], share: float, other: Grid) 
 def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
     """Refine like `grading.refined` by indicators of edges: an interval by its edges of the highest degree there, all
     other edges up to this degree."""
-    share = share_of(missing, target)
+    share = grading.share_of(missing, target)
     at_top = [
         np.where((e == _along(d, p)) & (m > share), m, 0.0).sum(axis=tuple({0, 1, 2} - {d}))
         for d, (e, p, m) in enumerate(zip(grid.edges, grid.degrees, missing, strict=True))

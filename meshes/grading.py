@@ -186,9 +186,7 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
     fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
-    share = share_of(
-        np.concatenate([m[a] for m, a in zip(missing, able, strict=True)]), max(target - fixed, 0.1 * target)
-    )
+    share = share_of([m[a] for m, a in zip(missing, able, strict=True)], max(target - fixed, 0.1 * target))
     breaks, degrees = [], []
     for d, old in enumerate(grid.breaks):
         axis_breaks, axis_degrees = [float(old[0])], list[int]()
@@ -212,11 +210,11 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     return grid.with_axes(breaks, degrees)
 
 
-def share_of(missing: np.ndarray, target: float) -> float:
+def share_of(missing: Sequence[np.ndarray], target: float) -> float:
     """Return the level to which larger indicators must fall, so that the sum of all is the target."""
-    largest = np.sort(missing)[::-1]
-    others = missing.sum() - np.cumsum(largest)
-    return float(((target - others) / np.arange(1, len(missing) + 1)).max(initial=0.0))
+    every = np.concatenate([m.ravel() for m in missing])
+    others = every.sum() - np.cumsum(np.sort(every)[::-1])
+    return float(((target - others) / np.arange(1, len(every) + 1)).max(initial=0.0))
 
 
 def _cut(
@@ -257,8 +255,15 @@ def raised(grid: Grid) -> Grid:
 def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
     """The grid with more intervals towards each face whose temperature jumps, down to the diffusion length of the
     earliest time of interest (s)."""
-    axes = [_layered_from(grid.breaks[d], grid.degrees[d], _lengths(scene, d, earliest)) for d in range(3)]
-    return grid.with_axes([breaks for breaks, _ in axes], [degrees for _, degrees in axes])
+    axes = []
+    for d, (breaks, degrees) in enumerate(zip(grid.breaks, grid.degrees, strict=True)):
+        for plane, length in _lengths(scene, d, earliest).items():
+            # Intervals above the plane, then those below it, seen from the other side.
+            for side in (1, -1):
+                breaks, degrees = _layered(side * breaks[::side], degrees[::side], side * plane, length)
+                breaks, degrees = side * breaks[::side], degrees[::side]
+        axes.append((breaks, degrees))
+    return grid.with_axes(*zip(*axes, strict=True))
 
 
 def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
@@ -295,21 +300,12 @@ def _touch(b: Boundary, box: Box) -> bool:
     return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
 
 
-def _layered_from(
-    at: np.ndarray, initial_degrees: np.ndarray, lengths: dict[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    breaks, degrees = at.tolist(), initial_degrees.tolist()
-    for plane, length in lengths.items():
-        i = int(np.abs(np.array(breaks) - plane).argmin())
-        while i + 1 < len(breaks) and breaks[i + 1] - breaks[i] > REACH * length:
-            gap = breaks[i + 1] - breaks[i]
-            degrees[i] = max(degrees[i], DEGREE)
-            breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
-            degrees.insert(i, degrees[i])
-        while i > 0 and breaks[i] - breaks[i - 1] > REACH * length:
-            gap = breaks[i] - breaks[i - 1]
-            degrees[i - 1] = max(degrees[i - 1], DEGREE)
-            breaks.insert(i, breaks[i] - max(RATIO * gap, REACH * length / 2))
-            degrees.insert(i, degrees[i - 1])
-            i += 1
-    return np.array(breaks), np.array(degrees)
+def _layered(at: np.ndarray, degrees: np.ndarray, plane: float, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cut the intervals above a plane until the first one is short enough for a diffusion length."""
+    breaks, orders = at.tolist(), degrees.tolist()
+    i = int(np.abs(at - plane).argmin())
+    while i + 1 < len(breaks) and (gap := breaks[i + 1] - breaks[i]) > REACH * length:
+        orders[i] = max(orders[i], DEGREE)
+        breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
+        orders.insert(i, orders[i])
+    return np.array(breaks), np.array(orders)

@@ -261,7 +261,7 @@ class Bricks(Mesh):
         missing = [m * max(indicators.worst / max(size, 1e-300), 1.0) for m in missing]
         if self.aim is not None:
             # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
-            share = edgewise.share_of(missing, AIM * target / (2 * edgewise.FALLS))
+            share = grading.share_of(missing, AIM * target / (2 * edgewise.FALLS))
             finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
         else:
             reach.check_edges(self.grid, self.marks, indicators.goals, target)
