@@ -10,19 +10,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from meshes.grid import graph
 from scenes.free.grid import distinct, grid_on
-from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
+from scenes.model import FLOWS, Boundary, Box, Point, Probe, Scene, Schedule, Value, values
 from scenes.result import Step
 
-Corners = tuple[Point, Point]
-Item = Box | Boundary | Probe
-Readings = dict[str, tuple[float, tuple[Value, ...]]]
-"""The reading of each probe in the whole from its reading in a part: a factor, and values to add."""
+Item = TypeVar("Item", Box, Boundary, Probe)
+Reading = tuple[float, tuple[Value, ...]]
+"""The reading of a probe in the whole from its reading in a part: a factor, and values to add."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Symmetry:
     copies: int
     flows: dict[str, Flow]
     box_copies: dict[str, float]
-    probes: Readings
+    probes: dict[str, Reading]
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of the whole scene, moved into the part that is solved."""
@@ -100,7 +99,7 @@ def uncut(scene: Any, bodies: Iterable[str]) -> Symmetry:
     return Symmetry(scene, (), 1, flows, dict.fromkeys(bodies, 1.0), probes)
 
 
-def _untouched(scene: Any) -> tuple[dict[str, Flow], Readings]:
+def _untouched(scene: Any) -> tuple[dict[str, Flow], dict[str, Reading]]:
     return {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}, {p.name: (1.0, ()) for p in scene.probes}
 
 
@@ -154,30 +153,33 @@ class _Mirror:
         resistance = (low.series_resistance + high.series_resistance) / 2
         return None if across is None else replace(self, level=0.0, half=(_times(0.5, across), resistance))
 
-    def image(self, item: Item) -> Corners:
-        """The corners of a box's mirror image."""
-        low, high = (2 * self.middle - c[self.axis] for c in (item.upper, item.lower))
-        return self._at(item.lower, low), self._at(item.upper, high)
+    def _side(self, item: Item) -> int:
+        """1 for an item above the plane, 0 for one that crosses it, -1 for one below or in the plane."""
+        if item.upper[self.axis] <= self.middle + self.small:
+            return -1
+        return 0 if item.lower[self.axis] < self.middle - self.small else 1
 
-    def maps(self, item: Item, onto: Item) -> bool:
-        """Whether the image of one box is the other."""
-        pairs = zip(self.image(item), (onto.lower, onto.upper), strict=True)
-        return all(abs(p - q) <= self.small for u, v in pairs for p, q in zip(u, v, strict=True))
+    def _between(self, item: Item, low: float, high: float) -> Item:
+        """An item moved to other coordinates along the axis."""
+        return replace(item, lower=self._at(item.lower, low), upper=self._at(item.upper, high))
 
     def _at(self, point: Point, coordinate: float) -> Point:
         x = list(point)
         x[self.axis] = coordinate
         return x[0], x[1], x[2]
 
-    def _reaches_over(self, item: Item) -> bool:
-        return item.upper[self.axis] > self.middle + self.small
+    def image(self, item: Item) -> Item:
+        """The mirror image of an item."""
+        return self._between(item, *(2 * self.middle - c[self.axis] for c in (item.upper, item.lower)))
 
-    def _below(self, item: Item) -> Corners | None:
-        """The part of a box on the lower side, or in the plane."""
-        if item.lower[self.axis] >= self.middle - self.small and self._reaches_over(item):
-            return None
-        low, high = (min(c[self.axis], self.middle) for c in (item.lower, item.upper))
-        return self._at(item.lower, low), self._at(item.upper, high)
+    def _below(self, item: Item) -> Item:
+        """The part of an item on the lower side, or in the plane."""
+        return self._between(item, *(min(c[self.axis], self.middle) for c in (item.lower, item.upper)))
+
+    def maps(self, item: Item, onto: Item) -> bool:
+        """Whether the image of one item lies where the other one does."""
+        image = self.image(item)
+        return bool(np.abs(np.subtract((image.lower, image.upper), (onto.lower, onto.upper))).max() <= self.small)
 
     def _twins(self, scene: Scene) -> dict[str, Boundary] | None:
         """The boundary of the same kind, with the same thermal condition, that each is mapped onto; None where one is
@@ -207,62 +209,35 @@ class _Mirror:
                 return False
         return all((m == np.flip(m, self.axis)).all() for m in marks)
 
-    def read(self, probe: Probe, scene: Scene) -> Probe | None:
-        """The probe on the lower side in whose place it is read; None where it crosses the plane unevenly, or reads a
-        flow through the plane."""
-        low, high = probe.lower[self.axis] - self.middle, probe.upper[self.axis] - self.middle
-        if low < -self.small and high > self.small and not self.maps(probe, probe):
+    def read(self, probe: Probe, scene: Scene) -> tuple[Probe, Reading] | None:
+        """The probe on the lower side in whose place it is read, and its reading.
+
+        None where the probe crosses the plane unevenly, or reads a flow through the plane.
+        """
+        side, extent = self._side(probe), np.subtract(probe.upper, probe.lower)
+        in_plane = side < 0 and probe.lower[self.axis] >= self.middle - self.small
+        if (side == 0 and not self.maps(probe, probe)) or (in_plane and probe.quantity in FLOWS):
             return None
-        if max(abs(low), abs(high)) <= self.small and probe.quantity in ("heat_flow", "current"):
-            return None
-        below, names = self._below(probe), probe.boxes
+        names = probe.boxes
         boxes = [b for b in scene.boxes if b.name in names]
         images = tuple(next((b.name for b in scene.boxes if self.maps(box, b)), "") for box in boxes)
-        if below is None:
+        if side == 1:
             names = images
-        elif self._reaches_over(probe) and all(a < b for a, b in zip(probe.lower, probe.upper, strict=True)):
-            # A volume on both sides has the same boxes on either.
-            names = names if set(images) == set(names) else ("",)
-        lower, upper = below or self.image(probe)
-        return None if "" in names else replace(probe, lower=lower, upper=upper, boxes=names)
+        # A volume on both sides has the same boxes on either.
+        if "" in names or (side == 0 and (extent > 0).all() and set(images) != set(names)):
+            return None
+        part = self.image(probe) if side == 1 else self._below(probe)
+        return replace(part, boxes=names), self._reading(probe, side, scene)
 
-    def cut(self, scene: Scene) -> tuple[Scene, dict[str, Flow], Readings]:
-        """The lower side of a scene, which kept boundary stands for each, and how each probe is read."""
-        boxes = [replace(b, lower=c[0], upper=c[1]) for b in scene.boxes if (c := self._below(b))]
-        kept, twins, flows = dict[str, Boundary](), self._twins(scene) or {}, dict[str, Flow]()
-        for b in scene.boundaries:
-            if corners := self._below(b):
-                kept[b.name] = replace(b, lower=corners[0], upper=corners[1])
-                copies = 2.0 if self._reaches_over(b) else 1.0
-                flows[b.name] = Flow(b.name, copies, copies)
-                if b.kind == "voltage" and self.half is not None:
-                    kept[b.name] = replace(kept[b.name], value=self.half[0], series_resistance=self.half[1])
-                elif b.series_resistance and copies == 2.0:
-                    # Half of an electrode has half of a given current, or twice the resistance in series.
-                    value = _times(0.5, b.value) if b.series_resistance == inf else b.value
-                    kept[b.name] = replace(kept[b.name], value=value, series_resistance=2 * b.series_resistance)
-            else:
-                flows[b.name] = Flow(twins[b.name].name, 1.0, 1.0 if self.level is None else -1.0)
-        if self.level is not None:
-            name, (low, high) = f"symmetry-{'xyz'[self.axis]}", _corners(scene)
-            kept[name] = Boundary(name, "voltage", self._at(low, self.middle), self._at(high, self.middle), self.level)
-        probes = tuple(p for probe in scene.probes if (p := self.read(probe, scene)))
-        readings = {probe.name: self._reading(probe, scene) for probe in scene.probes}
-        return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=probes), flows, readings
-
-    def _reading(self, probe: Probe, scene: Scene) -> tuple[float, tuple[Value, ...]]:
-        """The reading of a probe in the whole: a factor of its reading in the part, and a value to add."""
-        mirrored = self._below(probe) is None
-        crosses = not mirrored and self._reaches_over(probe)
-        if probe.quantity == "temperature" or not (crosses or mirrored):
+    def _reading(self, probe: Probe, side: int, scene: Scene) -> Reading:
+        """The reading of a probe on a side in the whole: a factor of its reading in the part, and a value to add."""
+        if probe.quantity == "temperature" or side == -1 or (probe.quantity == "potential" and self.level is None):
             return 1.0, ()
-        if probe.quantity == "potential":
-            if self.level is None:
-                return 1.0, ()
+        if self.level is not None and probe.quantity == "potential":
             # The potential of the other side is twice the plane's less this side's.
-            return (0.0, (self.level,)) if crosses else (-1.0, (_times(2.0, self.level),))
+            return (0.0, (self.level,)) if side == 0 else (-1.0, (_times(2.0, self.level),))
         turns = probe.quantity == "current" and self.level is not None
-        if crosses:
+        if side == 0:
             # Both halves carry the same heat; the current of the other half is the same or the opposite.
             return 0.0 if turns else 2.0, ()
         # Inside the solid a flow counts along the axis, which the mirror turns.
@@ -270,13 +245,38 @@ class _Mirror:
         inside = across and not (grid := graph(scene)).exposed(grid.faces(probe)).any()
         return -1.0 if inside != turns else 1.0, ()
 
+    def cut(self, scene: Scene) -> tuple[Scene, dict[str, Flow], dict[str, Reading]]:
+        """The lower side of a scene, which kept boundary stands for each, and how each probe is read."""
+        kept, twins, flows = dict[str, Boundary](), self._twins(scene) or {}, dict[str, Flow]()
+        for b in scene.boundaries:
+            side = self._side(b)
+            if side == 1:
+                flows[b.name] = Flow(twins[b.name].name, 1.0, 1.0 if self.level is None else -1.0)
+                continue
+            kept[b.name] = self._below(b)
+            copies = 2.0 if side == 0 else 1.0
+            flows[b.name] = Flow(b.name, copies, copies)
+            if b.kind == "voltage" and self.half is not None:
+                kept[b.name] = replace(kept[b.name], value=self.half[0], series_resistance=self.half[1])
+            elif b.series_resistance and side == 0:
+                # Half of an electrode has half of a given current, or twice the resistance in series.
+                value = _times(0.5, b.value) if b.series_resistance == inf else b.value
+                kept[b.name] = replace(kept[b.name], value=value, series_resistance=2 * b.series_resistance)
+        if self.level is not None:
+            name, (low, high) = f"symmetry-{'xyz'[self.axis]}", _corners(scene)
+            kept[name] = Boundary(name, "voltage", self._at(low, self.middle), self._at(high, self.middle), self.level)
+        boxes = tuple(self._below(b) for b in scene.boxes if self._side(b) < 1)
+        read = [found for probe in scene.probes if (found := self.read(probe, scene))]
+        part = replace(scene, boxes=boxes, boundaries=tuple(kept.values()), probes=tuple(probe for probe, _ in read))
+        return part, flows, {probe.name: reading for probe, reading in read}
+
 
 def _kind(b: Boundary) -> tuple[object, ...]:
     """The kind of a boundary, with its thermal condition; without the voltage of an electrode."""
     return b.kind, b.contact_resistance, *(() if b.kind == "voltage" else (b.value, b.ambient))
 
 
-def _corners(scene: Scene) -> Corners:
+def _corners(scene: Scene) -> tuple[Point, Point]:
     """The lowest and the highest corner of the boxes."""
     low, high = np.min([b.lower for b in scene.boxes], axis=0), np.max([b.upper for b in scene.boxes], axis=0)
     return tuple(low.tolist()), tuple(high.tolist())
@@ -284,14 +284,11 @@ def _corners(scene: Scene) -> Corners:
 
 def _sum(a: Value, b: Value) -> Value | None:
     """The sum of two values; None for two schedules of different times, where it isn't worked out."""
-    if not isinstance(a, Schedule):
-        return _sum(b, a) if isinstance(b, Schedule) else a + b
-    if not isinstance(b, Schedule):
-        return Schedule(a.times, tuple(p + b for p in a.values))
-    if a.times != b.times:
-        return None
-    values = tuple(p + q for p, q in zip(a.values, b.values, strict=True))
-    return values[0] if len(set(values)) == 1 else Schedule(a.times, values)
+    times = {value.times for value in (a, b) if isinstance(value, Schedule)}
+    total = np.add(values(a), values(b)).tolist() if len(times) < 2 else []
+    if len(set(total)) < 2:
+        return total[0] if total else None
+    return Schedule(times.pop(), tuple(total))
 
 
 def _times(factor: float, value: Value) -> Value:
