@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from meshes.grid import VOID, graph
-from meshes.tiles import UNIT, Tiles, share
+from meshes.tiles import UNIT, Tiles, metres, share
 from scenes.model import Scene
 
 # How much higher a node may be than the nearest one on a chain beside it, over their distance: that keeps angles of the
@@ -137,9 +137,7 @@ class Columns:
     @property
     def _metres(self) -> np.ndarray:
         """(heights,): in m."""
-        planes = graph(self.scene).planes[self.up]
-        metres: np.ndarray = np.interp(self.heights, np.arange(len(planes)) * float(UNIT), planes)
-        return metres
+        return metres(graph(self.scene).planes[self.up], self.heights)
 
     def refined(self, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
         """With cells cut that are to be ``shorter`` along an axis (3, cells): near an end with vertices that are
@@ -147,22 +145,21 @@ class Columns:
         mesh, under, ends = self._cells
 
         def asked(d: int, group: np.ndarray, lows: np.ndarray, highs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            """Of groups of cells (cells,) between ``lows`` and ``highs`` (groups,), in m along an axis, which are to be
-            cut (groups,), and whether edges across the axis are sharp at either end (groups, 2)."""
+            """Of groups of cells (cells,) between ``lows`` and ``highs`` (groups,) along an axis, which are to be cut
+            (groups,), and whether edges across the axis are sharp at either end (groups, 2)."""
             cut, near = np.zeros(len(lows), bool), np.zeros((len(lows), 2), bool)
             np.logical_or.at(cut, group, shorter[d])
             at, across = mesh.p[d][mesh.t], sharp[[e for e in range(3) if e != d]][:, mesh.t].any(axis=0)
-            for end, places in enumerate((lows, highs)):
+            for end, units in enumerate((lows, highs)):
+                places = metres(graph(self.scene).planes[d], units)
                 np.logical_or.at(near[:, end], group, ((at == places[group]) & across).any(axis=0))
             return cut, near
 
-        low, high = ([self.tiles.metres(e, side[:, e]) for e in range(2)] for side in (self.tiles.low, self.tiles.high))
-        plan = [asked(d, under, low[e], high[e]) for e, d in enumerate(self._plan)]
+        plan = [asked(d, under, self.tiles.low[:, e], self.tiles.high[:, e]) for e, d in enumerate(self._plan)]
         tiles, parents = self.tiles.finer(*(np.stack(each, axis=1) for each in zip(*plan, strict=True)))
         # All cells of a column between the same heights get the same one in between.
         spans, number = np.unique(np.column_stack([under, ends]), axis=0, return_inverse=True)
-        lowest, highest = self._metres[np.searchsorted(self.heights, spans[:, 1:].T)]
-        cut, near = asked(self.up, number, lowest, highest)
+        cut, near = asked(self.up, number, *spans[:, 1:].T)
         column, below, above = spans[cut].T
         heights = below + ((above - below) * share(near[cut])).astype(np.int64)
         every = np.union1d(self.heights, heights)

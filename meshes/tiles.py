@@ -27,6 +27,9 @@ NEAR = 0.25
 UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
 ROUGHLY = UNIT >> 10  # multiples of which the middles of tiles are that several planes cross
 
+Spans = tuple[tuple[int, int], tuple[int, int]]
+"""The planes between which a tile lies, along both axes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
@@ -49,36 +52,32 @@ class Tiles:
                 first, last = ends[1 - e]
                 # A point there stands at the end of a wall.
                 first = min(first, wall.shape[1] - 1)
-                for at in ends[e]:
-                    wall[at, first : max(last, first + 1)] = True
+                wall[ends[e], first : max(last, first + 1)] = True
         sizes = [np.diff(b) for b in breaks]
-        tiles, rest = [], [(0, len(sizes[0]), 0, len(sizes[1]))]
+        tiles, rest = list[Spans](), [((0, len(sizes[0])), (0, len(sizes[1])))]
         while rest:
-            i, j, k, m = rest.pop()
-            held = [walls[0][i + 1 : j, k:m] @ sizes[1][k:m], walls[1][k + 1 : m, i:j] @ sizes[0][i:j]]
-            shares = [h / s for h, s in zip(held, (sizes[1][k:m].sum(), sizes[0][i:j].sum()), strict=True)]
+            spans, shares = rest.pop(), []
+            for e, (a, b) in enumerate(spans):
+                lengths = sizes[1 - e][slice(*spans[1 - e])]
+                shares.append(walls[e][a + 1 : b, slice(*spans[1 - e])] @ lengths / lengths.sum())
             most = [float(share.max(initial=0.0)) for share in shares]
             if not any(most):
-                tiles.append((i, k, j, m))
-            elif most[0] >= most[1]:
-                cut = i + 1 + _middle(shares[0])
-                rest += [(i, cut, k, m), (cut, j, k, m)]
-            else:
-                cut = k + 1 + _middle(shares[1])
-                rest += [(i, j, k, cut), (i, j, cut, m)]
-        corners = np.array(tiles, np.int64).reshape(-1, 2, 2) * UNIT
-        return Tiles(breaks, corners[:, 0], corners[:, 1]).finer(np.zeros((len(corners), 2), bool))[0]
+                tiles.append(spans)
+                continue
+            e = int(most[1] > most[0])
+            best = np.flatnonzero(shares[e] >= most[e] * (1 - 1e-9))
+            (a, b), middle = spans[e], (len(shares[e]) - 1) / 2
+            cut = a + 1 + int(best[np.abs(best - middle).argmin()])
+            rest += [(half, spans[1]) if e == 0 else (spans[0], half) for half in ((a, cut), (cut, b))]
+        corners = np.array(tiles, np.int64) * UNIT
+        low, high = corners[..., 0], corners[..., 1]
+        return Tiles(breaks, low, high).finer(np.zeros(low.shape, bool))[0]
 
-    def metres(self, axis: int, at: np.ndarray) -> np.ndarray:
-        """Coordinates in m."""
-        breaks = self.breaks[axis]
-        metres: np.ndarray = np.interp(at, np.arange(len(breaks)) * float(UNIT), breaks)
-        return metres
-
-    @cached_property
-    def sizes(self) -> np.ndarray:
+    @property
+    def _sizes(self) -> np.ndarray:
         """(tiles, 2): in m."""
-        return np.column_stack([self.metres(e, self.high[:, e]) - self.metres(e, self.low[:, e]) for e in range(2)])
+        ends = zip(self.breaks, self.low.T, self.high.T, strict=True)
+        return np.column_stack([metres(b, high) - metres(b, low) for b, low, high in ends])
 
     @cached_property
     def _corners(self) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
@@ -101,7 +100,7 @@ class Tiles:
     @cached_property
     def points(self) -> np.ndarray:
         """(points, 2): all corners, in m."""
-        return np.column_stack([self.metres(e, self.places[:, e]) for e in range(2)])
+        return np.column_stack([metres(b, self.places[:, e]) for e, b in enumerate(self.breaks)])
 
     def _on_sides(self, axis: int) -> np.ndarray:
         """(tiles, 2 sides, 2): the first corner inside each side along an axis, and the next after the last."""
@@ -119,7 +118,7 @@ class Tiles:
         """
         values, keys, _ = self._corners
         count = len(values[axis])
-        ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
+        ends = np.array([metres(self.breaks[axis], each[which, axis]) for each in (self.low, self.high)])
         middle = ends[0] + at * (ends[1] - ends[0])
         whole = self.low[which, axis] // UNIT == (self.high[which, axis] - 1) // UNIT
         number = np.interp(middle, self.breaks[axis], np.arange(len(self.breaks[axis])))
@@ -136,7 +135,7 @@ class Tiles:
             for near in (beside - 1, beside):
                 valid = (near >= side[:, 0]) & (near < side[:, 1])
                 value = values[axis][keys[axis][near.clip(0, len(keys[axis]) - 1)] % count]
-                distance = np.where(valid, np.abs(self.metres(axis, value) - middle), np.inf)
+                distance = np.where(valid, np.abs(metres(self.breaks[axis], value) - middle), np.inf)
                 best, off = np.where(distance < off, value, best), np.minimum(distance, off)
         low, high = self.low.copy(), self.high.copy()
         high[which, axis] = best
@@ -173,7 +172,6 @@ class Tiles:
 
     def _wrong(self) -> np.ndarray:
         """(tiles,): along which axis each is to be cut, as a triangle has a wide angle; -1 for none."""
-        longer = self.sizes.argmax(axis=1)
         triangles, tiles = self.triangles
         corners = self.points[triangles]
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
@@ -181,30 +179,31 @@ class Tiles:
         a, b, c = sides.T
         wide = np.unique(tiles[(a**2 + b**2 - c**2) / (2 * a * b) < np.cos(WIDEST)])
         wrong = np.full(len(self.low), -1)
-        wrong[wide] = longer[wide]
+        wrong[wide] = self._sizes[wide].argmax(axis=1)
         return wrong
 
     @cached_property
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:
         """The triangles (n, 3), in numbers of `points`, and the tile (n,) of each."""
         values, _, places = self._corners
-        by_first = np.argsort(places[:, 0] * len(values[1]) + places[:, 1])
-        level, upright = self._on_sides(0), self._on_sides(1)
+        numbers = np.arange(len(places)), np.argsort(places[:, 0] * len(values[1]) + places[:, 1])
+        sides = [self._on_sides(e) for e in range(2)]
+        every = np.arange(1 + max(int(np.ptp(s, axis=2).max()) for s in sides))
         chains = []
-        along = np.arange(len(places))
-        every = np.arange(1 + int(max((s[..., 1] - s[..., 0]).max() for s in (level, upright))))
-        for inner, numbers, back in (
-            (level[:, 0], along, False), (upright[:, 1], by_first, False),
-            (level[:, 1], along, True), (upright[:, 0], by_first, True),
-        ):  # fmt: skip
-            first, last = inner[:, 0] - 1, inner[:, 1]
-            at = last[:, None] - every if back else first[:, None] + every
-            inside = (at > first[:, None]) if back else (at < last[:, None])
-            chains.append(np.where(inside, numbers[np.where(inside, at, 0)], -1))
+        # Around each tile, from one of its corners to the next without this.
+        for axis, side, step in ((0, 0, 1), (1, 1, 1), (0, 1, -1), (1, 0, -1)):
+            first, last = sides[axis][:, side].T
+            inside = every <= (last - first)[:, None]
+            at = (first - 1 if step == 1 else last)[:, None] + step * every
+            chains.append(np.where(inside, numbers[axis][np.where(inside, at, 0)], -1))
         rings = np.concatenate(chains, axis=1)
-        order = np.argsort(rings < 0, axis=1, kind="stable")
-        rings = np.take_along_axis(rings, order, axis=1)
-        return _clipped(self.points, rings)
+        rings = np.take_along_axis(rings, np.argsort(rings < 0, axis=1, kind="stable"), axis=1)
+        return _clipped(self.points, rings, self._sizes.prod(axis=1))
+
+
+def metres(planes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Coordinates in m along an axis with these ``planes``."""
+    return np.asarray(np.interp(at, np.arange(len(planes)) * float(UNIT), planes))
 
 
 def share(near: np.ndarray) -> np.ndarray:
@@ -214,24 +213,18 @@ def share(near: np.ndarray) -> np.ndarray:
     return np.where(low == high, 0.5, np.where(low, NEAR, 1 - NEAR))
 
 
-def _middle(shares: np.ndarray) -> int:
-    """The largest share nearest to the middle."""
-    best = np.flatnonzero(shares >= shares.max() * (1 - 1e-9))
-    return int(best[np.abs(best - (len(shares) - 1) / 2).argmin()])
-
-
-def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (n, 3) of convex ``rings`` (m, corners) of points, -1 after the last, some in line, and (n,) the ring
-    of each: the corner whose triangle has the least widest angle is cut off first."""
-    triangles, owners = [], []
-    number, count = np.arange(len(rings)), (rings >= 0).sum(axis=1)
-    while len(rings):
+def _clipped(points: np.ndarray, rings: np.ndarray, areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (n, 3) of convex ``rings`` (m, corners) of points, -1 after the last, some in line, of ``areas`` (m,),
+    and (n,) the ring of each: the corner whose triangle has the least widest angle is cut off first."""
+    triangles, owners, number, count = [], [], np.arange(len(rings)), (rings >= 0).sum(axis=1)
+    whole = 2 * areas
+    while True:
         done = count == 3
         triangles.append(rings[done, :3])
         owners.append(number[done])
-        rings, number, count = rings[~done], number[~done], count[~done]
+        rings, number, count, whole = rings[~done], number[~done], count[~done], whole[~done]
         if not len(rings):
-            break
+            return np.concatenate(triangles), np.concatenate(owners)
         rings = rings[:, : count.max()]
         i = np.arange(rings.shape[1])
         before = np.where(i > 0, i - 1, count[:, None] - 1)
@@ -240,25 +233,17 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
         to_a, to_b, across = a - p, b - p, b - a
         area = to_b[..., 0] * to_a[..., 1] - to_b[..., 1] * to_a[..., 0]
         area[i >= count[:, None]] = 0.0
-        whole = _areas(points, rings, count)[:, None]
         squares = np.sort([(s**2).sum(axis=-1) for s in (to_a, to_b, across)], axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             widest = (squares[2] - squares[0] - squares[1]) / (2 * np.sqrt(squares[0] * squares[1]))
             # The smallest triangle among equals.
             score = widest + 1e-3 * squares[2] / squares[2].max(axis=1, keepdims=True)
-        score[(area <= ROUNDING * whole) | (whole - area <= ROUNDING * whole)] = np.inf
+        least = ROUNDING * whole[:, None]
+        score[(area <= least) | (whole[:, None] - area <= least)] = np.inf
         rows, best = np.arange(len(rings)), score.argmin(axis=1)
         three = (before[rows, best], best, after[rows, best])
         triangles.append(np.column_stack([rings[rows, at] for at in three]))
         owners.append(number)
+        whole = whole - area[rows, best]
         rings = rings[i[None] != best[:, None]].reshape(len(rings), -1)
         count = count - 1
-    return np.concatenate(triangles), np.concatenate(owners)
-
-
-def _areas(points: np.ndarray, rings: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Twice the areas of rings."""
-    at = points[np.where(rings >= 0, rings, rings[:, :1])] - points[rings[:, :1]]
-    x, y = at[..., 0], at[..., 1]
-    areas: np.ndarray = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
-    return areas
