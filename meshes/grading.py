@@ -19,7 +19,7 @@ import numpy as np
 from meshes import grid as grids
 from meshes.grid import Grid
 from scenes import faces, laws
-from scenes.model import Boundary, Box, Scene, Schedule, bends
+from scenes.model import Boundary, Scene, Schedule, bends
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
 RATIO = 0.15
@@ -271,7 +271,8 @@ def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
     lengths: dict[float, float] = {}
     for b in scene.boundaries:
         for box in scene.boxes:
-            if b.kind == "voltage" or b.lower[d] != b.upper[d] or not _touch(b, box):
+            touch = all(b.lower[e] <= box.upper[e] and b.upper[e] >= box.lower[e] for e in range(3))
+            if b.kind == "voltage" or b.lower[d] != b.upper[d] or not touch:
                 continue
             material = box.material.at(scene.initial_temperature)
             k = laws.along(material.thermal_conductivity)[d]
@@ -294,10 +295,6 @@ def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
 
 def _at_start(value: float | Schedule) -> float:
     return float(np.interp(0.0, value.times, value.values)) if isinstance(value, Schedule) else value
-
-
-def _touch(b: Boundary, box: Box) -> bool:
-    return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
 
 
 def _layered(at: np.ndarray, degrees: np.ndarray, plane: float, length: float) -> tuple[np.ndarray, np.ndarray]:

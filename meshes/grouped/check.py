@@ -28,8 +28,7 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     through a part of a condition, and where `rules.check` does.
     """
     for path, group, kinds in _named(scene):
-        if not any(group in _groups(mesh, kind) for kind in kinds):
-            raise _no_group(mesh, f"{path} = {quoted(group)}", group, kinds)
+        _check_group(mesh, f"{path} = {quoted(group)}", group, kinds)
     placed = Placed(scene, mesh)
     bare = placed.body < 0
     if bare.any():
@@ -75,30 +74,33 @@ def _named(scene: MeshScene) -> Iterator[tuple[str, str, tuple[str, ...]]]:
             yield f"{at}.side", probe.side, volume
 
 
-def _groups(mesh: GroupedMesh, kind: str) -> dict[str, Any]:
-    return mesh.volumes if kind == "volume" else mesh.surfaces
-
-
-def _no_group(mesh: GroupedMesh, said: str, group: str, kinds: tuple[str, ...]) -> SceneError:
-    """Return the refusal of a name that is no group of the wanted kinds."""
-    known = [(kind, sorted(_groups(mesh, kind))) for kind in kinds]
+def _check_group(mesh: GroupedMesh, said: str, group: str, kinds: tuple[str, ...]) -> None:
+    """Refuse a name that is no group of the wanted kinds."""
+    groups: dict[str, dict[str, Any]] = {"volume": mesh.volumes, "surface": mesh.surfaces}
+    if any(group in groups[kind] for kind in kinds):
+        return
     given = " and ".join(
-        f"the {kind} groups are {listed(names)}" if names else f"it has no {kind} groups" for kind, names in known
+        f"the {kind} groups are {listed(sorted(groups[kind]))}" if groups[kind] else f"it has no {kind} groups"
+        for kind in kinds
     )
-    other = {**dict.fromkeys(mesh.surfaces, "a surface group"), **dict.fromkeys(mesh.volumes, "a volume group")}
-    if is_another := (other | mesh.others).get(group):
-        return SceneError(f"{said} is {is_another}, not a {' or '.join(kinds)} group: {given}")
-    hint = did_you_mean(group, [name for _, names in known for name in names])
-    return SceneError(f"{said} is no group of the mesh: {given}{hint}")
+    others = {name: f"a {kind} group" for kind in ("surface", "volume") for name in groups[kind]} | mesh.others
+    if group in others:
+        raise SceneError(f"{said} is {others[group]}, not a {' or '.join(kinds)} group: {given}")
+    hint = did_you_mean(group, [name for kind in kinds for name in sorted(groups[kind])])
+    raise SceneError(f"{said} is no group of the mesh: {given}{hint}")
 
 
 def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:
     """Refuse a flow through a part of a condition, or through a condition and the solid beside it."""
-    facets, conditions = placed.faces(probe), placed.conditions(probe)
-    uncovered = ~placed.exposed(facets)
-    for b in conditions:
+    facets, electric = placed.faces(probe), probe.quantity == "current"
+    uncovered, conditions = ~placed.exposed(facets), list[str]()
+    for b in placed.scene.boundaries:
         acting = placed.acting(b)
-        if not np.isin(acting, facets).all():
+        inside = np.isin(acting, facets)
+        if (b.kind == "voltage") != electric or not inside.any():
+            continue
+        conditions.append(b.name)
+        if not inside.all():
             raise SceneError(
                 f"probe {quoted(probe.name)} covers boundary {quoted(b.name)} in part: give a surface group with all "
                 "of its faces or none"
@@ -107,7 +109,7 @@ def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:
     if uncovered.any() and conditions:
         raise SceneError(
             f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along its normals, and partly "
-            f"on boundary {quoted(conditions[0].name)}, where it counts into the solid: give one probe each"
+            f"on boundary {quoted(conditions[0])}, where it counts into the solid: give one probe each"
         )
 
 
@@ -169,9 +171,7 @@ class Placed(CellGraph):
 
     def part(self, name: str) -> np.ndarray:
         """Return whether each cell (cells,) is in a volume group."""
-        part = np.zeros(self.mesh.count, bool)
-        part[self.mesh.volumes[name]] = True
-        return part
+        return np.isin(np.arange(self.mesh.count), self.mesh.volumes[name])
 
     def faces(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
         """Return the facets of the group of a condition or a flat probe."""
@@ -189,14 +189,6 @@ class Placed(CellGraph):
         if volumes := [self.mesh.volumes[g] for g in probe.groups or (probe.group or "",) if g in self.mesh.volumes]:
             return mask[np.concatenate(volumes)]
         return self.bordering(self.faces(probe), mask)
-
-    def conditions(self, probe: GroupProbe) -> list[GroupBoundary]:
-        """Return the boundaries of the probe's kind, thermal or electric, with facets in its group."""
-        electric, facets = probe.quantity == "current", self.faces(probe)
-        return [
-            b for b in self.scene.boundaries
-            if (b.kind == "voltage") == electric and np.isin(self.acting(b), facets).any()
-        ]  # fmt: skip
 
     def explain_separation(self, sentence: str) -> str:
         """Return a refusal with the count of parts and of corners that are not joined, where there are any."""

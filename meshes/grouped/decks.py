@@ -17,7 +17,7 @@ from meshes.grouped.model import MeshData, MeshFileError, node_rows
 
 Element = tuple[str, list[int], list[str]]
 """A cell: its kind by meshio's name, the numbers of its nodes in meshio's order, and its groups."""
-# Types of elements: a family and the count of nodes (but STRI65 has 6); the kind of cell by meshio's names.
+# Types of elements: a family and the count of nodes; the kind of cell by meshio's names.
 _TYPE = re.compile(r"(?P<volume>(?:C|DC|DCC|AC|EMC|Q)3D)(\d+)|(?:CPS|CPEG?|D?CAX|DC2D|STRI|SFM3D|[MRF]3D|D?S)(\d)")
 _VOLUMES = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13", 15: "wedge15",
             20: "hexahedron20", 27: "hexahedron27"}  # fmt: skip
@@ -142,7 +142,7 @@ def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
     match = _TYPE.match(form)
     if not match:
         return {}
-    count = 6 if form == "STRI65" else int(match[2] or match[3])
+    count = int(match[2] or match[3])
     kind = (_VOLUMES if match["volume"] else _SURFACES).get(count)
     words = list(map(int, block.words))
     if kind is None or len(words) % (count + 1):
@@ -267,11 +267,10 @@ class _Card:
         return MeshFileError(f'{self.name} {self.field(1)} has "{self.field(i)}" in place of {wanted}')
 
 
-def _cards(text: str) -> Iterator[_Card]:
-    """Yield the cards of the bulk data."""
-    lines = text.upper().splitlines()
+def _cards(text: str) -> list[_Card]:
+    """Return the cards of the bulk data."""
+    lines, cards = text.upper().splitlines(), list[_Card]()
     begin = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\b", line)), -1)
-    fields = list[str]()
     for number, raw in enumerate(lines):
         line = raw.split("$")[0].expandtabs(8).rstrip()
         if line.lstrip().startswith("INCLUDE"):
@@ -281,14 +280,11 @@ def _cards(text: str) -> Iterator[_Card]:
         if line.startswith("ENDDATA"):
             break
         first, more = _split(line)
-        if first[:1] in ("", "+", "*"):
-            fields += more
-            continue
-        if fields:
-            yield _Card(fields)
-        fields = [first, *more]
-    if fields:
-        yield _Card(fields)
+        if first[:1] not in ("", "+", "*"):
+            cards.append(_Card([first, *more]))
+        elif cards:
+            cards[-1].fields += more
+    return cards
 
 
 def _split(line: str) -> tuple[str, list[str]]:

@@ -66,8 +66,8 @@ class GroupedMesh:
     ----------
     mesh : scikit-fem's MeshTet, MeshTet2, MeshHex or MeshHex2, in m
     volumes : numbers of the cells, for each volume group
-    surfaces : numbers of the facets, and the row in ``f2t`` of the cell that each facet points out of, for each
-        surface group
+    surfaces : ascending numbers of the facets, and the row in ``f2t`` of the cell that each facet points out of, for
+        each surface group
     file_type, file_cells : kind of the file's cells by meshio's name, and their number
     others : description of each name in the file that is neither a volume nor a surface group
     """
@@ -155,11 +155,10 @@ def refine(given: GroupedMesh, times: np.ndarray) -> GroupedMesh:
     within = _within(flat, fine, parents)
     surfaces = {}
     for name, (facets, side) in given.surfaces.items():
-        order = np.argsort(facets)
         fine_facets = np.flatnonzero(np.isin(within, facets))
-        at = order[np.searchsorted(facets[order], within[fine_facets])]
-        turned = parents[finer.f2t[0, fine_facets]] != mesh.f2t[0, facets[at]]
-        surfaces[name] = fine_facets, np.where(turned, 1 - side[at], side[at])
+        at = np.searchsorted(facets, within[fine_facets])
+        out_of = mesh.f2t[side[at], facets[at]]
+        surfaces[name] = fine_facets, (parents[finer.f2t[0, fine_facets]] != out_of).astype(int)
     volumes = {name: np.flatnonzero(np.isin(parents, cells)) for name, cells in given.volumes.items()}
     return replace(given, mesh=finer, volumes=volumes, surfaces=surfaces)
 
@@ -196,10 +195,9 @@ class _Followed(MeshTet):
 
 def _within(flat: Any, fine: Any, parents: np.ndarray) -> np.ndarray:
     """(facets of the fine mesh,): the old facet around each, -1 inside of old cells."""
-    size, reference = float(np.ptp(flat.p, axis=1).max()), flat.refdom
-    cell = parents[fine.f2t[0]]
-    middles = fine.p[:, fine.facets].mean(axis=1) / size
-    at = flat.scaled(1 / size).mapping().invF(middles[:, :, None], tind=cell)[..., 0]
+    cell, reference = parents[fine.f2t[0]], flat.refdom
+    middles = fine.p[:, fine.facets].mean(axis=1)
+    at = flat.mapping().invF(middles[:, :, None], tind=cell)[..., 0]
     facets = np.full(len(cell), -1)
     for number, corners in enumerate(reference.facets):
         first, second, last = reference.p[:, [corners[0], corners[1], corners[-1]]].T

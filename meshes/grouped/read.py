@@ -39,14 +39,8 @@ KINDS = {
 _TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
 # The nodes of a straight cell in the order of its mirror image.
 _INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
-_CORNERS = {"tria": 3, "quad": 4}
 # Tags of cells that meshio reads from files of Gmsh and Medit.
 _TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
-
-
-def is_gmsh_41(data: bytes) -> bool:
-    """Return whether a file is of Gmsh's format 4.1."""
-    return data.startswith(b"$MeshFormat") and data.split(maxsplit=2)[1:2] == [b"4.1"]
 
 
 def read_gmsh(data: bytes) -> MeshData:
@@ -224,7 +218,8 @@ def _load(path: Path) -> MeshData:
         data = path.read_bytes()
         if text_format:
             return text_format(data.decode("utf-8-sig", "replace"))
-        return read_gmsh(data) if is_gmsh_41(data) else _read_by_meshio(path)
+        of_format_41 = data.startswith(b"$MeshFormat") and data.split(maxsplit=2)[1:2] == [b"4.1"]
+        return read_gmsh(data) if of_format_41 else _read_by_meshio(path)
     except MeshFileError as error:
         why = printable(str(error), 400)
     except ModuleNotFoundError as error:
@@ -303,7 +298,8 @@ def _surfaces(
     numbers = {tuple(f): n for n, f in enumerate(np.sort(vertices[mesh.facets], axis=0).T.tolist())}
     flat = [block for block in data.blocks if dimension(block[0]) == 2]
     # Faces with another number of corners are faces of no cell.
-    rows = [n[:, :count] if _CORNERS.get(kind[:4]) == count else np.full((len(n), count), -1) for kind, n, _ in flat]
+    form = "triangle" if count == 3 else "quad"
+    rows = [n[:, :count] if kind.startswith(form) else np.full((len(n), count), -1) for kind, n, _ in flat]
     corners = np.concatenate([np.empty((0, count), int), *rows])
     facets = np.array([numbers.get(tuple(row), -1) for row in np.sort(corners, axis=1).tolist()], int)
     # A face points out of the first cell beside it, in the order of its corners, or out of the second one.

@@ -20,7 +20,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.spaces.domain import boxes
 from meshes import symmetry
 from meshes.grid import Grid, graph
-from meshes.symmetry import Flow, Symmetry
+from meshes.symmetry import Symmetry
 from scenes.free import from_dict
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.result import Result
@@ -67,8 +67,7 @@ def steady_on(scene: Scene, grid: Grid, voltage: float, accuracy: float = 1e-13)
 
 def whole(scene: Scene) -> Symmetry:
     """A scene that isn't reduced, whatever its symmetry."""
-    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
-    return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, {p.name: (1.0, ()) for p in scene.probes})
+    return symmetry.uncut(scene, [b.name for b in scene.boxes])
 
 
 def state_on(sink: Sink, grid: Grid, part: Symmetry | None = None) -> tuple[SteadyState, Quantities]:

@@ -70,7 +70,7 @@ def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> "B
     points, cells = _completed(points, cells, cell)
     if bend is not None:
         points = bend(points)
-    return Built(points, cells, kind, cell, volumes, surfaces)
+    return Built(points, cells, cell, volumes, surfaces)
 
 
 @dataclass
@@ -79,7 +79,6 @@ class Built:
 
     points: np.ndarray
     cells: np.ndarray
-    kind: str
     file_type: str
     volumes: dict[str, np.ndarray]
     surfaces: dict[str, np.ndarray]
@@ -89,14 +88,19 @@ def _completed(points: np.ndarray, cells: np.ndarray, cell: str) -> tuple[np.nda
     """With the nodes of second order, if the kind has any."""
     if cell in ("tetra", "hexahedron"):
         return points, cells
-    edges = TETRA_EDGES if cell == "tetra10" else HEXAHEDRON_EDGES
-    groups = [*edges, *(FACETS["hexahedron"].tolist() if KINDS[cell][1] > 20 else [])]
-    groups += [list(range(8))] if KINDS[cell][1] == 27 else []
+    groups = _between(cell)
     middles = np.array([points[cells[:, g]].mean(axis=1) for g in groups])
     keys = np.rint(middles.reshape(-1, 3) / (1e-9 * np.ptp(points))).astype(np.int64)
     first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
     more = len(points) + number.reshape(len(groups), -1).T
     return np.concatenate([points, middles.reshape(-1, 3)[first]]), np.concatenate([cells, more], axis=1)
+
+
+def _between(cell: str) -> list[list[int]]:
+    """The corners in whose middle each further node of a kind lies: of edges, faces and the cell."""
+    if cell == "tetra10":
+        return TETRA_EDGES
+    return HEXAHEDRON_EDGES + ([*FACETS["hexahedron"].tolist(), list(range(8))] if cell == "hexahedron27" else [])
 
 
 def as_meshio(mesh: Built, unit: float = 1.0, named: bool = True) -> meshio.Mesh:
@@ -151,19 +155,14 @@ def _within(at: np.ndarray, item: Any) -> np.ndarray:
 
 def _faces(mesh: Built, rows: np.ndarray) -> np.ndarray:
     """The nodes of faces: corners, then the middles between them, then their own."""
-    kind = BLOCKS[mesh.file_type][1]
+    kind, count = BLOCKS[mesh.file_type][1], KINDS[mesh.file_type][0]
     if kind in ("triangle", "quad"):
         return rows
-    width = len(FACETS[mesh.kind][0])
-    local, cells = FACETS[mesh.kind], mesh.cells[:, : KINDS[mesh.file_type][0]]
-    edges = TETRA_EDGES if width == 3 else HEXAHEDRON_EDGES
-    found = []
-    for row in rows:
-        cell = int(np.flatnonzero(np.isin(cells, row).sum(axis=1) == width)[0])
-        at = [int(np.flatnonzero(cells[cell] == v)[0]) for v in row]
-        pairs = [{at[k], at[(k + 1) % width]} for k in range(width)]
-        own = [*at, *(len(cells[0]) + next(i for i, e in enumerate(edges) if set(e) == p) for p in pairs)]
-        if kind == "quad9":
-            own.append(20 + next(i for i, f in enumerate(local) if set(f) == set(at)))
-        found.append(mesh.cells[cell][own])
-    return np.array(found)
+    middles = {
+        frozenset(nodes[group].tolist()): node
+        for nodes in mesh.cells
+        for group, node in zip(_between(mesh.file_type), nodes[count:].tolist(), strict=True)
+    }
+    sides = [[middles[frozenset(side)] for side in zip(row, [*row[1:], row[0]], strict=True)] for row in rows.tolist()]
+    own = [[middles[frozenset(row)]] if kind == "quad9" else [] for row in rows.tolist()]
+    return np.array([[*row, *side, *last] for row, side, last in zip(rows.tolist(), sides, own, strict=True)])

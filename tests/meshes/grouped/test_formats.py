@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import compare
+from tests.meshes.grouped.boxes import KUHN
 from validate.cli import main
 
 SCENE = """
@@ -43,8 +44,6 @@ POINTS = np.array([(x, y, z) for x in X for y in (0.0, 10.0) for z in (0.0, 10.0
 # The cells of the bar by the numbers of their nodes, from 1 on, and the faces at its ends.
 HEXAHEDRA = [[a + k for k in (1, 5, 7, 3, 2, 6, 8, 4)] for a in range(0, 16, 4)]
 LEFT, RIGHT = [1, 3, 4, 2], [17, 19, 20, 18]
-# The six tetrahedra around a diagonal of a hexahedron.
-KUHN = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
 TETRAHEDRA = [[cell[i] for i in corners] for cell in HEXAHEDRA for corners in KUHN]
 # The halves of the ends that are faces of the tetrahedra, with the group of each.
 TRIANGLES = [(2, [1, 4, 2]), (2, [1, 3, 4]), (3, [17, 20, 18]), (3, [17, 19, 20])]

@@ -13,7 +13,7 @@ import skfem
 from meshes.grouped.check import check, remarks
 from meshes.grouped.read import read
 from scenes.errors import SceneError
-from scenes.free import as_dict, from_dict
+from scenes.free import from_dict
 from scenes.loading import load_free as load
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge
@@ -45,12 +45,6 @@ def test_groups_come_back(cell, suffix, tmp_path):
 
 
 ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
-
-
-def test_the_scene_reads_back():
-    document = boxes.document(bridge(), "chip.msh", 1e-6)
-    scene = from_dict(document)
-    assert from_dict(as_dict(scene)) == scene
 
 
 TAIL = "thermal_conductivity=1\n[run]\nsteady=true\n"
