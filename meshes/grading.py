@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -192,19 +192,19 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
         axis_breaks, axis_degrees = [float(old[0])], list[int]()
         for i, p in enumerate(grid.degrees[d].tolist()):
             a, b, ends = float(old[i]), float(old[i + 1]), near[d][i : i + 2]
-            inner: list[float] = []
+            inner, pieces = list[float](), [p]
             if missing[d][i] > share and able[d][i]:
                 excess = missing[d][i] / share
                 if ends.min() < np.inf:
                     if p < LEAST_AT_EDGE:  # what is missing need not be the edge's
                         p, excess = p + 1, 1.0
-                    inner, cut_degrees = _cut(a, b, p, ends, excess, shortest)
+                    inner, pieces = _cut(a, b, p, ends, excess, shortest)
                 elif p < HIGHEST_DEGREE:
-                    p += 1
+                    pieces = [p + 1]
                 else:
-                    inner, cut_degrees = [(a + b) / 2], [p, p]
+                    inner, pieces = [(a + b) / 2], [p, p]
             axis_breaks += [*inner, b]
-            axis_degrees += cut_degrees if inner else [p]
+            axis_degrees += pieces
         breaks.append(np.array(axis_breaks))
         degrees.append(np.array(axis_degrees))
     return grid.with_axes(breaks, degrees)
@@ -269,11 +269,9 @@ def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
 def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
     """The shortest diffusion length (m) at each plane across an axis where a temperature jumps."""
     lengths: dict[float, float] = {}
-    for b in scene.boundaries:
-        for box in scene.boxes:
-            touch = all(b.lower[e] <= box.upper[e] and b.upper[e] >= box.lower[e] for e in range(3))
-            if b.kind == "voltage" or b.lower[d] != b.upper[d] or not touch:
-                continue
+    across = [b for b in scene.boundaries if b.kind != "voltage" and b.lower[d] == b.upper[d]]
+    for b, box in product(across, scene.boxes):
+        if all(b.lower[e] <= box.upper[e] and b.upper[e] >= box.lower[e] for e in range(3)):
             material = box.material.at(scene.initial_temperature)
             k = laws.along(material.thermal_conductivity)[d]
             length = float(np.sqrt(k / material.heat_capacity * earliest))

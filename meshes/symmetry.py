@@ -161,12 +161,10 @@ class _Mirror:
 
     def _between(self, item: Item, low: float, high: float) -> Item:
         """An item moved to other coordinates along the axis."""
-        return replace(item, lower=self._at(item.lower, low), upper=self._at(item.upper, high))
-
-    def _at(self, point: Point, coordinate: float) -> Point:
-        x = list(point)
-        x[self.axis] = coordinate
-        return x[0], x[1], x[2]
+        corners = np.array([item.lower, item.upper])
+        corners[:, self.axis] = low, high
+        lower, upper = map(tuple, corners.tolist())
+        return replace(item, lower=lower, upper=upper)
 
     def image(self, item: Item) -> Item:
         """The mirror image of an item."""
@@ -263,8 +261,9 @@ class _Mirror:
                 value = _times(0.5, b.value) if b.series_resistance == inf else b.value
                 kept[b.name] = replace(kept[b.name], value=value, series_resistance=2 * b.series_resistance)
         if self.level is not None:
-            name, (low, high) = f"symmetry-{'xyz'[self.axis]}", _corners(scene)
-            kept[name] = Boundary(name, "voltage", self._at(low, self.middle), self._at(high, self.middle), self.level)
+            name = f"symmetry-{'xyz'[self.axis]}"
+            whole = Boundary(name, "voltage", *_corners(scene), self.level)
+            kept[name] = self._between(whole, self.middle, self.middle)
         boxes = tuple(self._below(b) for b in scene.boxes if self._side(b) < 1)
         read = [found for probe in scene.probes if (found := self.read(probe, scene))]
         part = replace(scene, boxes=boxes, boundaries=tuple(kept.values()), probes=tuple(probe for probe, _ in read))

@@ -86,7 +86,7 @@ def _blocks(text: str) -> list[_Block]:
 def read_abaqus(text: str) -> MeshData:
     """Read an Abaqus input file. Raises MeshFileError."""
     nodes, surfaces, in_assembly = dict[int, list[float]](), dict[str, list[list[str]]](), False
-    elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, list[str]](), dict[str, str]()
+    elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, set[int]](), dict[str, str]()
     blocks = _blocks(text)
     parts, instances = ([block for block in blocks if block.keyword == word] for word in ("PART", "INSTANCE"))
     if len(parts) > 1 or len(instances) > 1:
@@ -97,7 +97,7 @@ def read_abaqus(text: str) -> MeshData:
             "Assembly, Merge/Cut Instances, merge meshes) and write that part"
         )
     for block in blocks:
-        keyword, options, members = block.keyword, block.options, list[str]()
+        keyword, options, members = block.keyword, block.options, set[int]()
         where = f"line {block.line} has *{keyword}"
         if keyword in _REFUSED:
             raise MeshFileError(f"{where}: {_REFUSED[keyword]}")
@@ -113,20 +113,20 @@ def read_abaqus(text: str) -> MeshData:
         elif keyword == "ELEMENT" and not in_assembly:
             added = _elements(block)
             elements |= added
-            members = list(map(str, added))
+            members = set(added)
         elif keyword == "ELSET":
-            members = _members(block)
+            members = _members(block, sets)
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             surfaces[options.get("NAME", "")] = block.rows
         if keyword in ("ELEMENT", "ELSET") and (name := options.get("ELSET")):
-            sets.setdefault(name.upper(), []).extend(members)
+            sets.setdefault(name.upper(), set()).update(members)
             if "INTERNAL" not in options:
                 names.setdefault(name.upper(), name)
     if not nodes or not elements:
         raise MeshFileError("it has no *NODE, or no *ELEMENT of a solid: write nodes and elements")
     groups: dict[int, list[str]] = {number: [] for number in elements}
     for key, name in names.items():
-        for number in _resolved(key, sets) & elements.keys():
+        for number in sets[key] & elements.keys():
             groups[number].append(name)
     cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
     for name, rows in surfaces.items():
@@ -150,34 +150,32 @@ def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
     return {words[i]: (kind, words[i + 1 : i + 1 + count]) for i in range(0, len(words), count + 1)}
 
 
-def _unscoped(name: str) -> str:
-    """Return a name without its part or instance, in capitals, as names do not distinguish these."""
-    return name.rpartition(".")[2].strip('"').upper()
-
-
-def _members(block: _Block) -> list[str]:
-    """Return the elements, by number or by the set that they are in, of a block that adds them to a set."""
+def _members(block: _Block, sets: dict[str, set[int]]) -> set[int]:
+    """Return the numbers of the elements that a block adds to a set."""
     if "GENERATE" not in block.options:
-        return list(map(_unscoped, block.words))
+        return _resolved(block.words, sets)
     ranges = [[int(word) for word in row if word] for row in block.rows]
-    return [str(number) for first, last, *step in ranges for number in range(first, last + 1, *step)]
+    return {number for first, last, *step in ranges for number in range(first, last + 1, *step)}
 
 
-def _resolved(name: str, sets: dict[str, list[str]], above: tuple[str, ...] = ()) -> set[int]:
-    """Return the numbers of the elements of a set, which may hold other sets, or of one element."""
-    if name.isdigit():
-        return {int(name)}
-    if name not in sets or name in above:
-        raise MeshFileError(f'it uses element set "{name}" without defining it')
-    return set().union(*(_resolved(member, sets, (*above, name)) for member in sets[name]))
+def _resolved(words: list[str], sets: dict[str, set[int]]) -> set[int]:
+    """Return the numbers of elements that are given by number, or by a set that is defined before."""
+    numbers = set[int]()
+    for word in words:
+        # Names have parts and instances, and do not distinguish capitals.
+        name = word.rpartition(".")[2].strip('"').upper()
+        if not name.isdigit() and name not in sets:
+            raise MeshFileError(f'it uses element set "{name}" without defining it')
+        numbers |= {int(name)} if name.isdigit() else sets[name]
+    return numbers
 
 
 def _faces(
-    rows: list[list[str]], elements: dict[int, tuple[str, list[int]]], sets: dict[str, list[str]]
+    rows: list[list[str]], elements: dict[int, tuple[str, list[int]]], sets: dict[str, set[int]]
 ) -> Iterator[tuple[str, list[int]]]:
     """Yield the kind and the corners of the faces of a surface, whose rows have a set or element and a face."""
     for name, *label in rows:
-        for number in _resolved(_unscoped(name), sets):
+        for number in _resolved([name], sets):
             kind, nodes = elements.get(number, ("", []))
             form = kind.rstrip("0123456789")
             if form in _FACES and label and label[0].upper()[:1] == "S":
