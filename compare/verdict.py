@@ -92,11 +92,6 @@ class Definitions(dict[str, Callable[[M], "Check | None"]]):
 
         return register
 
-    def made(self, names: Iterable[str], results: M) -> dict[str, Check]:
-        """Make some checks of results, without checks of quantities that a model lacks."""
-        made = {name: self[name](results) for name in names}
-        return {name: comparison for name, comparison in made.items() if comparison is not None}
-
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
     """Judge a difference with the error bound ``u_num``, all three relative.

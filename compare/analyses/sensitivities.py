@@ -290,7 +290,7 @@ def by_differences(
 
     kind, uncertain, slopes = kind_of(outcome.scene), outcome.options.uncertain, dict[str, list[float]]()
     for key, u in uncertain.relative.items():
-        step = kind.step(u)
+        step = min(u, kind.step)
         try:
             more, less = (differences(kind.nearby(outcome, outcome.slopes, key, s)) for s in (step, -step))
         except SceneError:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, ClassVar, Generic
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -13,32 +15,13 @@ from scenes.errors import SceneError
 from scenes.result import Step, skipped_together, step
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from compare.models import Model
-    from compare.report.table import Section, Style
     from compare.slopes import Slopes
     from compare.verdict import Check, Definitions
     from scenes.model import AnyScene
     from scenes.result import Result
 
 STEADY = "only the steady state was asked for"
-S_contra = TypeVar("S_contra", contravariant=True)
-
-
-class Report(Protocol[S_contra]):
-    """The report of a run: its first lines, its sections, and entries of files, without those of analyses."""
-
-    def headline(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> str: ...
-
-    def sections(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> list[Section]: ...
-
-    def document(self, outcome: Outcome[S_contra]) -> dict[str, object]:
-        """Return entries of summary.json."""
-
-    def columns(self, outcome: Outcome[S_contra]) -> dict[str, NDArray[np.float64]]:
-        """Return the columns of traces.csv; none without traces."""
 
 
 class Kind(ABC, Generic[S]):
@@ -49,7 +32,8 @@ class Kind(ABC, Generic[S]):
     ``warnings``, and after the analyses ``answer``. The plan takes ``steps`` and ``outputs``, the analyses take
     ``quantities``, ``shown``, ``comparisons``, ``slopes``, ``nearby``, ``step``, ``exportable`` and ``compact``.
     ``report`` serves the terminal, the page, summary.json and traces.csv. Abstract methods must be overridden and name,
-    call and traces set; the others have defaults.
+    call and traces set; the others have defaults. The kind ``name`` has the module ``compare.report.name``, and, unless
+    it overrides ``comparisons``, the module ``compare.name_checks`` with the table ``CHECKS``.
 
     Attributes
     ----------
@@ -61,6 +45,7 @@ class Kind(ABC, Generic[S]):
     free_times : whether a user's own model may be solved at other times than 3D
     traces : the columns or rows of traces.csv
     field : the need of field files, as in `absent`; empty where there are none
+    step : largest relative step of a key for `nearby`; its uncertainty where that is smaller
     """
 
     name: ClassVar[str]
@@ -71,10 +56,7 @@ class Kind(ABC, Generic[S]):
     free_times: ClassVar[bool] = False
     traces: ClassVar[str]
     field: ClassVar[str] = ""
-
-    def title(self, scene: S) -> str:
-        """Name the scene in a figure's title."""
-        return scene.name
+    step: ClassVar[float] = 1e-4
 
     @abstractmethod
     def quantities(self, scene: S) -> dict[str, tuple[str, str]]:
@@ -140,15 +122,17 @@ class Kind(ABC, Generic[S]):
         skipped = self.skipped(scene, options)
         return tuple(name for name in self.needs(scene, options) if name not in skipped)
 
+    @property
     def definitions(self) -> Definitions[Outcome[S]]:
-        """Return the checks of such scenes; none by default, for a kind with its own ``comparisons``."""
-        from compare.verdict import Definitions
-
-        return Definitions()
+        """The checks of such scenes."""
+        checks: Definitions[Outcome[S]] = import_module(f"compare.{self.name}_checks").CHECKS
+        return checks
 
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
-        """Compare one model with the other, or with the paper, by the ids of checks."""
-        return self.definitions().made(self.made(outcome.scene, outcome.options), outcome)
+        """Compare one model with the other, or with the paper, by the ids of checks; without checks of quantities that
+        a model lacks."""
+        made = {name: self.definitions[name](outcome) for name in self.made(outcome.scene, outcome.options)}
+        return {name: comparison for name, comparison in made.items() if comparison is not None}
 
     def owns(self, outcome: Outcome[S], check: str) -> bool:
         """Whether a check is of the chosen 1D model."""
@@ -195,10 +179,6 @@ class Kind(ABC, Generic[S]):
         }
         return replace(outcome, scene=neighbour(outcome.scene, key, step), results=moved)
 
-    def step(self, uncertainty: float) -> float:
-        """Return the relative step of a key for `nearby`, given its relative standard uncertainty."""
-        return 1e-4
-
     @abstractmethod
     def steps(self, scene: S, options: Options, outcome: Outcome[S] | None = None) -> list[Step]:
         """The plan of models and checks, as carried out where there is an outcome."""
@@ -239,17 +219,21 @@ class Kind(ABC, Generic[S]):
     def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
         """Return the document of the compact model, with warnings where its accuracy is not reached; a given number of
         states is taken whatever its error. Raises NumericsError where the scene has no solution."""
-        options, scene = outcome.options, self.exported(outcome.scene, outcome.options)
-        states, accuracy = options.export.states, options.export.accuracy
         from fem3d.runs.compact import compact
 
+        scene, export = self.exported(outcome.scene, outcome.options), outcome.options.export
         seconds = progress.processor_time.get("fem3d")
-        return compact(scene, states, accuracy, progress, seconds, outcome.fem3d)
+        return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
     @property
-    @abstractmethod
-    def report(self) -> Report[S]:
-        """The module of `compare.report` for this kind."""
+    def report(self) -> ModuleType:
+        """The module with the report of a run, without its analyses.
+
+        ``headline(outcome, contrary, style)`` returns the first lines, ``sections(outcome, contrary, style)`` the
+        sections, ``document(outcome)`` entries of summary.json, and ``columns(outcome)`` the columns of traces.csv,
+        none without traces.
+        """
+        return import_module(f"compare.report.{self.name}")
 
 
 def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import Kind, Report
+from compare.kinds.base import Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.device import Device
@@ -15,7 +15,6 @@ from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
-    from compare.verdict import Definitions
     from scenes.result import Result
 
 DEVICE_FIGURES = {
@@ -27,14 +26,13 @@ DEVICE_FIGURES = {
 }
 LATE = ("figure11", "figure12", "figure13")
 """The figures that need runs of their own, which the paper's scheme does not make."""
-WIDEST = 0.1
-"""Largest relative step of a key by which a device is moved to either side for the u_input of its checks."""
 
 
 class DeviceKind(Kind[Device]):
     name, call, builtin = "device", "compare.device", "device"
     shown, explains = ("sink_power_W", "sensor_power_W", "sensor_V"), True
     traces = "a row per controller sample"
+    step = 0.1  # A run is nonlinear: a key is moved by its own uncertainty (GUM 5.1.3, note 2), at most by this.
 
     def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
         """Return all but the temperatures, which the controllers fix."""
@@ -85,7 +83,7 @@ class DeviceKind(Kind[Device]):
         return results
 
     def needs(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
-        return {name: needs for name, needs in self.definitions().needs.items() if options.in_3d or "3D" not in needs}
+        return {name: needs for name, needs in self.definitions.needs.items() if options.in_3d or "3D" not in needs}
 
     def runs_for(self, scene: Device, options: Options, *figures: str) -> bool:
         """Whether the runs behind any of these figures are needed, for the figure or its checks."""
@@ -106,11 +104,6 @@ class DeviceKind(Kind[Device]):
             said["outer step"] = "the run ends before the outer step, or there is none"
         return said
 
-    def definitions(self) -> Definitions[Outcome[Device]]:
-        from compare.device_checks import CHECKS
-
-        return CHECKS
-
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
 
@@ -124,10 +117,6 @@ class DeviceKind(Kind[Device]):
         if solved is None:
             return made
         return {"fem3d": slopes.device_3d(device, outcome.solved, solved.model, keys)} | made
-
-    def step(self, uncertainty: float) -> float:
-        """A run is nonlinear: the key is moved by its own uncertainty (GUM 5.1.3, note 2)."""
-        return min(uncertainty, WIDEST)
 
     def nearby(self, outcome: Outcome[Device], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[Device]:
         """The 1D runs of the device with a key larger by a relative step."""
@@ -175,9 +164,3 @@ class DeviceKind(Kind[Device]):
         export, solved = outcome.options.export, outcome.device_3d
         whole = designs.exported(outcome.runs.base) if solved is None else solved.exported
         return compact(whole, export.states, export.accuracy, progress)
-
-    @property
-    def report(self) -> Report[Device]:
-        from compare.report import device
-
-        return device

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from compare.kinds.base import STEADY, Kind, Report
+from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
 from scenes.errors import RunawayError, SceneError, listed
-from scenes.formats import quantity, sink_text
+from scenes.formats import quantity
 from scenes.result import Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check, Definitions
+    from compare.verdict import Check
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -35,9 +35,6 @@ class SinkKind(Kind[Sink]):
     name, call, builtin = "sink", "compare.run", "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
     traces, field = "every quantity against time", "3D"
-
-    def title(self, scene: Sink) -> str:
-        return sink_text(scene)
 
     def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
         return {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
@@ -86,7 +83,7 @@ class SinkKind(Kind[Sink]):
 
     def needs(self, scene: Sink, options: Options) -> dict[str, tuple[str, ...]]:
         ids = DEFAULT_TOLERANCES if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
-        return {name: self.definitions().needs[name] for name in ids}
+        return {name: self.definitions.needs[name] for name in ids}
 
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
@@ -102,11 +99,6 @@ class SinkKind(Kind[Sink]):
             "inner span": ("both of two spans are outer ones", scene.spans == 2),
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
-
-    def definitions(self) -> Definitions[Outcome[Sink]]:
-        from compare.sink_checks import CHECKS
-
-        return CHECKS
 
     def owns(self, outcome: Outcome[Sink], check: str) -> bool:
         from compare.verdict import PAPERS
@@ -194,12 +186,6 @@ class SinkKind(Kind[Sink]):
         inlet = next(b for b in boxes.boundaries if b.kind == "voltage")
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
-
-    @property
-    def report(self) -> Report[Sink]:
-        from compare.report import sink
-
-        return sink
 
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:
