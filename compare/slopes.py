@@ -22,7 +22,6 @@ from scenes.varied import neighbour, numbers
 
 if TYPE_CHECKING:
     from compare.models import Model
-    from fem3d.runs.device import Model as DeviceModel
     from scenes.device import Device
     from scenes.uncertain import Uncertain
 
@@ -71,11 +70,6 @@ class Slopes:
         by_key = [self.relative.get(key, {}) for key in keys]
         common = [name for name in self.sizes if all(name in slopes for slopes in by_key)]
         return {name: np.array([slopes[name].value for slopes in by_key]) for name in common}
-
-    def combine(self, uncertain: Uncertain) -> dict[str, float]:
-        """Return u_input by quantity, in its unit, where all uncertain keys have slopes."""
-        vectors = self.vectors(uncertain.relative)
-        return {name: abs(self.sizes[name]) * combined(s, uncertain) for name, s in vectors.items()}
 
     def at(self, key: str, name: str, times: np.ndarray) -> np.ndarray:
         """(times,): d Q / d ln key in the unit of the trace, or of the steady value at infinite time; else NaN."""
@@ -244,14 +238,6 @@ def device_1d(device: Device, result: Result) -> Slopes:
         return {name: getattr(state, name) for name in sizes}
 
     return _exact(sizes, central(at_rest, device, numbers(device)))
-
-
-def device_3d(device: Device, result: Result, model: DeviceModel, keys: Sequence[str] | None) -> Slopes:
-    """The slopes of the device's steady state in 3D, by its model of a few states."""
-    from fem3d.runs.device import of_device
-
-    by_key, left_out = of_device(device, model, keys)
-    return Slopes({name: e.value for name, e in result.steady.items()}, by_key, left_out=left_out)
 
 
 def own_model(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
@@ -37,6 +37,7 @@ NONE = 1e-6
 """Smaller slopes count as zero."""
 
 AllSlopes = dict[str, "Slopes"]
+ByKey = dict[str, dict[str, dict[str, "Estimate"]]]
 
 
 class Sensitivity(Analysis[AllSlopes]):
@@ -56,11 +57,12 @@ class Sensitivity(Analysis[AllSlopes]):
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
+        slopes = by_key(found)
         shown = {name: names[name] for name in (few or list(names)[:MOST]) if name in names and not style.page} or names
         judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
         rows = []
-        for key in followed_keys(outcome.scene, found, shown):
-            cells = [short_key(key), *(_cell(found, key, name, style, both) for name in shown)]
+        for key in followed_keys(outcome.scene, slopes, shown):
+            cells = [short_key(key), *(_cell(slopes[key].get(name, {}), style, both) for name in shown)]
             rows.append(Row(cells, judged[key].verdict if key in judged else ""))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else stacked(word) for word in shown.values()]
         said = []
@@ -83,14 +85,24 @@ class Sensitivity(Analysis[AllSlopes]):
 
     def document(self, found: AllSlopes, outcome: Outcome[Any]) -> dict[str, Any]:
         """{key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
-        entries = dict[str, dict[str, dict[str, Any]]]()
-        for key in _keys(found):
-            entries[key] = {}
-            for model in MODELS:
-                for name, slope in found[model].relative.get(key, {}).items() if model in found else ():
-                    error = {"error": slope.error} if model == "fem3d" else {}
-                    entries[key].setdefault(name, {})[model] = {"value": slope.value} | error
-        return entries
+        return {
+            key: {
+                name: {model: asdict(s) if model == "fem3d" else {"value": s.value} for model, s in each.items()}
+                for name, each in by_name.items()
+            }
+            for key, by_name in by_key(found).items()
+        }
+
+
+def by_key(slopes: Mapping[str, Slopes]) -> ByKey:
+    """Return the logarithmic slopes by key, quantity and model."""
+    found: ByKey = {}
+    for model in MODELS:
+        for key, by_name in slopes[model].relative.items() if model in slopes else ():
+            of_key = found.setdefault(key, {})
+            for name, slope in by_name.items():
+                of_key.setdefault(name, {})[model] = slope
+    return found
 
 
 def words(outcome: Outcome[Any]) -> dict[str, str]:
@@ -100,11 +112,14 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
     return {name: word for name, (word, _) in quantities.items() if name in known}
 
 
-def followed_keys(scene: Any, slopes: Mapping[str, Slopes], names: Iterable[str]) -> list[str]:
+def followed_keys(scene: Any, slopes: ByKey, names: Iterable[str]) -> list[str]:
     """Return the keys that a quantity follows, the largest slope first, without keys made of parameters."""
-    made = made_of_parameters(scene)
-    sizes = {key: _size(slopes, key, names) for key in _keys(slopes) if key not in made}
-    return sorted((key for key, size in sizes.items() if size > NONE), key=lambda key: -sizes[key])
+    made, sizes = made_of_parameters(scene), dict[str, float]()
+    for key, by_name in slopes.items():
+        each = [abs(slope.value) for name in names for slope in by_name.get(name, {}).values()]
+        if key not in made and max(each, default=0.0) > NONE:
+            sizes[key] = max(each)
+    return sorted(sizes, key=lambda key: -sizes[key])
 
 
 def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -> tuple[Check, ...]:
@@ -113,16 +128,19 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
 
     if not set(MODELS) <= slopes.keys():
         return ()
-    three, one, made = slopes["fem3d"], slopes["reduced1d"], []
-    largest, tolerance = {name: three.largest(name) for name in names}, scene.tolerance("slope")
-    for key in followed_keys(scene, slopes, names):
-        in_3d, in_1d = three.relative.get(key, {}), one.relative.get(key, {})
-        common = [name for name in names if name in in_3d and name in in_1d and largest[name] > NONE]
-        off = {name: (in_1d[name].value - in_3d[name].value) / largest[name] for name in common}
+    largest = {name: slopes["fem3d"].largest(name) for name in names}
+    found, tolerance, made = by_key(slopes), scene.tolerance("slope"), []
+    for key in followed_keys(scene, found, names):
+        both = {name: found[key][name] for name in names if len(found[key].get(name, {})) == len(MODELS)}
+        off = {
+            name: (each["reduced1d"].value - each["fem3d"].value) / largest[name]
+            for name, each in both.items() if largest[name] > NONE
+        }  # fmt: skip
         if not off:
             continue
         name = max(off, key=lambda n: abs(off[n]))
-        u_num, values = in_3d[name].error / largest[name], (in_1d[name].value, in_3d[name].value)
+        three, one = (both[name][model] for model in MODELS)
+        u_num, values = three.error / largest[name], (one.value, three.value)
         verdict = judge(off[name], tolerance, u_num)
         reason = f"{names[name]} follows {key} by {values[0]:+.3f}, in 3D by {values[1]:+.3f} % for each percent"
         made.append(
@@ -147,29 +165,12 @@ def sentence(made: Iterable[Check]) -> str:
     return f"{said}, as far as the errors tell: {open_} of {len(slopes)} are open." if open_ else f"{said}."
 
 
-def _cell(slopes: Mapping[str, Slopes], key: str, name: str, style: Style, both: bool) -> str:
+def _cell(slopes: Mapping[str, Estimate], style: Style, both: bool) -> str:
     """The slopes of 3D and of 1D, to three places; zero has no sign."""
-    three, one = (_slope(slopes, model, key, name) for model in MODELS)
-    left, right = (
-        "" if slope is None else f"{slope.value:+.3f}" if abs(slope.value) >= 5e-4 else "0.000"
-        for slope in (three, one)
-    )
-    left += f" {style.plus_minus} {three.error:.4f}" if three is not None and style.page else ""
+    values = {model: f"{s.value:+.3f}" if abs(s.value) >= 5e-4 else "0.000" for model, s in slopes.items()}
+    left, right = (values.get(model, "") for model in MODELS)
+    left += f" {style.plus_minus} {slopes['fem3d'].error:.4f}" if left and style.page else ""
     return f"{left:>6} {right:>6}" if both and (left or right) else left or right
-
-
-def _slope(slopes: Mapping[str, Slopes], model: str, key: str, name: str) -> Estimate | None:
-    return slopes[model].relative.get(key, {}).get(name) if model in slopes else None
-
-
-def _keys(slopes: Mapping[str, Slopes]) -> list[str]:
-    return list(dict.fromkeys(key for model in MODELS if model in slopes for key in slopes[model].relative))
-
-
-def _size(slopes: Mapping[str, Slopes], key: str, names: Iterable[str]) -> float:
-    """The largest slope by a key, in size."""
-    each = (_slope(slopes, model, key, name) for model in MODELS for name in names)
-    return max((abs(slope.value) for slope in each if slope is not None), default=0.0)
 
 
 OF_3D = {
@@ -265,19 +266,20 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
     from compare.slopes import combined
 
     keys, variances = list(uncertain.relative), uncertain.covariance().diagonal()
-    u = {model: slopes[model].combine(uncertain) for model in ("reduced1d", "fem3d") if model in slopes}
-    vectors = {model: slopes[model].vectors(keys) for model in u}
-    most = dict[str, str]()
-    for by_name in vectors.values():  # 3D last: its largest key stands
+    vectors: dict[str, Any] = {"reduced1d": {}, "fem3d": {}}
+    vectors |= {model: slopes[model].vectors(keys) for model in vectors if model in slopes}
+    u, most = dict[str, dict[str, float]](), dict[str, str]()
+    for model, by_name in vectors.items():  # 3D last: its largest key stands
+        u[model] = {name: abs(slopes[model].sizes[name]) * combined(s, uncertain) for name, s in by_name.items()}
         for name, vector in by_name.items():
             parts = vector**2 * variances
             most[name] = keys[int(parts.argmax())] if parts.any() else ""
-    three, one, difference = vectors.get("fem3d", {}), vectors.get("reduced1d", {}), {}
+    three, one, difference = vectors["fem3d"], vectors["reduced1d"], {}
     for name in three.keys() & one.keys():
         size = slopes["fem3d"].sizes[name]
         off = slopes["reduced1d"].sizes[name] / size if size else float("nan")
         difference[name] = abs(off) * combined(one[name] - three[name], uncertain)
-    return Propagated(uncertain, u.get("fem3d", {}), u.get("reduced1d", {}), difference, most)
+    return Propagated(uncertain, u["fem3d"], u["reduced1d"], difference, most)
 
 
 def by_differences(

@@ -110,13 +110,16 @@ class DeviceKind(Kind[Device]):
         return hottest.of_device(outcome.scene, outcome.runs.base.result)
 
     def slopes(self, outcome: Outcome[Device], keys: Sequence[str] | None) -> dict[str, Slopes]:
-        from compare import slopes
+        from compare.slopes import Slopes, device_1d
 
-        device, solved = outcome.scene, outcome.device_3d
-        made = {"reduced1d": slopes.device_1d(device, outcome.results["reduced1d"])}
-        if solved is None:
+        made = {"reduced1d": device_1d(outcome.scene, outcome.reduced)}
+        if (solved := outcome.device_3d) is None:
             return made
-        return {"fem3d": slopes.device_3d(device, outcome.solved, solved.model, keys)} | made
+        from fem3d.runs.device import of_device
+
+        by_key, left_out = of_device(outcome.scene, solved.model, keys)
+        sizes = {name: each.value for name, each in outcome.solved.steady.items()}
+        return {"fem3d": Slopes(sizes, by_key, left_out=left_out)} | made
 
     def nearby(self, outcome: Outcome[Device], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[Device]:
         """The 1D runs of the device with a key larger by a relative step."""
