@@ -15,6 +15,7 @@ from compare.verdict import COVERS, Check, judged, part
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed, span
 from scenes.result import Result
+from scenes.varied import kind_of, numbers, varied
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,6 @@ def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
 def _curve(scene: Any, data: Data) -> Any:
     """Compare rows of a curve, each solved: the largest distance over the largest rise or value on it."""
     from fem3d.runs import scene as scene_run
-    from scenes.varied import kind_of, numbers, varied
 
     assert data.curve is not None
     key, abscissas = data.curve

@@ -20,6 +20,7 @@ import numpy as np
 from compare.sink_checks import from_first
 from compare.verdict import Check, spread
 from scenes.checks import FIRST_TIME
+from scenes.errors import RunawayError
 from scenes.formats import difference_text, percent, quantity, signed
 from scenes.model import UNITS, AnyScene, Scene
 from scenes.result import Estimate
@@ -207,7 +208,6 @@ def budget(
     Raises RunawayError where a model of the ladder has no steady state.
     """
     from reduced1d.ladder.levels import rungs, solve
-    from scenes.errors import RunawayError
 
     at, ladder, results = None if fem3d.traces is None else fem3d.traces.time, rungs(levels, start), []
     for rung in ladder:

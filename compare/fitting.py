@@ -18,6 +18,7 @@ from compare.verdict import COVERS
 from scenes.errors import SceneError
 from scenes.formats import percent
 from scenes.uncertain import path_of
+from scenes.validity import check as check_sink
 from scenes.varied import kind_of as kind_of_key
 from scenes.varied import numbers, varied
 
@@ -154,8 +155,6 @@ def _moved(scene: Any, keys: Sequence[str], logarithms: np.ndarray) -> Any:
     for key, factor in zip(keys, np.exp(logarithms).tolist(), strict=True):
         scene = varied(scene, key, factor)
     if scene.kind == "sink":
-        from scenes.validity import check as check_sink
-
         return replace(check_sink(scene), expected_to_differ=None)
     from scenes.free.rules import checked
 

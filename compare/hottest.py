@@ -75,20 +75,16 @@ def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple
 
 def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
     """Return a sentence where a probe is below absolute zero, because more heat is drawn than enters."""
-    least = dict[str, float]()
-    for probe in scene.probes:
-        name = probe.name
-        if probe.quantity == "temperature":
-            tops = [result.steady[name].value + result.steady[name].error] if name in result.steady else []
-            if (traces := result.traces) is not None:
-                tops.append(float((traces.values[name] + traces.errors[name]).min()))
-            least[name] = min(tops)
-    cold = [name for name in least if least[name] < 0]
-    return tuple(
-        f"{name} reaches {least[name]:,.0f} K, below absolute zero: more heat is drawn out than comes in; look at the "
-        "fluxes and their signs"
-        for name in cold[:1]
-    )
+    for name in (probe.name for probe in scene.probes if probe.quantity == "temperature"):
+        tops = [result.steady[name].value + result.steady[name].error] if name in result.steady else []
+        if (traces := result.traces) is not None:
+            tops.append(float((traces.values[name] + traces.errors[name]).min()))
+        if min(tops) < 0:
+            return (
+                f"{name} reaches {min(tops):,.0f} K, below absolute zero: more heat is drawn out than comes in; look "
+                "at the fluxes and their signs",
+            )
+    return ()
 
 
 def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> tuple[str, ...]:
@@ -105,11 +101,11 @@ def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> t
     return tuple(sentences)
 
 
-def moments(traces: Traces | None, most: int = MOST) -> np.ndarray:
+def moments(traces: Traces | None) -> np.ndarray:
     """Return times (s) spread over the rows of traces, with the times of all extremes."""
     if traces is None:
         return np.empty(0)
-    rows = np.linspace(0, len(traces.time) - 1, min(most, len(traces.time))).astype(int)
+    rows = np.linspace(0, len(traces.time) - 1, min(MOST, len(traces.time))).astype(int)
     ends = [k for values in traces.values.values() for k in (int(values.argmax()), int(values.argmin()))]
     return np.asarray(np.unique(traces.time[np.concatenate([rows, ends])]))
 

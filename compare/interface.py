@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from compare import pipeline
 from compare.kinds import KINDS, kind_of
+from compare.kinds.free import probed
 from compare.options import FREE, check, of_kind, read, settings
 from compare.outcome import Outcome
 from compare.pipeline import plugin
+from compare.processes import single_threaded
+from compare.report.table import Style
+from compare.verdict import Check, contrary
 from scenes import load, overridden
 from scenes.errors import SceneError, did_you_mean, quoted
 
@@ -21,9 +25,7 @@ if TYPE_CHECKING:
 
     from compare.analyses.sensitivities import Propagated
     from compare.blame import Budget
-    from compare.report.table import Style
     from compare.slopes import Slopes
-    from compare.verdict import Check
     from scenes.result import Estimate, Result
 
 Overrides = Sequence[str] | Mapping[str, object]
@@ -164,9 +166,6 @@ class Run:
 
     def _told(self, **look: bool) -> tuple[Outcome[Any], list[Check], Style]:
         """The outcome, the checks that are not as declared, and a style."""
-        from compare.report.table import Style
-        from compare.verdict import contrary
-
         return self.outcome, contrary(self.outcome.checks, self.scene), Style(**look)
 
 
@@ -207,8 +206,6 @@ for _function, _kind in ((run, "sink"), (solve, FREE), (device, "device")):
 
 def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, options: dict[str, Any]) -> Run:
     """Load, solve, and write into a folder where one is given."""
-    from compare.processes import single_threaded
-
     chosen = {name: value for name, value in options.items() if value is not None and value is not False}
     check(kind, chosen)
     items = overrides.items() if isinstance(overrides, Mapping) else ()
@@ -220,8 +217,6 @@ def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, op
     values = read(kind, chosen, scene).but(figures=bool(options.get("figures")))
     if kind == FREE and (values.fields or out is None):
         # Without a folder a scene without probes reports the mean temperature of every part.
-        from compare.kinds.free import probed
-
         scene = probed(scene)
     with single_threaded():
         if out is None:

@@ -13,12 +13,17 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from scenes import units
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.loading import shortened
+from scenes.keys import ACCURACY
+from scenes.kinds import Quantity
+from scenes.loading import distinguishes, shortened
+from scenes.uncertain import Uncertain
+from scenes.uncertain import read as read_uncertain
+from scenes.units import TIME
 
 if TYPE_CHECKING:
     from compare.against import Data
-    from scenes.uncertain import Uncertain
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
@@ -118,13 +123,11 @@ def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
 
 def _uncertain(given: Any, scene: Any, values: Given) -> Uncertain:
     """Standard uncertainties: texts KEY=U, or {"sink.width": "1%"} and {"sink.width,sink.length": 0.9}."""
-    from scenes.uncertain import read
-
     pairs = list(values.get("correlated") or ())
     if isinstance(given, Mapping):
         pairs += [f"{key}={value}" for key, value in given.items() if "," in key]
         given = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
-    return read(scene, list(given), pairs)
+    return read_uncertain(scene, list(given), pairs)
 
 
 def _data(given: Any, scene: Any, values: Given) -> Data:
@@ -143,24 +146,17 @@ def _listed(given: Any) -> tuple[str, ...]:
 
 def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
     """Times (s) of further stored fields, up to the end of the run."""
-    from scenes.kinds import Quantity
-    from scenes.units import TIME
-
     kind = Quantity(TIME, 0.0, scene.end_time, note=", the end of the run")
     texts = given.split(",") if isinstance(given, str) else given
     return tuple(kind.read("--field-times", part.strip() if isinstance(part, str) else part) or 0.0 for part in texts)
 
 
 def _shown_times(times: Sequence[float]) -> list[str]:
-    from scenes.units import TIME
-
     return [TIME.show(time).replace(" ", "") for time in times]
 
 
 def _export(given: Any, scene: Any, values: Given) -> Export:
     """The accuracy is the scene's, or of a device twice that: half is the solution's, half the model's own."""
-    from scenes.keys import ACCURACY
-
     if not str(given).strip():
         raise SceneError('--export "" names no folder: give one, such as my-model')
     accuracy = scene.accuracy
@@ -187,9 +183,6 @@ def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
 
 
 def _limit(dimension: str, given: Any, scene: Any, _: Given) -> float:
-    from scenes import units
-    from scenes.kinds import Quantity
-
     return Quantity(getattr(units, dimension), 1e-12, 1e6).read(f"--max-{dimension.lower()}", given) or 0.0
 
 
@@ -371,8 +364,6 @@ def folder_name(kind: str, given: Given, options: Options, scene: Any, overrides
 
     ``overrides`` are the settings of the scene, of a free scene with the keys that options stand for.
     """
-    from scenes.loading import distinguishes
-
     # A key of the scene is in the name by the scene, or by the overrides; a sink has no key for --steady.
     named = [option for option in of_kind(kind) if not option.sets or (kind == SINK and option.name == "--steady")]
     words = [word for option in named for word in option.words(given.get(option.key), getattr(options, option.key))]

@@ -13,12 +13,12 @@ from compare.analyses import ANALYSES, chosen
 from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from compare.report.table import Section, Style, wrapped
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
 
 if TYPE_CHECKING:
     from compare.models import Model
-    from compare.report.table import Section, Style
     from compare.verdict import Check
 
 PLUGINS: dict[str, Callable[..., Any]] = {}
@@ -95,8 +95,6 @@ def sections(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> 
 
 def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     """Return the report for a terminal: alarms, the answer, the sections, the warnings."""
-    from compare.report.table import wrapped
-
     said = [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
     parts = [section.text(style) for section in sections(outcome, contrary, style)]
     return "\n\n".join(filter(None, (headline(outcome, contrary, style), *parts, *said)))
@@ -104,8 +102,6 @@ def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) 
 
 def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     """Return the first lines of a report: alarms, then the answer."""
-    from compare.report.table import wrapped
-
     alarms = [style.paint(wrapped(f"Warning: {text.rstrip('.')}."), "heading") for text in outcome.alarms]
     return "\n".join([*alarms, kind_of(outcome.scene).report.headline(outcome, contrary, style)])
 

@@ -114,36 +114,30 @@ def judged(name: str, c: Check, scene: Declaring, always: bool = False, own: boo
             f"{difference_text(c.difference, c.known_to, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         )
-    declared = expected(scene, name)
+    declared: Verdict | None = None
+    if scene.expected_to_differ is not None:
+        declared = "differs" if name in scene.expected_to_differ else "agrees"
     return replace(
         c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because, own=own, reason=""
     )
 
 
-def expected(scene: Declaring, check: str) -> Verdict | None:
-    """Return the verdict that a scene declares; checks that are not in its list agree."""
-    if scene.expected_to_differ is None:
-        return None
-    return "differs" if check in scene.expected_to_differ else "agrees"
-
-
-def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
-    """Return whether a check contradicts the scene: a declared verdict, or a tolerance that the scene itself sets.
+def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:
+    """Return the checks that contradict the scene: a declared verdict, or a tolerance that the scene itself sets.
 
     ``strict`` expects every undeclared check to agree, and takes "unresolved" for a contradiction. An equation that the
     chosen model does not use contradicts nothing.
     """
-    if not check.own or (check.verdict == "unresolved" and not strict):
-        return False
-    if strict or check.expected is not None:
-        return check.verdict != (check.expected or "agrees")
-    declared = "slope" if check.id.startswith("slope_") else check.id
-    return declared in scene.tolerances and check.verdict == "differs"
 
+    def contradicts(check: Check) -> bool:
+        if not check.own or (check.verdict == "unresolved" and not strict):
+            return False
+        if strict or check.expected is not None:
+            return check.verdict != (check.expected or "agrees")
+        declared = "slope" if check.id.startswith("slope_") else check.id
+        return declared in scene.tolerances and check.verdict == "differs"
 
-def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:
-    """Return the checks that contradict the scene."""
-    return [check for check in checks if contradicts(check, scene, strict)]
+    return [check for check in checks if contradicts(check)]
 
 
 def part(distance: float, scale: float) -> float:

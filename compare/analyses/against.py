@@ -17,7 +17,7 @@ from compare.analyses.sensitivities import by_differences
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
-from compare.verdict import COVERS
+from compare.verdict import COVERS, part
 from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Step, step
 
@@ -70,7 +70,6 @@ class Against(Analysis["Data"]):
 def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
     """The checks with u_input, at the rows at which the distances are largest."""
     from compare.against import checked, distance, furthest
-    from compare.verdict import part
 
     data, scene, fem3d = outcome.options.against, outcome.scene, outcome.solved
     names = checked(scene, data)

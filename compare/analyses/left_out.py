@@ -15,12 +15,14 @@ from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
 from compare.report.table import Row, Section, Style, Table, sentences
+from compare.verdict import ratio
 from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError
 from scenes.formats import difference_text, percent
 from scenes.result import Estimate
 from scenes.sink import Sink
 from scenes.units import THERMAL_CONTACT
+from scenes.validity import check
 
 TOGETHER, PEAK = "together", "peak_rise_K"
 CONDUCTIVITY = 0.0263
@@ -176,8 +178,6 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
 
     Raises RunawayError without a steady state, SceneError for a device that 3D does not take, and NumericsError.
     """
-    from compare.verdict import ratio
-
     sink = scene if scene.kind == "sink" else scene.sink
     say("without what is left out")
     bare, found, skipped, everything = _solve(scene, sink), dict[str, Effect](), dict[str, str](), dict[str, Any]()
@@ -210,8 +210,6 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
 
 def _solve(scene: Any, sink: Sink) -> dict[str, Estimate]:
     """The steady quantities in 3D of a sink, or of a device with this sink."""
-    from scenes.validity import check
-
     if scene.kind == "sink":
         from fem3d.runs.sink import solve
 

@@ -18,6 +18,7 @@ from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import MARKS, Row, Section, Style, Table, short_key, stacked
+from compare.verdict import Check, judge
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
 from scenes.result import Step, step
@@ -25,7 +26,6 @@ from scenes.varied import made_of_parameters, zeros
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
-    from compare.verdict import Check
     from scenes.result import Estimate
     from scenes.uncertain import Uncertain
 
@@ -124,8 +124,6 @@ def followed_keys(scene: Any, slopes: ByKey, names: Iterable[str]) -> list[str]:
 
 def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -> tuple[Check, ...]:
     """Check for each key the largest difference of both models' slopes, relative to the quantity's largest slope."""
-    from compare.verdict import Check, judge
-
     if not set(MODELS) <= slopes.keys():
         return ()
     largest = {name: slopes["fem3d"].largest(name) for name in names}

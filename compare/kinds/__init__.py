@@ -9,6 +9,8 @@ from compare.kinds.base import Kind
 from compare.kinds.device import DeviceKind
 from compare.kinds.free import FreeKind
 from compare.kinds.sink import SinkKind
+from scenes import loading
+from scenes.keys import TYPES
 
 KINDS: dict[str, Kind[Any]] = {kind.name: kind for kind in (SinkKind(), DeviceKind(), FreeKind())}
 
@@ -20,9 +22,6 @@ def kind_of(scene: Any) -> Kind[Any]:
 
 def load(kind: str, source: str, settings: Sequence[str]) -> Any:
     """Load a scene of a kind with overrides. Raises SceneError."""
-    from scenes import loading
-    from scenes.keys import TYPES
-
     if kind in TYPES:
         return loading.load(source, settings, scene_type=TYPES[kind])
     return loading.load_free(source, settings)

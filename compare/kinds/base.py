@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, ClassVar, Generic
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
+from compare.verdict import Check, Definitions, judged
 from scenes.errors import SceneError
 from scenes.result import Step, skipped_together, step
+from scenes.varied import neighbour
 
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check, Definitions
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -140,8 +141,6 @@ class Kind(ABC, Generic[S]):
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
         """Judge the comparisons."""
-        from compare.verdict import judged
-
         return tuple(
             judged(name, each, outcome.scene, self.explains, self.owns(outcome, name))
             for name, each in self.comparisons(outcome).items()
@@ -171,8 +170,6 @@ class Kind(ABC, Generic[S]):
 
     def nearby(self, outcome: Outcome[S], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[S]:
         """The outcome, to first order, with one key larger by a relative step; SceneError where there is no scene."""
-        from scenes.varied import neighbour
-
         moved = {
             name: slopes[name].moved(result, key, step) if name in slopes else result
             for name, result in outcome.results.items()

@@ -11,11 +11,11 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.result import Step, step
+from scenes.result import Estimate, Result, Step, step
+from scenes.varied import varied
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
-    from scenes.result import Result
 
 DEVICE_FIGURES = {
     "figure9": "power of sink and sensor against time",
@@ -52,7 +52,6 @@ class DeviceKind(Kind[Device]):
         """The 1D runs."""
         with progress.stage("imports"):
             from reduced1d.device import design as designs
-            from scenes.result import Estimate, Result
         slow, steps = self.runs_for(scene, options, "figure11"), self.runs_for(scene, options, "figure12", "figure13")
         with progress.stage("device"):
             made = designs.make(scene, options.scheme, options.meter, slow, steps, progress)
@@ -65,7 +64,6 @@ class DeviceKind(Kind[Device]):
 
         if options.in_3d:
             from fem3d.runs.device import make
-            from scenes.result import Estimate, Result
 
             with progress.stage("device in 3D"):
                 meter, start = options.meter, scene.external.initial_temperature
@@ -123,8 +121,6 @@ class DeviceKind(Kind[Device]):
 
     def nearby(self, outcome: Outcome[Device], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[Device]:
         """The 1D runs of the device with a key larger by a relative step."""
-        from scenes.varied import varied
-
         device = varied(outcome.scene, key, 1 + step)
         options = outcome.options.but(in_3d=False)
         return replace(outcome, scene=device, options=options, results=self._runs(device, options, Progress()))

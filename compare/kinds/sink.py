@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from compare.verdict import PAPERS, Check, judged
+from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
 from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity
+from scenes.model import AnyScene, Probe
+from scenes.physics import nonlinear, refuse_terminals
 from scenes.result import Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
+from scenes.varied import numbers
 
 if TYPE_CHECKING:
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check
-    from scenes.model import AnyScene
     from scenes.result import Result
 
 FIGURES: dict[str, tuple[str, ...]] = {
@@ -43,16 +46,13 @@ class SinkKind(Kind[Sink]):
         return scene if options.reduction == "paper" else replace(scene, expected_to_differ=None)
 
     def refuse(self, scene: Sink, options: Options) -> None:
-        from reduced1d.ladder import refuse
-        from scenes.physics import nonlinear, refuse_terminals
-
         if options.model:
             # A model of the user's own is compared with 3D, and no ladder of assumptions leads to it.
             chosen = {"--why": options.why, "--only 1d": options.only == "1d", "--monte-carlo": options.monte_carlo}
             for option in (option for option, given in chosen.items() if given):
                 raise SceneError(f"--reduction {options.reduction} is judged against 3D as it is: leave out {option}")
         elif "reduced1d" in options.models:
-            refuse(scene, options.reduction)
+            ladder.refuse(scene, options.reduction)
         if options.against and (options.steady or options.only == "1d"):
             raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
         if options.model == "network":
@@ -101,8 +101,6 @@ class SinkKind(Kind[Sink]):
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
     def owns(self, outcome: Outcome[Sink], check: str) -> bool:
-        from compare.verdict import PAPERS
-
         return outcome.reduced1d is None or outcome.reduced1d.model in PAPERS or check not in OF_THE_PAPER
 
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
@@ -120,7 +118,6 @@ class SinkKind(Kind[Sink]):
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
         from compare.blame import answer, causes, repeats
-        from compare.verdict import PAPERS
 
         fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
         model = reduced1d or outcome.solved
@@ -145,7 +142,6 @@ class SinkKind(Kind[Sink]):
 
     def slopes(self, outcome: Outcome[Sink], keys: Sequence[str] | None) -> dict[str, Slopes]:
         from compare import slopes
-        from scenes.varied import numbers
 
         sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, slopes.Slopes]()
         uncertain, times = bool(outcome.options.uncertain), None
@@ -178,8 +174,6 @@ class SinkKind(Kind[Sink]):
         return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
 
     def exported(self, scene: Sink, options: Options) -> AnyScene:
-        from scenes.model import Probe
-
         if scene.emissivity:
             raise SceneError("a compact model has no radiation: give environment.emissivity = 0, or leave it out")
         boxes = scene.scene()
@@ -191,7 +185,6 @@ class SinkKind(Kind[Sink]):
 def _claims(outcome: Outcome[Sink]) -> list[Check]:
     """The differences of peak and ends; that of the current where it is the only one."""
     from compare.sink_checks import at_rest
-    from compare.verdict import judged
 
     checks, claims = {check.id: check for check in outcome.checks}, []
     for title, key, tolerance in (("the peak", "peak_rise_K", "fig4"), ("the ends", "end_rise_K", "fig6_end")):
@@ -208,15 +201,13 @@ def _claims(outcome: Outcome[Sink]) -> list[Check]:
 def _ladder(outcome: Outcome[Sink], wrong: Sequence[Check]) -> tuple[Budget | None, str]:
     """The parts of the differences, by coarse models of the ladder, or why there are none."""
     from compare.blame import budget
-    from compare.verdict import PAPERS
-    from reduced1d.ladder import is_one
     from reduced1d.ladder.levels import Levels
 
     assert outcome.reduced1d is not None
     name, fem3d = outcome.reduced1d.model, outcome.solved
     if not wrong:
         return None, "the 1D model differs nowhere beyond its tolerances"
-    if name not in PAPERS and not is_one(name):
+    if name not in PAPERS and not ladder.is_one(name):
         return None, "the ladder of assumptions is between this program's own 1D models and 3D"
     if all(claim.time is None for claim in wrong):
         fem3d = replace(fem3d, traces=None)
@@ -236,11 +227,9 @@ def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
 
 def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
-    from reduced1d.ladder import solve
-
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
-        return solve(sink, options.reduction, steady_only=options.steady, times=times)
+        return ladder.solve(sink, options.reduction, steady_only=options.steady, times=times)
     except RunawayError as error:
         if fem3d is None:
             raise
@@ -252,6 +241,4 @@ def _reduction_step(options: Options) -> Step:
         return Step("1D model", "skipped", "only the 3D model was asked for")
     if options.model:
         return step("1D model", options.reduction)
-    from reduced1d.ladder import describe
-
-    return step("1D model", f"{options.reduction}, {describe(options.reduction)}")
+    return step("1D model", f"{options.reduction}, {ladder.describe(options.reduction)}")
