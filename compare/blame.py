@@ -23,14 +23,12 @@ from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
 from scenes.formats import difference_text, percent, quantity, signed
 from scenes.model import UNITS, AnyScene, Scene
-from scenes.result import Estimate
-from scenes.sink import OF_A_SINK
+from scenes.result import Estimate, Result
+from scenes.sink import OF_A_SINK, Sink
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from reduced1d.network.solution import Place
-    from scenes.result import Result
-    from scenes.sink import Sink
 
 
 MORE = 1.1

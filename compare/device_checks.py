@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from compare.outcome import Outcome
 from compare.verdict import Check, Definitions, Sense, part
 from reduced1d.device.design import PXI_4070, delivered
 from reduced1d.device.lumped import at_sample_time, largest_eigenvalue, lump, stability
@@ -24,7 +25,6 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, SLOW_TIME, Run, Runs
 
 if TYPE_CHECKING:
-    from compare.outcome import Outcome
     from fem3d.runs.device import Solved
 
 PAPER_SETTLING = 0.1

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare import pipeline
+from compare.analyses.sensitivities import Propagated
 from compare.kinds import KINDS, kind_of
 from compare.kinds.free import probed
 from compare.options import FREE, check, of_kind, read, settings
@@ -19,14 +20,13 @@ from compare.report.table import Style
 from compare.verdict import Check, contrary
 from scenes import load, overridden
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.result import Estimate, Result
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.analyses.sensitivities import Propagated
     from compare.blame import Budget
     from compare.slopes import Slopes
-    from scenes.result import Estimate, Result
 
 Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um", "run.steady": True}."""

@@ -10,23 +10,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from compare.options import Options
-from scenes.result import Step
+from compare.verdict import Check
+from scenes.device import Device
+from scenes.model import AnyScene
+from scenes.result import Result, Step
+from scenes.sink import Sink
 
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check
     from fem3d.runs.device import Solved
     from reduced1d.device.design import Design
-    from scenes.device import Device
-    from scenes.model import AnyScene
-    from scenes.result import Result
-    from scenes.sink import Sink
     from statespace.result import Runs
 
-    Solvable = Sink | Device | AnyScene
-
-S = TypeVar("S", bound="Solvable")
+Solvable = Sink | Device | AnyScene
+S = TypeVar("S", bound=Solvable)
 """The type of scene: a Sink, a Device, or a free scene."""
 S_co = TypeVar("S_co", covariant=True)
 
@@ -116,8 +114,7 @@ class Outcome(Generic[S_co]):
         self.warnings = (*self.warnings, *filter(None, texts))
 
 
-if TYPE_CHECKING:
-    AnyOutcome = Outcome[Solvable]
+AnyOutcome = Outcome[Solvable]
 
 
 class Progress:

@@ -14,12 +14,12 @@ from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, wrapped
+from compare.verdict import Check
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
 
 if TYPE_CHECKING:
     from compare.models import Model
-    from compare.verdict import Check
 
 PLUGINS: dict[str, Callable[..., Any]] = {}
 """By name: "write" writes a results folder, "sweep" solves many designs."""

@@ -8,22 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from compare.models import Model
 from compare.verdict import PAPERS
+from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.model import AnyScene
 from scenes.parameters import SECTION
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
+from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, numbers
-
-if TYPE_CHECKING:
-    from compare.models import Model
-    from scenes.device import Device
-    from scenes.uncertain import Uncertain
 
 STEP = 1e-4
 """Relative step of a key in central differences; the relative error of a difference is the square of it."""

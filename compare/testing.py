@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import compare
 from compare import quantities
@@ -24,11 +24,9 @@ from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, sink_text
 from scenes.kinds import Quantity
 from scenes.model import OVER_TIME as PROBE_OVER_TIME
+from scenes.model import AnyScene
 from scenes.sink import OF_A_SINK, Sink
 from scenes.units import NUMBER
-
-if TYPE_CHECKING:
-    from scenes.model import AnyScene
 
 QUANTITIES = {name: entry for name, entry in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""

@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import Literal, TypeVar
 
+from scenes.device import Device
 from scenes.formats import difference_text, percent, quantity
+from scenes.model import Declared
 from scenes.result import Estimate
+from scenes.sink import Sink
 
-if TYPE_CHECKING:
-    from scenes.device import Device
-    from scenes.model import Declared
-    from scenes.sink import Sink
-
-    Declaring = Sink | Device | Declared
+Declaring = Sink | Device | Declared
 
 PAPERS = ("paper", "reduced1d")
 """Names of the paper's own model as a result."""

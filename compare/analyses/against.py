@@ -19,13 +19,12 @@ from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
 from compare.verdict import COVERS, part
 from scenes.formats import cut, quantity, signed, span, with_error
-from scenes.result import Step, step
+from scenes.result import Result, Step, step
+from scenes.uncertain import Uncertain
 
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.slopes import Slopes
-    from scenes.result import Result
-    from scenes.uncertain import Uncertain
 
 NOTHING = 1e-6
 """Uncertainties below this part of u_val are shown as 0."""

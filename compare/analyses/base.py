@@ -6,14 +6,13 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from compare.options import Options
-from compare.outcome import Progress
+from compare.outcome import AnyOutcome, Progress, Solvable
+from compare.report.table import Section, Style
 from scenes.result import Step, step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from compare.outcome import AnyOutcome, Solvable
-    from compare.report.table import Section, Style
 
 T = TypeVar("T")
 """The type of an analysis's result."""

@@ -21,13 +21,12 @@ from compare.report.table import MARKS, Row, Section, Style, Table, short_key, s
 from compare.verdict import Check, judge
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
-from scenes.result import Step, step
+from scenes.result import Estimate, Step, step
+from scenes.uncertain import Uncertain
 from scenes.varied import made_of_parameters, zeros
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
-    from scenes.result import Estimate
-    from scenes.uncertain import Uncertain
 
 PREFIX = "slope_"
 MODELS = ("fem3d", "reduced1d")

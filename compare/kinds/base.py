@@ -13,14 +13,13 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress, S
 from compare.verdict import Check, Definitions, judged
 from scenes.errors import SceneError
-from scenes.result import Step, skipped_together, step
+from scenes.model import AnyScene
+from scenes.result import Result, Step, skipped_together, step
 from scenes.varied import neighbour
 
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
-    from scenes.model import AnyScene
-    from scenes.result import Result
 
 STEADY = "only the steady state was asked for"
 

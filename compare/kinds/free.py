@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from compare.verdict import Check
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, listed, quoted
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
-from scenes.result import Step, step
+from scenes.result import Result, Step, step
 
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
-    from compare.verdict import Check
-    from scenes.result import Result
 
 
 class FreeKind(Kind[AnyScene]):

@@ -16,7 +16,7 @@ from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
-from scenes.result import Step, noted, step
+from scenes.result import Result, Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
-    from scenes.result import Result
 
 FIGURES: dict[str, tuple[str, ...]] = {
     "figure4": ("the steady 3D temperature field, rendered off screen", "3D"),

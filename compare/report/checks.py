@@ -7,15 +7,13 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare.outcome import Outcome
 from compare.report.table import Row, Section, Style, Table, sentences
 from compare.verdict import Check
 from scenes.checks import DEVICE_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
 from scenes.formats import difference_text, percent, quantity
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
 
 LONG = 20
 """Characters of an id from which on titles stand on a line of their own."""

@@ -5,25 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from compare.outcome import Outcome
 from compare.quantities import OF_A_DEVICE
 from compare.report import checks
 from compare.report import table as entries
 from compare.report.table import Section, Style, Table, sentences, wrapped
 from compare.verdict import Check
+from reduced1d.device.design import Design
 from reduced1d.device.lumped import largest_eigenvalue
 from reduced1d.device.lumped import shielding as shielding_1d
 from reduced1d.device.schemes import shown
+from scenes.device import Device
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, QUANTITIES, Run, settling
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from reduced1d.device.design import Design
-    from scenes.device import Device
 
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 """Bands of the settling times in summary.json, as parts of the step."""

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
 from compare.report.table import Section, Style, Table, wrapped
 from compare.verdict import PAPERS, Check, part
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
-from scenes.sink import OF_A_SINK
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
 

@@ -8,15 +8,12 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare.outcome import Outcome
 from scenes.errors import columns
 from scenes.formats import cut
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from scenes.result import Result
-
+from scenes.result import Result
 
 WIDTH = 80  # Columns of a terminal that texts are written for.
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
