@@ -150,11 +150,10 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
     ours, error = simulated(fem3d, key, data.time)
     off = data.values[key] - ours
     if key in data.u:
-        cuts = courses.cut(ours[sure])
-        means = courses.windows(data.time[sure], off[sure], data.u[key][sure], cuts)
+        means = courses.windows(data.time[sure], off[sure], data.u[key][sure], ours[sure])
         i, k = courses.worst(means, [0.0] * len(means))
         most = max(abs(w.distance) + k * w.u_data for w in means)
-        return sure[cuts[i]], error, (most - abs(means[i].distance)) / COVERS
+        return sure[means[i].rows], error, (most - abs(means[i].distance)) / COVERS
     if data.at_rest:
         return sure, error, None
     inside = data.time <= catalogue.end * (1 + 1e-9)

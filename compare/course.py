@@ -193,31 +193,24 @@ class Window:
         return float(np.hypot(self.share, self.scatter))
 
 
-def cut(course: np.ndarray) -> tuple[slice, ...]:
-    """Share the rows of a trace out to at most 16 windows: each has an equal part of rows and of the change of a
-    ``course``.
-    """
-    change = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
-    share = np.arange(len(course)) / len(course)
-    if change[-1] > 0:
-        share = (share + change / change[-1]) / 2
-    starts = np.unique(np.floor(share * MOST_WINDOWS).clip(max=MOST_WINDOWS - 1), return_index=True)[1].tolist()
-    return tuple(slice(first, end) for first, end in zip(starts, [*starts[1:], len(course)], strict=True))
-
-
-def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, cuts: Sequence[slice]) -> tuple[Window, ...]:
-    """Return the windows of a trace.
+def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, course: np.ndarray) -> tuple[Window, ...]:
+    """Return at most 16 windows of a trace: each has an equal part of the rows and of the change of a course.
 
     Parameters
     ----------
     time : (n,) s
     distance : (n,) distance from the data
     u : (n,) standard uncertainties of the data, zero for exact data
-    cuts : the rows of each window
+    course : (n,) whose changes set the bounds of windows
     """
+    change = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
+    share = np.arange(len(course)) / len(course)
+    if change[-1] > 0:
+        share = (share + change / change[-1]) / 2
+    starts = np.unique(np.floor(share * MOST_WINDOWS).clip(max=MOST_WINDOWS - 1), return_index=True)[1].tolist()
     parts, alike = _parts(time, distance, u)
     means = []
-    for rows in cuts:
+    for rows in map(slice, starts, [*starts[1:], len(course)]):
         count, square = len(u[rows]), float((u[rows] ** 2).mean())
         scatter = np.sqrt(square * (parts @ np.minimum(alike / count, 1.0)))
         shared = np.sqrt(max(1 - parts.sum(), 0.0)) * u[rows].mean()

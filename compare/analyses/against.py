@@ -131,30 +131,16 @@ class Statement:
         low, high = (f"{end * factor:+.{places}f}" for end in self.interval)
         return f"{low} to {high} {unit}"
 
-    def when(self) -> str:
-        """Return the window in words."""
-        return "steady state" if math.isinf(self.end) else span(self.start, self.end)
-
     def document(self) -> dict[str, Any]:
         entry = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval), "seen": self.seen}
         return entry | {"said": self.said(), "start_s": entry.pop("start"), "end_s": entry.pop("end")}
 
 
-class Points(NamedTuple):
-    """The number of data of a quantity, and how many of them are within 2 u_val of a model."""
-
-    model: str
-    quantity: str
-    called: str
-    points: int
-    within_2_u_val: int
-
-
 class Validated(NamedTuple):
-    """The statements about each model and quantity, and the numbers of points."""
+    """The statements about each model and quantity, and how many of its data are within 2 u_val of the model."""
 
     statements: list[Statement]
-    points: list[Points]
+    points: list[dict[str, Any]]
 
 
 class Validation(Analysis[Validated]):
@@ -182,20 +168,22 @@ class Validation(Analysis[Validated]):
                 for u in (s.u_num, s.u_input, s.u_data, s.u_val)
             ]
             middle = [signed(s.E, s.unit, 2)] * style.page
-            rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
-        points = ", ".join(f"{p.called} {p.model} {p.within_2_u_val} of {p.points}" for p in found.points)
+            when = "steady state" if math.isinf(s.end) else span(s.start, s.end)
+            rows.append([f"{cut(s.called, 20)} {s.model}", when, *middle, *parts, s.said()])
+        called = {s.quantity: s.called for s in found.statements}
+        counts = ["{} {model} {within_2_u_val} of {points}".format(called[p["quantity"]], **p) for p in found.points]
         inputs, data = outcome.options.uncertain is None, not outcome.options.against.u
         exact = " and ".join(["the inputs"] * inputs + ["the data"] * data)
         text = [
             "The worst window and the last." * (not outcome.options.against.at_rest),
-            f"Where 0 is within (95 %), no error of the model is seen. Points of the data within 2 u_val: {points}.",
+            "Where 0 is within (95 %), no error of the model is seen. Points of the data within 2 u_val: "
+            f"{', '.join(counts)}.",
             f"Taken as exact: {exact}." if exact else "",
         ]
         return Section("Validation", [V20 * style.page, Table(heads, rows), *text], headed=False)
 
     def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
-        points = [{name: n for name, n in each._asdict().items() if name != "called"} for each in found.points]
-        return {"statements": [statement.document() for statement in found.statements], "points": points}
+        return {"statements": [statement.document() for statement in found.statements], "points": found.points}
 
 
 def validate(
@@ -221,8 +209,8 @@ def validate(
             u_data = data.u[key][late] if key in data.u else zero
             error, others = values - data.values[key][late], np.hypot(u_num, u_input)
             inside = int((np.abs(error) <= COVERS * np.hypot(others, u_data)).sum())
-            found.points.append(Points(called, key, word, len(times), inside))
-            means = courses.windows(times, error, u_data, courses.cut(values))
+            found.points.append({"model": called, "quantity": key, "points": len(times), "within_2_u_val": inside})
+            means = courses.windows(times, error, u_data, values)
             worst, k = courses.worst(means, [float(others[window.rows].mean()) for window in means])
             for n, (where, factor) in ({worst: ("worst", k)} | {len(means) - 1: ("end", COVERS)}).items():
                 w, during = means[n], times[means[n].rows]

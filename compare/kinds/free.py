@@ -137,14 +137,10 @@ class FreeKind(Kind[AnyScene]):
             solver = plan(scene, whole=options.follows_keys)
         else:
             solver = outcome.solved.details["plan"]
-        own = own_model(scene, options)
-        if own is not None:
+        if (own := own_model(scene, options)) is not None:
             name = getattr(own[0], "__name__", own[0])
-            lines = [
-                step("1D model", f"{name}, where 3D has an answer"),
-                step("checks", "of every probe that it answers"),
-            ]
-            return [*solver, *lines]
+            model = step("1D model", f"{name}, where 3D has an answer")
+            return [*solver, model, step("checks", "of every probe that it answers")]
         if scene.model is None or not scene.model.file:
             return [*solver]
         return [*solver, Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]

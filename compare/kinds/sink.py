@@ -158,16 +158,23 @@ class SinkKind(Kind[Sink]):
         return made
 
     def steps(self, scene: Sink, options: Options, outcome: Outcome[Sink] | None = None) -> list[Step]:
-        solver: Sequence[Step] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
-        if "fem3d" in options.models and outcome is not None:
-            solver = outcome.solved.details["plan"]
-        elif "fem3d" in options.models:
+        if "fem3d" not in options.models:
+            steps = [Step("3D model", "skipped", "only the 1D model was asked for")]
+        elif outcome is not None:
+            steps = [*outcome.solved.details["plan"]]
+        else:
             from fem3d.runs.sink import plan
 
-            solver = plan(scene, not options.steady)
-        blame = [step("blame", "by the ladder between the models, where the 1D model differs")]
-        blame *= len(options.models) > 1 and not options.why
-        return [*solver, _reduction_step(options), *self.check_steps(scene, options), *blame]
+            steps = [*plan(scene, not options.steady)]
+        if "reduced1d" not in options.models:
+            steps.append(Step("1D model", "skipped", "only the 3D model was asked for"))
+        else:
+            said = "" if options.model else f", {ladder.describe(options.reduction)}"
+            steps.append(step("1D model", options.reduction + said))
+        steps += self.check_steps(scene, options)
+        if len(options.models) > 1 and not options.why:
+            steps.append(step("blame", "by the ladder between the models, where the 1D model differs"))
+        return steps
 
     def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
         return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
@@ -233,11 +240,3 @@ def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:
         if fem3d is None:
             raise
         raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
-
-
-def _reduction_step(options: Options) -> Step:
-    if "reduced1d" not in options.models:
-        return Step("1D model", "skipped", "only the 3D model was asked for")
-    if options.model:
-        return step("1D model", options.reduction)
-    return step("1D model", f"{options.reduction}, {ladder.describe(options.reduction)}")

@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from compare.against import Data, compare, evaluate
-from compare.course import cut, windows, worst
+from compare.course import windows, worst
 from compare.verdict import COVERS
 from scenes.errors import SceneError
 from scenes.result import Result
@@ -196,14 +196,14 @@ def share_that_holds(
     the worst is detected. Noise U: a shared part for all rows, the rest ``follows`` the row before in part; another
     uncertainty is shared by all."""
     time = np.linspace(1e-4, 0.02, rows)
-    cuts = cut(1 - np.exp(-time / 3e-3))
+    curve = 1 - np.exp(-time / 3e-3)
     drawn, held = np.random.default_rng(7), np.zeros((count, 3))
     for n in range(count):
         common, new = drawn.normal(), drawn.normal(size=rows)
         new[1:] *= np.sqrt(1 - follows**2)
         noise = shared * common + np.sqrt(1 - shared**2) * lfilter([1.0], [1.0, -follows], new)
         off = truth + U * noise + other * drawn.normal()
-        found = windows(time, off, np.full(rows, U), cuts)
+        found = windows(time, off, np.full(rows, U), curve)
         i, k = worst(found, [other] * len(found))
         half, end = slack * k * np.hypot(found[i].u_data, other), COVERS * np.hypot(found[-1].u_data, other)
         held[n] = (
@@ -248,8 +248,7 @@ def test_noise_that_changes_slowly_falls_with_how_often_it_changes():
     the sum over distances is within a tenth, for correlations that fall in a straight line."""
     drawn = np.random.default_rng(4)
     time, noise = np.arange(2000.0), np.repeat(drawn.normal(0, U, 200), 10)
-    cuts = cut(time)
-    slow, quick = (windows(time, off, np.full(2000, U), cuts)[0] for off in (noise, drawn.normal(0, U, 2000)))
+    slow, quick = (windows(time, off, np.full(2000, U), time)[0] for off in (noise, drawn.normal(0, U, 2000)))
     # The shared part is estimated to a thirtieth of u^2 from 2000 rows, and may be zero.
     assert U / np.sqrt(125) <= quick.u_data * (1 + 1e-9) < U * np.sqrt(1 / 125 + 1 / 30)
     assert slow.u_data == pytest.approx(U / np.sqrt(12.5), rel=0.1)
