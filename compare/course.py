@@ -16,7 +16,7 @@ the factor is 2 where they share all of u, and grows to Sidak's (J. Am. Stat. As
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,19 +73,13 @@ class Course:
         """The row of the largest distance."""
         return int(np.argmax(np.abs(self.off)))
 
-    def comparison(
-        self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: Callable[[], str]
-    ) -> Check:
+    def comparison(self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: str) -> Check:
         """Compare at the largest distance, relative to a scale; ``error`` bounds that of both courses."""
         i = self.worst
         p, m, off, time = (float(each[i]) for each in (self.model, self.fem3d, self.off, self.time))
         part = share(Estimate(off, error + float(self.beyond[i])), scale)
-
-        def reason() -> str:
-            values = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D"
-            parts = f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}", note()
-            return "; ".join(filter(None, parts))
-
+        reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D at {quantity(time, 's', 3)}, "
+        reason += signed(off, unit) + f"; {note}" * bool(note)
         return Check(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
 
     def change(self, scale: float) -> str:

@@ -137,10 +137,8 @@ def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -
     n = int(np.argmax(np.abs(values)))
     scale = Estimate(float(values[n]), in_3d.errors[name] + float(errors[n]))
 
-    def note() -> str:
-        meant = _meant(base, unit, float(course.model[course.worst]), float(course.fem3d[course.worst]))
-        return meant.removeprefix("; ") or course.change(abs(scale.value))
-
+    meant = _meant(base, unit, float(course.model[course.worst]), float(course.fem3d[course.worst]))
+    note = meant.removeprefix("; ") or course.change(abs(scale.value))
     error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {_whole(unit)}"
     return course.comparison(f"{cut(name, 24)}, trace", unit, error, scale, whole, note)
 

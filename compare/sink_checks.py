@@ -146,7 +146,7 @@ def over_time(
     course = Course(time, m, p, overshoot(time, np.abs(p - m)))
     end, largest = (signed(float(course.off[row]), unit) for row in (-1, course.worst))
     note = "" if end == largest else f"{end} at the end"
-    return course.comparison(title, unit, error, size, relative_to, lambda: note)
+    return course.comparison(title, unit, error, size, relative_to, note)
 
 
 CHECKS.check("fig4", *FIGURE)(partial(at_rest, "peak_rise_K", "steady peak, of 3D's"))
@@ -240,7 +240,7 @@ def _apart(note: str, sink: Sink, late: bool, *both: tuple[Result, str]) -> Chec
     x, y = (np.interp(time, each.time, each.values[name]) - sink.room_temperature for each, name in traces)
     error = sum(each.errors[name] for each, name in traces) + sink.accuracy * (abs(a.value) + abs(b.value))
     scale = "the second one's final value"
-    return Course(time, y, x, np.zeros(len(time))).comparison(f"{title}, trace", "K", error, b, scale, lambda: note)
+    return Course(time, y, x, np.zeros(len(time))).comparison(f"{title}, trace", "K", error, b, scale, note)
 
 
 for _late in (False, True):

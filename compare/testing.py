@@ -130,7 +130,7 @@ def _steady(run: compare.Run, name: str) -> Check:
     assert run.reduced1d is not None
     one, three = (result.steady[entry.steady] for result in (run.reduced1d, run.fem3d))
     u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
-    return replace(against_3d(f"steady {entry.called}", entry.unit, one, three), id=name, u_input=u_input)
+    return replace(against_3d(f"steady {entry.called}", entry.unit, one, three), id=name, because="", u_input=u_input)
 
 
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:

@@ -36,14 +36,13 @@ class Check:
     ----------
     predicted, measured : the reduction, or the claim, and 3D, in ``unit``
     difference, u_num : relative; u_num bounds the numerical error of the difference
-    reason : why both differ, or a function that writes that, until it is judged
     time : time (s) of the largest difference over time
     sense : of a one-sided claim the difference is the shortfall of the measured value
     relative_to : the scale of the difference in words
     u_input, u_data : relative standard uncertainties by inputs and data; the verdict counts u_data twice (95 %)
     tolerance : of the difference
     expected : the verdict that the scene declares, None without a declaration
-    because : the reason, where it is stated
+    because : why both differ; of a judged check that agrees, empty
     own : False for an equation of the paper's where another 1D model was chosen
     """
 
@@ -53,7 +52,7 @@ class Check:
     unit: str
     difference: float
     u_num: float
-    reason: str | Callable[[], str] = ""
+    because: str = ""
     time: float | None = None
     sense: Sense = "equal"
     relative_to: str = ""
@@ -63,7 +62,6 @@ class Check:
     tolerance: float = 0.0
     verdict: Verdict = "unresolved"
     expected: Verdict | None = None
-    because: str = ""
     own: bool = True
 
     @property
@@ -104,10 +102,10 @@ def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
 def judged(name: str, c: Check, scene: Declaring, always: bool = False, own: bool = True) -> Check:
     """Return the check of a comparison with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
-    verdict, because = judge(c.difference, tolerance, c.known_to), ""
-    if verdict == "differs" or always:
-        because = c.reason if isinstance(c.reason, str) else c.reason()
-    elif verdict == "unresolved":
+    verdict, because = judge(c.difference, tolerance, c.known_to), c.because
+    if verdict == "agrees" and not always:
+        because = ""
+    elif verdict == "unresolved" and not always:
         because = (
             f"{difference_text(c.difference, c.known_to, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
@@ -115,9 +113,7 @@ def judged(name: str, c: Check, scene: Declaring, always: bool = False, own: boo
     declared: Verdict | None = None
     if scene.expected_to_differ is not None:
         declared = "differs" if name in scene.expected_to_differ else "agrees"
-    return replace(
-        c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because, own=own, reason=""
-    )
+    return replace(c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because, own=own)
 
 
 def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:

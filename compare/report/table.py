@@ -219,7 +219,6 @@ def checks(outcome: Outcome[Any]) -> list[dict[str, Any]]:
     """Return the checks without the uncertainties that they lack."""
     entries = [asdict(check) for check in outcome.checks]
     for entry in entries:
-        del entry["reason"]
         entry["time_s"] = entry.pop("time")
         for name in ("u_input", "u_data", "time_s"):
             if entry[name] is None:
