@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -112,33 +113,31 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
     for key in keys:
         kind, value = kind_of_key(scene, key), abs(start[key])
         bounds.append([np.log(max(kind.lower, TINY) / value) - 1e-9, np.log(min(kind.upper, 1 / TINY) / value) + 1e-9])
-    solved: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
-    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    @cache
+    def at(*x: float) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and their derivatives."""
-        if x.tobytes() not in solved:
-            traces, slopes = model(_moved(scene, keys, x), keys, data.time[sure])
-            names = [name for name in data.values if name in data.u and name in traces]
-            if not names:
-                raise SceneError(
-                    f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
-                    "uncertainty: give --data-uncertainty of one"
-                )
-            u = {name: data.u[name][sure] for name in names}
-            residuals = np.concatenate([(traces[n] - data.values[n][sure]) / u[n] for n in names])
-            columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
-            solved[x.tobytes()] = residuals, np.array(columns).T
-        return solved[x.tobytes()]
+        traces, slopes = model(_moved(scene, keys, x), keys, data.time[sure])
+        names = [name for name in data.values if name in data.u and name in traces]
+        if not names:
+            raise SceneError(
+                f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
+                "uncertainty: give --data-uncertainty of one"
+            )
+        u = {name: data.u[name][sure] for name in names}
+        residuals = np.concatenate([(traces[n] - data.values[n][sure]) / u[n] for n in names])
+        columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
+        return residuals, np.array(columns).T
 
-    jacobian = at(np.zeros(len(keys)))[1]
+    jacobian = at(*np.zeros(len(keys)))[1]
     still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     solution = least_squares(
-        lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], tuple(np.transpose(bounds)), x_scale="jac",
+        lambda x: at(*x)[0], np.zeros(len(keys)), lambda x: at(*x)[1], tuple(np.transpose(bounds)), x_scale="jac",
         xtol=1e-5, ftol=1e-8, max_nfev=MOST,
     )  # fmt: skip
-    residuals, jacobian = at(solution.x)
+    residuals, jacobian = at(*solution.x)
     normal, fitted = jacobian.T @ jacobian, _moved(scene, keys, solution.x)
     # Keys with the same effect would leave it singular; their uncertainties come out huge.
     covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
@@ -150,7 +149,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
     )  # fmt: skip
 
 
-def _moved(scene: Any, keys: Sequence[str], logarithms: np.ndarray) -> Any:
+def _moved(scene: Any, keys: Sequence[str], logarithms: Sequence[float]) -> Any:
     """The scene with keys larger by logarithms, checked. SceneError where it cannot be built."""
     for key, factor in zip(keys, np.exp(logarithms).tolist(), strict=True):
         scene = varied(scene, key, factor)

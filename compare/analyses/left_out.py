@@ -36,7 +36,6 @@ SUBSTRATE = 0.5e-3
 """Thickness (m) of the substrate."""
 IN_AIR = ("gap_gas", "air")
 """Effects that are absent in a vacuum."""
-INFINITE = Estimate(math.inf, 0.0)
 
 
 @dataclass(frozen=True)
@@ -201,7 +200,7 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
         elif name != "air" or scene.kind == "sink":  # Above the sink of a device is the polymer, not the air.
             add(name, effect)
     # A runaway is the largest of all.
-    sizes = {name: abs(next(iter(each.changes.values()), INFINITE).value) for name, each in found.items()}
+    sizes = {n: abs(next(iter(e.changes.values())).value) if e.changes else math.inf for n, e in found.items()}
     ranked = {name: found[name] for name in sorted(found, key=lambda name: -sizes[name])}
     if len(found) > 1:
         add(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))

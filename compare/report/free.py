@@ -17,7 +17,7 @@ from reduced1d.network.lines import layout
 from reduced1d.network.model import Row as Entry
 from reduced1d.network.model import table
 from scenes.formats import cut, quantity, with_error
-from scenes.model import UNITS, AnyScene, GroupProbe, Probe
+from scenes.model import UNITS, AnyScene
 from scenes.result import Estimate, Traces
 from scenes.units import TIME
 
@@ -29,31 +29,22 @@ PER_BLOCK, MOST_TIMES, FIRST = 4, 20, 3
 """Probes beside one another in a terminal, output times in a table, and probes in the first line."""
 
 
-def network_entries(scene: AnyScene) -> dict[str, list[Entry]]:
-    """Lines, joints and conditions with values in SI units, as summary.json has them."""
-    return table(layout(scene))
+def _network(scene: AnyScene, style: Style) -> Section:
+    """Return tables of lines, joints and conditions."""
 
+    def cell(row: Entry, unit: str) -> str:
+        value = row[unit]["value"] if unit in row else None
+        return "" if value is None else quantity(value, unit)
 
-def section(scene: AnyScene, style: Style) -> Section:
-    """Return a table of lines, joints and conditions."""
     parts: list[Table | str] = []
-    for name, rows in network_entries(scene).items():
+    for name, rows in table(layout(scene)).items():
         shown = rows if style.page else rows[:MOST]
         units = [unit for unit in ("W/K", "J/K", "ohm", "W") if any(unit in row for row in shown)]
-        if shown:
-            parts.append(Table((name, *units), [_row(row, units) for row in shown]))
+        cells = [Row([row["what"], *(cell(row, unit) for unit in units)], below=row["how"]) for row in shown]
+        parts += [Table((name, *units), cells)] * bool(shown)
         if len(shown) < len(rows):
             parts.append(f"{len(rows) - len(shown)} more {name} are in report.html and summary.json.")
     return Section("The network", parts, headed=False)
-
-
-def _row(row: Entry, units: list[str]) -> Row:
-    values = [row.get(unit, {"value": None})["value"] for unit in units]
-    shown = ["" if value is None else quantity(value, unit) for value, unit in zip(values, units, strict=True)]
-    return Row([row["what"], *shown], below=row["how"])
-
-
-AnyProbe = Probe | GroupProbe
 
 
 def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
@@ -81,7 +72,7 @@ def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     judged = checks.sections(outcome.checks, contrary, style)
     parts = [_probes(outcome, style), *_at_times(outcome, style), *judged]
     if _is_network(outcome):
-        parts.append(section(outcome.scene, style))
+        parts.append(_network(outcome.scene, style))
     return parts
 
 
@@ -130,7 +121,7 @@ def _extremes(traces: Traces, name: str) -> list[Estimate]:
 
 def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     """Blocks of probes at the output times."""
-    probes: Sequence[AnyProbe] = outcome.scene.probes
+    probes = [(probe.name, UNITS[probe.quantity]) for probe in outcome.scene.probes]
     traces, title, times = outcome.solved.traces, "At the output times", np.array(outcome.scene.output_times)
     if traces is None or not len(times):
         return []
@@ -141,16 +132,16 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     when = [TIME.show(t) + " (errors larger)" * (not known) for t, known in zip(times.tolist(), sure, strict=True)]
     for first in range(0, len(probes), most):
         some = probes[first : first + most]
-        columns = [_at(traces, p, times) for p in some]
-        heads = ("time", *(cut(p.name, NAME) if style.page else stacked(p.name) for p in some))
+        columns = [_at(traces, name, unit, times) for name, unit in some]
+        heads = ("time", *(cut(name, NAME) if style.page else stacked(name) for name, _ in some))
         blocks.append(Section(title, [Table(heads, list(zip(when, *columns, strict=True)))], headed=False))
     return blocks
 
 
-def _at(traces: Traces, probe: AnyProbe, times: np.ndarray) -> list[str]:
+def _at(traces: Traces, name: str, unit: str, times: np.ndarray) -> list[str]:
     """Values of a probe to the decimals that the error of its trace leaves."""
-    values = np.interp(times, traces.time, traces.values[probe.name]).tolist()
-    shown = (with_error(value, traces.errors[probe.name], UNITS[probe.quantity]) for value in values)
+    values = np.interp(times, traces.time, traces.values[name]).tolist()
+    shown = (with_error(value, traces.errors[name], unit) for value in values)
     return [f"{number} {unit}" for number, _, unit, _, _ in shown]
 
 
@@ -180,7 +171,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     if reduced1d.traces is not None:
         model["errors"] = reduced1d.traces.errors
     if _is_network(outcome):
-        model["network"] = network_entries(scene)
+        model["network"] = table(layout(scene))
     return {"answer": outcome.answer, "fem3d": in_3d, "reduced1d": model, "checks": judged}
 
 
