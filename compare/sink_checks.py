@@ -137,11 +137,9 @@ def over_time(
     one, three = outcome.reduced.over_time, outcome.solved.over_time
     if trace not in one.values:
         return None
-    if not np.array_equal(one.time, three.time):
-        raise ValueError("the traces of both models must be at the same times")
     scale, unit, time = scale or outcome.solved.steady[key], unit_of(trace), from_first(three.time)
     base = outcome.scene.plain.room_temperature if unit == "K" else 0.0
-    m, p = (np.interp(time, three.time, traces.values[trace]) - base for traces in (three, one))
+    m, p = (np.interp(time, traces.time, traces.values[trace]) - base for traces in (three, one))
     error, size = three.errors[trace] + one.errors[trace], Estimate(abs(scale.value), scale.error)
     course = Course(time, m, p, overshoot(time, np.abs(p - m)))
     end, largest = (signed(float(course.off[row]), unit) for row in (-1, course.worst))

@@ -43,11 +43,10 @@ class Slopes:
     ----------
     sizes : value that each quantity has, of temperatures the rise; of a transient the largest
     relative : d ln Q / d ln key by key and quantity
-    shift : d base / d ln key (K) by key and quantity, where the base is the temperature that the rise counts from
-    steady : whether ``sizes`` are of the steady state
-    times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit
-    table : the columns of sensitivities.csv
-    top : time (s) at which a quantity of a free scene over time is largest, which ``sizes`` and ``relative`` are of
+    shift : d base / d ln key (K) by key and quantity or trace, where the base is the temperature that rises count from
+    steady : whether ``sizes`` are of the steady state; else they are of the largest size of each trace
+    times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit, of temperatures of the rise
+    rises : (n,) by trace, of temperatures the rise; none of a user's own model
     left_out : reason why a key or a quantity has none
     profile : (places,) d rise / d ln key along a sink's profile, by key, where it is followed
     """
@@ -58,8 +57,7 @@ class Slopes:
     steady: bool = True
     times: np.ndarray | None = None
     traces: Course = field(default_factory=dict)
-    table: dict[str, np.ndarray] = field(default_factory=dict)
-    top: dict[str, float] = field(default_factory=dict)
+    rises: Mapping[str, np.ndarray] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     profile: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -78,7 +76,19 @@ class Slopes:
             return np.array([slope.value * self.sizes[name] + self.shift.get(key, {}).get(name, 0.0)])
         if self.times is None or name not in self.traces.get(key, {}):
             return np.full(len(times), np.nan)
-        return np.interp(times, self.times, self.traces[key][name])
+        return np.interp(times, self.times, self.traces[key][name]) + self.shift.get(key, {}).get(name, 0.0)
+
+    def columns(self, model: str) -> dict[str, np.ndarray]:
+        """Return the columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>, beside a steady state
+        relative to the rises."""
+        if self.times is None or not self.rises:
+            return {}
+        columns = {"time_s": self.times}
+        for key, by_name in self.traces.items():
+            for name, slope in by_name.items():
+                size = self.rises[name] if self.steady else np.ones(1)
+                columns[f"{model}_{name}_by_{key}"] = np.divide(slope, size, out=np.zeros_like(slope), where=size != 0)
+        return columns
 
     def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
         """(times,): u_input of a trace, or of the steady value at infinite time."""
@@ -130,23 +140,19 @@ def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile
 
     if scene.kind == "sink":
         found = sensitivities.of_sink(scene, result, keys, profile)
-        slopes = Slopes({name: e.value for name, e in result.steady.items()}, dict(found.steady))
+        values, steady = result.steady, True
         thermal = [name for name in (result.traces.values if result.traces else ()) if name.endswith("_K")]
     else:
         found = sensitivities.of_scene(scene, result, keys)
-        thermal, steady = thermal_probes(scene), found.course is None
-        shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in found.steady}
-        slopes = Slopes({name: e.value for name, e in found.values.items()}, dict(found.steady), shift, steady)
-    slopes = replace(slopes, left_out=found.left_out, profile=found.profile)
+        values, steady, thermal = found.values, found.course is None, thermal_probes(scene)
+    shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in found.steady}
+    slopes = Slopes(
+        {name: e.value for name, e in values.items()}, dict(found.steady), shift, steady,
+        left_out=found.left_out, profile=found.profile,
+    )  # fmt: skip
     if (course := found.course) is None:
         return slopes
-    largest = {} if slopes.steady else {name: int(np.abs(course.traces[name]).argmax()) for name in slopes.sizes}
-    sizes = course.traces if slopes.steady else {}
-    return replace(
-        slopes, times=course.times, traces=_traces(scene, course.values, thermal),
-        table=_table(course.times, course.values, "fem3d", sizes),
-        top={name: float(course.times[row]) for name, row in largest.items()},
-    )  # fmt: skip
+    return replace(slopes, times=course.times, traces=course.values, rises=course.traces)
 
 
 def thermal_probes(scene: AnyScene) -> list[str]:
@@ -191,26 +197,8 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence
     slopes = _exact({n: e.value for n, e in result.steady.items()}, central(at_rest, sink, chosen))
     if name != "paper" or times is None or result.traces is None:
         return slopes
-    course = central(rises, sink, chosen)
-    traces, table = _traces(sink, course, thermal), _table(times, course, "reduced1d", rises(sink))
-    return replace(slopes, times=times, traces=traces, table=table)
-
-
-def _traces(scene: Any, rises: Mapping[str, Mapping[str, np.ndarray]], thermal: Sequence[str]) -> Course:
-    """The slopes of traces by slopes of rises: where the base of the rises is the key, both move."""
-    moves = {key: base_moves(scene, key, False) for key in rises}
-    return {key: {n: v + moves[key] * (n in thermal) for n, v in by.items()} for key, by in rises.items()}
-
-
-def _table(times: np.ndarray, course: Course, model: str, sizes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>, relative to ``sizes`` if given."""
-    columns = {"time_s": times}
-    for key, by_name in course.items():
-        for name, slope in by_name.items():
-            size = sizes.get(name, np.ones(1))
-            column = np.divide(slope, size, out=np.zeros_like(slope), where=size != 0)
-            columns[f"{model}_{name}_by_{key}"] = column
-    return columns
+    shift = {key: dict.fromkeys(thermal, base_moves(sink, key, False)) for key in chosen}
+    return replace(slopes, shift=shift, times=times, traces=central(rises, sink, chosen), rises=rises(sink))
 
 
 def base_moves(scene: Any, key: str, steady: bool) -> float:
@@ -245,29 +233,34 @@ def own_model(
 
     Logarithmic slopes of a free scene over time are at the instant at which the 3D quantity ``in_3d`` is largest.
     """
-    chosen, course, times = list(keys), result.traces, None
+    chosen, course, times, steady = list(keys), result.traces, None, in_3d is None or in_3d.steady
     left_out, values, changes, traces = dict[str, str](), dict[str, float](), Course(), Course()
-    if steady := in_3d is None or in_3d.steady:
-        values = {name: e.value for name, e in result.steady.items()}
-        changes = follow(model, scene, chosen, None, fem3d, left_out) if values else {}
-    if course is not None:
-        times = course.time[course.time > 0]
-        traces = follow(model, scene, chosen, times, fem3d, left_out)
-    if course is not None and times is not None and in_3d is not None and not steady:
-        tops = {name: in_3d.top.get(name, float(times[-1])) for name in course.values if name in in_3d.sizes}
-        values = {name: float(np.interp(top, course.time, course.values[name])) for name, top in tops.items()}
-        changes = {k: {n: np.interp([tops[n]], times, by[n])[0] for n in tops if n in by} for k, by in traces.items()}
-    shift = dict[str, dict[str, float]]()
+    shift, base = dict[str, dict[str, float]](), 0.0
     if thermal := thermal_probes(scene) if scene.kind == "free" else []:
         from fem3d.runs.sensitivities import floor_of
 
         base = floor_of(scene, scene) if steady else scene.initial_temperature
-        values = {name: value - base * (name in thermal) for name, value in values.items()}
         shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen}
-    moved = {
-        k: {n: float(by[n]) - shift.get(k, {}).get(n, 0.0) for n in by.keys() & values} for k, by in changes.items()
-    }
-    slopes = _exact({name: value for name, value in values.items() if value}, moved)
+
+    def followed(times: np.ndarray | None) -> Course:
+        absolute = follow(model, scene, chosen, times, fem3d, left_out)
+        return {k: {n: v - shift.get(k, {}).get(n, 0.0) for n, v in by.items()} for k, by in absolute.items()}
+
+    if steady:
+        values = {name: e.value for name, e in result.steady.items()}
+        changes = followed(None) if values else {}
+    if course is not None:
+        times = course.time[course.time > 0]
+        traces = followed(times)
+    if course is not None and times is not None and in_3d is not None and in_3d.times is not None and not steady:
+        largest = {
+            name: in_3d.times[np.abs(in_3d.rises[name]).argmax()] for name in course.values if name in in_3d.sizes
+        }
+        values = {name: float(np.interp(time, course.time, course.values[name])) for name, time in largest.items()}
+        changes = {k: {n: np.interp(largest[n], times, by[n]) for n in largest if n in by} for k, by in traces.items()}
+    values = {name: value - base * (name in thermal) for name, value in values.items()}
+    relative = {k: {n: float(v) for n, v in by.items() if n in values} for k, by in changes.items()}
+    slopes = _exact({name: value for name, value in values.items() if value}, relative)
     return replace(slopes, shift=shift, steady=steady, times=times, traces=traces, left_out=left_out)
 
 

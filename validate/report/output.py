@@ -79,7 +79,8 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
     with progress.stage("files"):
         tables = {"traces.csv": kind.report.columns(outcome), "sensitivities.csv": {}}
         if outcome.options.sensitivities:
-            tables["sensitivities.csv"] = {n: c for each in outcome.slopes.values() for n, c in each.table.items()}
+            for model in (name for name in ("fem3d", "reduced1d") if name in outcome.slopes):
+                tables["sensitivities.csv"] |= outcome.slopes[model].columns(model)
         for name, columns in tables.items():
             if columns:
                 with (folder / name).open("w", encoding="utf-8", newline="") as file:
