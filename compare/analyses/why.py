@@ -24,14 +24,24 @@ class Why(Analysis["Budget"]):
     def run(self, outcome: Outcome[Any], progress: Progress) -> Budget | None:
         if outcome.reduced1d is None or outcome.fem3d is None:
             return None
-        with progress.stage("why"):
-            if outcome.scene.kind != "sink":
-                return _of_network(outcome, progress)
-            from compare.blame import budget
-            from reduced1d.ladder.levels import Levels
+        from compare.blame import budget, network_budget
+        from reduced1d.ladder.levels import Levels
 
-            levels = Levels(outcome.scene)
-            return budget(outcome.scene, outcome.options.reduction, outcome.solved, levels, progress)
+        scene = outcome.scene
+        with progress.stage("why"):
+            if scene.kind == "sink":
+                return budget(scene, outcome.options.reduction, outcome.solved, Levels(scene), progress)
+            if not outcome.solved.steady:
+                outcome.warn(
+                    "--why is of the steady state, and there is none, as a drive varies in time: give --steady"
+                )
+                return None
+            progress("solving in 3D with the joints of the network")
+            try:
+                return network_budget(scene, outcome.solved, outcome.reduced1d)
+            except NumericsError as error:
+                outcome.warn(f"no joint is to blame: {error}")
+                return None
 
     def section(self, found: Budget, outcome: Outcome[Any], style: Style) -> Section:
         """Its parts in percent of the final rise or of the current or its change, then the sentence."""
@@ -65,21 +75,6 @@ class Why(Analysis["Budget"]):
             "steady": {split.quantity: _document(split) for split in found.steady},
             "transient": {split.quantity: _document(split) for split in found.transient},
         }
-
-
-def _of_network(outcome: Outcome[Any], progress: Progress) -> Budget | None:
-    from compare.blame import network_budget
-
-    if not outcome.solved.steady:
-        outcome.warn("--why is of the steady state, and there is none, as a drive varies in time: give --steady")
-        return None
-    progress("solving in 3D with the joints of the network")
-    assert outcome.reduced1d is not None
-    try:
-        return network_budget(outcome.scene, outcome.solved, outcome.reduced1d)
-    except NumericsError as error:
-        outcome.warn(f"no joint is to blame: {error}")
-        return None
 
 
 def named(reduction: str) -> str:
