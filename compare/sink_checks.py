@@ -18,7 +18,7 @@ import numpy as np
 
 from compare.course import Course, overshoot
 from compare.outcome import Outcome
-from compare.verdict import Check, Definitions, against_3d, part, share, spread, unit_of
+from compare.verdict import PAPERS, Check, Definitions, against_3d, part, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.equations import anchor_series_resistance
 from scenes.checks import FIRST_TIME
@@ -47,6 +47,11 @@ ROW = {
 """Words and steady quantities of a row of spans, by the ends of its checks' ids; the highest span is an innermost."""
 
 
+def _of_paper(outcome: Outcome[Sink]) -> bool:
+    """Whether the equations are of the 1D model, or there is none."""
+    return outcome.reduced1d is None or outcome.reduced1d.model in PAPERS
+
+
 def equation(name: str, title: str, key: str, note: str) -> Callable[[Callable[..., float]], Callable[..., float]]:
     """Register a formula f(sink, *quantities of 3D) as the check of the steady 3D quantity ``key``.
 
@@ -68,7 +73,8 @@ def equation(name: str, title: str, key: str, note: str) -> Callable[[Callable[.
             measured, error = steady[key].value, spread(off, {**inputs, "measured": steady[key]})
             reason = f"{quantity(predicted, unit)} against {quantity(measured, unit)} in 3D: {note}"
             difference = part(predicted - measured, measured)
-            return Check(title, predicted, measured, unit, difference, error, reason, relative_to="the 3D value")
+            shown = predicted, measured, unit, difference, error, reason
+            return Check(title, *shown, relative_to="the 3D value", own=_of_paper(outcome))
 
         return formula
 
@@ -165,7 +171,7 @@ def fig5(outcome: Outcome[Sink]) -> Check:
     reason = f"{most}: {NO_PARABOLA}"
     return Check(
         "parabola's misfit, of dT0", 0.0, distance, "K", off.value, off.error, reason,
-        relative_to="dT0, the 3D peak less the end rise",
+        relative_to="dT0, the 3D peak less the end rise", own=_of_paper(outcome),
     )  # fmt: skip
 
 

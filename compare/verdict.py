@@ -99,7 +99,7 @@ def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
     return "agrees" if abs(difference) + u_num <= tolerance else "unresolved"
 
 
-def judged(name: str, c: Check, scene: Declaring, always: bool = False, own: bool = True) -> Check:
+def judged(name: str, c: Check, scene: Declaring, always: bool = False) -> Check:
     """Return the check of a comparison with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
     verdict, because = judge(c.difference, tolerance, c.known_to), c.because
@@ -113,7 +113,7 @@ def judged(name: str, c: Check, scene: Declaring, always: bool = False, own: boo
     declared: Verdict | None = None
     if scene.expected_to_differ is not None:
         declared = "differs" if name in scene.expected_to_differ else "agrees"
-    return replace(c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because, own=own)
+    return replace(c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because)
 
 
 def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:

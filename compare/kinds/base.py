@@ -134,16 +134,10 @@ class Kind(ABC, Generic[S]):
         made = {name: self.definitions[name](outcome) for name in self.made(outcome.scene, outcome.options)}
         return {name: comparison for name, comparison in made.items() if comparison is not None}
 
-    def owns(self, outcome: Outcome[S], check: str) -> bool:
-        """Whether a check is of the chosen 1D model."""
-        return True
-
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
         """Judge the comparisons."""
-        return tuple(
-            judged(name, each, outcome.scene, self.explains, self.owns(outcome, name))
-            for name, each in self.comparisons(outcome).items()
-        )
+        made = self.comparisons(outcome).items()
+        return tuple(judged(name, each, outcome.scene, self.explains) for name, each in made)
 
     def check_steps(self, scene: S, options: Options) -> list[Step]:
         """The lines of the plan for checks."""

@@ -11,7 +11,7 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.verdict import PAPERS, Check, judged
 from reduced1d import ladder
-from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
+from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
 from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity
 from scenes.model import AnyScene, Probe
@@ -98,9 +98,6 @@ class SinkKind(Kind[Sink]):
             "inner span": ("both of two spans are outer ones", scene.spans == 2),
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
-
-    def owns(self, outcome: Outcome[Sink], check: str) -> bool:
-        return outcome.reduced1d is None or outcome.reduced1d.model in PAPERS or check not in OF_THE_PAPER
 
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         from compare import hottest
