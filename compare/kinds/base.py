@@ -5,9 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
-from types import ModuleType
-from typing import TYPE_CHECKING, ClassVar, Generic
+from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -18,10 +16,29 @@ from scenes.result import Result, Step, skipped_together, step
 from scenes.varied import neighbour
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from compare.models import Model
+    from compare.report.table import Section, Style
     from compare.slopes import Slopes
 
 STEADY = "only the steady state was asked for"
+S_contra = TypeVar("S_contra", contravariant=True)
+
+
+class Report(Protocol[S_contra]):
+    """The report of a run: its first lines, its sections, and entries of files, without those of analyses."""
+
+    def headline(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> str: ...
+
+    def sections(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> list[Section]: ...
+
+    def document(self, outcome: Outcome[S_contra]) -> dict[str, object]:
+        """Return entries of summary.json."""
+
+    def columns(self, outcome: Outcome[S_contra]) -> dict[str, NDArray[np.float64]]:
+        """Return the columns of traces.csv; none without traces."""
 
 
 class Kind(ABC, Generic[S]):
@@ -32,8 +49,7 @@ class Kind(ABC, Generic[S]):
     ``warnings``, and after the analyses ``answer``. The plan takes ``steps`` and ``outputs``, the analyses take
     ``quantities``, ``shown``, ``comparisons``, ``slopes``, ``nearby``, ``step``, ``exportable`` and ``compact``.
     ``report`` serves the terminal, the page, summary.json and traces.csv. Abstract methods must be overridden and name,
-    call and traces set; the others have defaults. The kind ``name`` has the module ``compare.report.name``, and, unless
-    it overrides ``comparisons``, the module ``compare.name_checks`` with the table ``CHECKS``.
+    call and traces set; the others have defaults. A new kind is entered in `compare.kinds.KINDS`.
 
     Attributes
     ----------
@@ -60,13 +76,13 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def quantities(self, scene: S) -> dict[str, tuple[str, str]]:
-        """Return the label and the unit of each steady quantity, by its name."""
+        """Return the label and the unit of steady quantities, by their names."""
 
     def refuse(self, scene: S, options: Options) -> None:
         """Raise SceneError for options that this scene cannot have."""
 
     def completed(self, scene: S, options: Options) -> S:
-        """Return the scene with the probes that a run adds. Raises SceneError for a scene that would report nothing."""
+        """Return the scene with the probes that the command adds. Raises SceneError where it would report nothing."""
         return scene
 
     def declared(self, scene: S, options: Options) -> S:
@@ -75,7 +91,7 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
-        """Solve the models that the options ask for and the kind has, by name: "fem3d", "reduced1d" (which `ask` adds
+        """Solve the models that the options ask for and the kind has, by name: "fem3d", "reduced1d" (from `ask`
         for a user's own model), and "single", 3D of one span of a row.
         Raises SceneError and ArithmeticError."""
 
@@ -124,9 +140,8 @@ class Kind(ABC, Generic[S]):
 
     @property
     def definitions(self) -> Definitions[Outcome[S]]:
-        """The checks of such scenes."""
-        checks: Definitions[Outcome[S]] = import_module(f"compare.{self.name}_checks").CHECKS
-        return checks
+        """The checks of such scenes; none by default, for a kind with its own ``comparisons``."""
+        return Definitions()
 
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks; without checks of quantities that
@@ -162,7 +177,7 @@ class Kind(ABC, Generic[S]):
         """How the results follow all or some keys, by the results' names."""
 
     def nearby(self, outcome: Outcome[S], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[S]:
-        """The outcome, to first order, with one key larger by a relative step; SceneError where there is no scene."""
+        """The outcome with one key larger by a relative step; SceneError where there is no scene."""
         moved = {
             name: slopes[name].moved(result, key, step) if name in slopes else result
             for name, result in outcome.results.items()
@@ -216,14 +231,9 @@ class Kind(ABC, Generic[S]):
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
     @property
-    def report(self) -> ModuleType:
-        """The module with the report of a run, without its analyses.
-
-        ``headline(outcome, contrary, style)`` returns the first lines, ``sections(outcome, contrary, style)`` the
-        sections, ``document(outcome)`` entries of summary.json, and ``columns(outcome)`` the columns of traces.csv,
-        none without traces.
-        """
-        return import_module(f"compare.report.{self.name}")
+    @abstractmethod
+    def report(self) -> Report[S]:
+        """The module of `compare.report` for this kind."""
 
 
 def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:

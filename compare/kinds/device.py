@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import Kind
+from compare.kinds.base import Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from compare.verdict import Definitions
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.result import Estimate, Result, Step, step
@@ -102,6 +103,12 @@ class DeviceKind(Kind[Device]):
             said["outer step"] = "the run ends before the outer step, or there is none"
         return said
 
+    @property
+    def definitions(self) -> Definitions[Outcome[Device]]:
+        from compare.device_checks import CHECKS
+
+        return CHECKS
+
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
 
@@ -163,3 +170,9 @@ class DeviceKind(Kind[Device]):
         export, solved = outcome.options.export, outcome.device_3d
         whole = designs.exported(outcome.runs.base) if solved is None else solved.exported
         return compact(whole, export.states, export.accuracy, progress)
+
+    @property
+    def report(self) -> Report[Device]:
+        from compare.report import device
+
+        return device

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from compare.kinds.base import STEADY, Kind
+from compare.kinds.base import STEADY, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.verdict import PAPERS, Check, judged
+from compare.verdict import PAPERS, Check, Definitions, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
 from scenes.errors import RunawayError, SceneError, listed
@@ -99,6 +99,12 @@ class SinkKind(Kind[Sink]):
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
+    @property
+    def definitions(self) -> Definitions[Outcome[Sink]]:
+        from compare.sink_checks import CHECKS
+
+        return CHECKS
+
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         from compare import hottest
 
@@ -183,6 +189,12 @@ class SinkKind(Kind[Sink]):
         inlet = next(b for b in boxes.boundaries if b.kind == "voltage")
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
+
+    @property
+    def report(self) -> Report[Sink]:
+        from compare.report import sink
+
+        return sink
 
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:
