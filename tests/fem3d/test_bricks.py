@@ -51,17 +51,6 @@ def test_patch_holds_polynomials_of_its_degree_only(p):
     assert missed(p + 1) > 1e-6
 
 
-@pytest.mark.parametrize("p", [1, 3, 6])
-def test_slopes_are_those_of_the_values(p):
-    element, x, step = ElementHexTrunk(p), np.random.default_rng(1).random((3, 5)), 1e-6
-    for i in range(len(modes(p))):
-        _, slope = element.lbasis(x, i)
-        for d in range(3):
-            move = step * np.eye(3)[:, [d]]
-            difference = (element.lbasis(x + move, i)[0] - element.lbasis(x - move, i)[0]) / (2 * step)
-            assert np.abs(difference - slope[d]).max() < 1e-7
-
-
 STUFF = Material("stuff", 1.0, 1.0, 1.0)
 BOXES = (Box("a", STUFF, (0, 0, 0), (3, 2.5, 0.8)), Box("b", STUFF, (3, 0, 0), (4, 2, 0.8)))
 BREAKS = np.array([0.0, 1.0, 3.0, 4.0]), np.array([0.0, 2.0, 2.5]), np.array([0.0, 0.8])
@@ -131,7 +120,6 @@ def test_changed_coefficient_is_detected():
 BOX = Box("box", SILICON, (0.0, 0.0, 0.0), (2.0, 1.0, 1.0))
 PROBES = [
     Probe("volume", BOX.lower, BOX.upper),
-    Probe("half", (1.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
     Probe("face", (0.0, 0.0, 1.0), (2.0, 1.0, 1.0)),
     Probe("line", (0.0, 1.0, 1.0), (2.0, 1.0, 1.0)),
     Probe("point", (0.37, 0.21, 0.8), (0.37, 0.21, 0.8)),
@@ -163,7 +151,7 @@ def functions(space, count, seed, fall=0.25):
     return found * scale
 
 
-@pytest.mark.parametrize("degree", [1, 2, 3, 4, 6])
+@pytest.mark.parametrize("degree", [1, 3, 6])
 @pytest.mark.parametrize("probe", PROBES, ids=lambda p: p.name)
 def test_extremes_equal_dense_sampling_within_error(degree, probe):
     own = domain(degree)

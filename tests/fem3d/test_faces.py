@@ -145,7 +145,7 @@ def block(accuracy):
 def test_radiating_block_agrees_with_second_path():
     """On one mesh; an emissivity one percent larger differs."""
     scene = block(1e-3)
-    grid = plain_grid(scene, 2, cuts=2)
+    grid = plain_grid(scene, 2)
     basis, *owner_order = second_path.base(scene, grid)
     exact = second_path.readings(scene, basis, newton.steady(second_path.problem(scene, basis, *owner_order)))
     for more in (1.0, 1.01):

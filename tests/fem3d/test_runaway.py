@@ -85,18 +85,6 @@ def test_it_converges_up_to_the_limit_and_the_rise_grows_without_a_gap():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("coefficient", "voltage", "electrodes"), [(-2e-3, 5.0, "pad-edge"), (-5e-4, 30.0, "beam-end")]
-)
-def test_far_beyond_the_limit_it_is_named_too(coefficient, voltage, electrodes):
-    sink = Sink(silicon=silicon(coefficient), voltage=voltage, electrodes=electrodes)
-    with pytest.raises(NumericsError) as caught:
-        solved(sink)
-    assert isinstance(caught.value, RunawayError)
-    assert 0 < caught.value.limit < voltage
-
-
-@pytest.mark.long
 def test_a_transient_whose_heating_damps_itself_ends_in_the_steady_state():
     """Hotter conductors take less of the power, whatever happens on the way."""
     sink = Sink(length=3e-9)

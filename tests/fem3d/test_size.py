@@ -58,9 +58,7 @@ def test_predicted_factor_size_is_within_two(pads):
     assert 0.65 < foreseen(scene, grid).factors / true < 2.1
 
 
-@pytest.mark.parametrize(
-    ("pads", "when"), [(20, "at an accuracy of 0.01"), (60, "at an accuracy of 0.01"), (200, "at any accuracy")]
-)
+@pytest.mark.parametrize(("pads", "when"), [(20, "at an accuracy of 0.01"), (200, "at any accuracy")])
 def test_too_many_planes_are_refused(pads, when):
     """20 pads took 5.8 GB before they were refused, 50 were killed at 23.6 GB."""
     scene = replace(checked(plate(pads)), memory=4e9)
