@@ -13,7 +13,7 @@ from reduced1d.equations import anchor_series_resistance, plate_resistance
 from reduced1d.ladder.few_states import half_island, lumps, steady
 from reduced1d.ladder.levels import Levels, rungs
 from reduced1d.ladder.plate import film
-from scenes.errors import NumericsError, SceneError
+from scenes.errors import NumericsError
 from scenes.sink import Sink
 from scenes.varied import neighbour
 
@@ -100,11 +100,6 @@ def test_the_fin_of_a_row_solves_its_equation():
     for name, place in (("end_rise_K", 0.0), ("span1_middle_rise_K", 0.5e-3), ("span2_middle_rise_K", ends[2])):
         value = found.steady[name]
         assert float(exact.sol(place)[0]) == pytest.approx(value.value, abs=2e-5 * value.value + value.error)
-
-
-def test_what_is_made_for_one_span_says_so():
-    with pytest.raises(SceneError, match="made for one span"):
-        ladder.solve(Sink(spans=2), "plate")
 
 
 def test_a_long_row_is_solved_whole():

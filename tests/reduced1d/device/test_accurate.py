@@ -79,15 +79,6 @@ def test_steady_powers(default):
     assert default.sensor_power_W[2600] != pytest.approx(steady(device).sensor_power_W, rel=1e-3)
 
 
-def test_slope_of_figure_13_is_that_of_the_polymer_for_any_resistance():
-    for gold in (Device().gold, replace(Device().gold, temperature_coefficient=1e-2)):
-        device = Device(gold=gold, control=Control(2e-4), end_time=0.45)
-        outer = np.array([233.0, 303.0])
-        steps = [replace(device, external=External(293, T, 0.2)) for T in outer]
-        power = [solve_accurate(each, with_findings=False).sensor_power_W[-1] for each in steps]
-        assert np.diff(power)[0] / np.diff(outer)[0] == pytest.approx(-0.15 * 1e-7 / 100e-6, rel=1e-9)
-
-
 def test_runs_of_one_sample_and_steps_at_the_ends():
     one = solve(Device(end_time=5e-5))
     assert (len(one.time_s), one.sink_V[0], one.polymer_flux_W[0]) == (1, 1.0, 0.0)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import compare
 from reduced1d.device.design import (
     MAX1367,
     PXI_4070,
@@ -18,8 +17,7 @@ from reduced1d.device.lumped import plant, stability, steady
 from reduced1d.device.schemes import solve_accurate
 from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External
-from scenes.errors import SceneError
-from statespace.result import settling, settling_time
+from statespace.result import settling_time
 
 
 def test_steady_state_of_the_default_device():
@@ -93,22 +91,6 @@ def test_settling_time_of_an_exponential():
     assert settling_time(t, 1 + np.exp(-t), 1.0, 0.01) == pytest.approx(np.log(100), abs=1e-4)
     assert settling_time(t, 1 + np.exp(-t), 1.0, 1e-6) == float("inf")
     assert settling_time(t, np.ones_like(t), 1.0, 1e-6) == 0.0
-
-
-def test_same_settling_time_for_all_steps_but_the_saturated_one():
-    times = {}
-    for step in (-80.0, -20.0, 10.0, 20.0):
-        device = Device(external=External(293, 293 + step, 0.13), end_time=0.3)
-        times[step] = settling(device, solve_accurate(device, with_findings=False), "sensor_power_W")[1].time
-    assert times[-80.0] == pytest.approx(0.0507, abs=5e-4)
-    assert times[-20.0] == pytest.approx(times[-80.0], rel=0.01)
-    assert times[10.0] == pytest.approx(times[-80.0], rel=0.01)
-    assert times[20.0] < 0.7 * times[-80.0]
-
-
-def test_what_makes_no_device_is_said_in_a_sentence():
-    with pytest.raises(SceneError, match=r"device.polymer_thickness = 0.0 is out of range"):
-        compare.device(Device(polymer_thickness=0.0))
 
 
 NAMES = ("sink_gain", "sensor_gain")

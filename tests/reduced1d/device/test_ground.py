@@ -123,7 +123,7 @@ def test_where_no_steady_state_is_it_says_so():
 
 def test_loop_reaches_the_steady_state_of_a_large_lead():
     """The sensor is seen with the lead in series, above the set temperature, and stays without voltage."""
-    device = grounded(Device(external=External(233.0, 233.0, 1.0), end_time=0.4), 0.1)
+    device = grounded(Device(external=External(233.0, 233.0, 1.0), end_time=0.25), 0.1)
     state, found = steady(device), solve_accurate(device, with_findings=False)
     assert not state.cycles
     assert state.sensor_V == found.sensor_V[-1] == 0
@@ -134,7 +134,7 @@ def test_loop_reaches_the_steady_state_of_a_large_lead():
 def test_a_sensor_that_lost_its_current_stays_without():
     """At 293 K outside it has none, at 273 K it could be held again; from cold, with a large current, it is."""
     lost, cold = (
-        grounded(Device(external=External(before, 273.0, 0.1), end_time=0.25), 1e-2) for before in (293.0, 273.001)
+        grounded(Device(external=External(before, 273.0, 0.1), end_time=0.2), 1e-2) for before in (293.0, 273.001)
     )
     state, stuck, held = steady(lost), solve_accurate(lost), solve_accurate(cold)
     assert not state.sensor_saturated

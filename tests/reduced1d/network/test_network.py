@@ -13,7 +13,7 @@ from reduced1d.ladder.few_states import steady
 from reduced1d.network import solve
 from reduced1d.network.model import Model, table
 from reduced1d.network.solution import solve_sink as by_lines
-from scenes.errors import RunawayError, SceneError
+from scenes.errors import RunawayError
 from scenes.loading import load
 from scenes.result import Result
 from tests.reduced1d import fin
@@ -64,11 +64,6 @@ def test_traces_end_in_the_steady_state():
         assert rises[1] < 0.9 * rises[-1]
     for name in ("current_A", "power_W"):
         assert traces.values[name][-1] == pytest.approx(steady_state[name].value, rel=1e-6)
-
-
-def test_a_row_of_spans_is_refused():
-    with pytest.raises(SceneError, match=r"sink\.spans is 3"):
-        by_lines(replace(load("sink"), spans=3))
 
 
 @pytest.mark.parametrize("name", ["bridge", "plate", "hotplate"])
