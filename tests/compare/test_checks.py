@@ -229,13 +229,3 @@ def test_two_spans_have_no_inner_one():
 def test_what_is_made_of_one_span_is_refused_before_anything_is_solved():
     with pytest.raises(SceneError, match="made for one span"):
         answer(ROW, Options(reduction="plate"))
-
-
-@pytest.mark.long
-def test_a_long_rows_fin_is_cheap_and_told_from_that_of_a_short_one():
-    request = Options(figures=False, steady=True, reduction="fin", only="1d")
-    long, short = (answer(replace(ROW, spans=n), request).reduced1d for n in (60, 8))
-    assert long.details["states"] < 500
-    # Seven islands between eight spans, 59 between sixty: the current shows their share of the row.
-    current = [row.steady["current_A"].value for row in (long, short)]
-    assert current[0] / current[1] == pytest.approx((8000 + 7 * 50) / 8 / ((60_000 + 59 * 50) / 60), rel=2e-4)

@@ -145,9 +145,11 @@ def test_traces_are_named_columns(monkeypatch):
     assert len(compare.run("sink", steady=True).traces) == 0
 
 
-@pytest.mark.parametrize("overrides", [["sink.width=20um"], {"sink.width": "20um"}, {"sink.width": 2e-5}])
-def test_overrides_and_another_reduction(overrides):
-    run = compare.run(scenes.load("sink"), overrides=overrides, reduction="plate", why=True, steady=True)
+def test_overrides_and_another_reduction():
+    for overrides in (["sink.width=20um"], {"sink.width": 2e-5}):
+        assert compare.run("sink", overrides=overrides, only="1d", steady=True).scene.width == pytest.approx(2e-5)
+    given = {"sink.width": "20um"}
+    run = compare.run(scenes.load("sink"), overrides=given, reduction="plate", why=True, steady=True)
     assert run.scene.width == pytest.approx(2e-5)
     assert run.scene.expected_to_differ is None
     assert run.reduced1d.model == "plate"
@@ -155,19 +157,13 @@ def test_overrides_and_another_reduction(overrides):
     assert "plate differs from 3D" in run.report()
 
 
-def test_a_free_scene_and_the_device():
+def test_a_free_scene():
     found = compare.solve("bridge", overrides={"boundary.left electrode.voltage": "0.5V"})
-    assert found["middle"].error > 0
     assert "middle" in repr(found)
     assert "middle" in found._repr_html_()
-    assert len(compare.solve("plate", accuracy=0.05).traces) == 0
+    assert len(found.traces) == 0
     with pytest.raises(KeyError, match="middle"):
         found["midle"]
-    sensor = compare.device(accuracy=1e-2, about=("figure9",))
-    assert sensor.check("fig9_balance").verdict == "agrees"
-    assert list(sensor.traces)[:2] == ["time_s", "reduced1d_sink_K"]
-    assert len(sensor.traces["time_s"]) == 5001
-    assert len(repr(sensor).splitlines()) <= 24
     assert list(Path().iterdir()) == []
 
 

@@ -98,7 +98,6 @@ leaves = lambda scene, times: sys.exit(3)
 other = lambda scene, times: {"tipp": 1.0}
 shape = lambda scene, times: {"tip": [1.0, 2.0]}
 empty = lambda scene, times: {"tip": float("nan")}
-text = lambda scene, times: {"tip": "hot"}
 yes = lambda scene, times: {"tip": True}
 tuple_ = lambda scene, times: (1.0, 2.0)
 masked = lambda scene, times: {"tip": np.ma.masked_array([400.0], [True])}
