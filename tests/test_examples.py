@@ -41,13 +41,13 @@ def test_an_example_runs(name, tmp_path, monkeypatch, capsys):
 
 
 def plate_series(source: tuple[float, float], target: tuple[float, float]) -> float:
-    """Sum the cosine series of a silicon plate, 3 x 3 x 0.5 mm, heated at a point: rise of another point in K/W.
+    """Sum the cosine series of a plate of 13 W/(m K), 3 x 3 x 0.5 mm, heated at a point: rise of another point in K/W.
 
     The source is a Gaussian of 3 um, so that the series converges; the bottom is at room temperature.
     """
     a = np.pi * np.arange(1500) / 3e-3
     g = np.maximum(np.hypot(a[:, None], a), 1e-30)
-    depth = np.tanh(g * 0.5e-3) / (130.0 * g) * np.exp(-((3e-6 * g) ** 2) / 2)
+    depth = np.tanh(g * 0.5e-3) / (13.0 * g) * np.exp(-((3e-6 * g) ** 2) / 2)
     weight = np.where(a > 0, 2.0, 1.0)
     x, y = (weight * np.cos(a * p) * np.cos(a * q) for p, q in zip(source, target, strict=True))
     return float(x @ depth @ y) / 3e-3**2
@@ -55,7 +55,9 @@ def plate_series(source: tuple[float, float], target: tuple[float, float]) -> fl
 
 def test_crosstalk_of_an_array_agrees_with_plate_series():
     example = runpy.run_path(str(ROOT / "examples" / "array.py"))
-    found = example["crosstalk"](load("sink", ["substrate.thickness=0.5mm", "run.accuracy=5e-5"]), 2, 400e-6)
+    # On a poor conductor the crosstalk is a larger part of the rise, so that a coarser solution has its digits.
+    poor = ["substrate.thickness=0.5mm", "materials.substrate.thermal_conductivity=13", "run.accuracy=2e-3"]
+    found = example["crosstalk"](load("sink", poor), 2, 400e-6)
     # The oxide blocks are 1150 um apart, at both ends of each beam; half of the heat leaves through each.
     feet = [[(1.5e-3 + x, 1.5e-3 + y) for y in (-575e-6, 575e-6)] for x in (-200e-6, 200e-6)]
     expected = np.mean([[plate_series(p, q) for p in feet[0]] for q in feet[1]])

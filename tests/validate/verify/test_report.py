@@ -109,16 +109,6 @@ def test_the_series_give_the_printed_numbers_of_nafems_and_iso():
     assert found == [list(row) for row in published.CASE_1]
 
 
-def test_straight_lines_approach_the_sine():
-    times, slow = np.linspace(0, 32, 3201), 0.1**2 * 7200 * 440.5 / 35
-    finest, *coarse = (
-        exact.ramped(0.8, slow, times[::step], np.sin(np.pi * times[::step] / 40), 32.0) for step in (1, 100, 50)
-    )
-    off = np.abs(np.array(coarse) - finest)
-    # The error of straight lines falls with the square of their length.
-    assert np.log2(off[0] / off[1]) == pytest.approx(2, abs=0.05)
-
-
 @pytest.mark.parametrize("coefficient", [5e-4, -5e-4, 0.0])
 def test_the_heated_bar_is_the_fin(coefficient):
     material = replace(SILICON, temperature_coefficient=coefficient)
