@@ -15,16 +15,8 @@ from reduced1d.device.design import (
 )
 from reduced1d.device.lumped import plant, stability, steady
 from reduced1d.device.schemes import solve_accurate
-from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External
 from statespace.result import settling_time
-
-
-def test_steady_state_of_the_default_device():
-    state = steady(Device(), 293.0)
-    assert state.sensor_power_W == pytest.approx(1.5e-4 * 17.5, rel=1e-12)
-    assert state.sink_power_W == pytest.approx(anchor_flow(17.5, 1861.7614, 130, 2e-10, 1e-3), rel=1e-6)
-    assert (state.sink_saturated, state.sensor_saturated) == (False, False)
 
 
 def test_beyond_the_set_point_the_sensor_saturates():

@@ -52,21 +52,6 @@ def test_a_bar_with_a_source():
     )  # fmt: skip
 
 
-def test_two_bars_in_series():
-    flux, copper = 1e8, 400.0
-    of = scene(
-        [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin", material="copper")],
-        [flat("left", *LEFT, temperature=COLD),
-         flat("heat", (3 * LONG, 0, 0), (3 * LONG, WIDE, THICK), heat_flux=flux)],
-        [at("tip", 3 * LONG, 0, 0), at("joint", LONG, WIDE / 4, THICK / 2),
-         over("through", (LONG, 0, 0), (LONG, WIDE, THICK), quantity="heat_flow")],
-        [material(), material("copper") | {"thermal_conductivity": copper}],
-    )  # fmt: skip
-    power = flux * AREA / 2
-    joint = power * LONG / K / AREA
-    rises(solve(of), joint=joint, tip=joint + power * 2 * LONG / copper / (AREA / 2), through=-power)
-
-
 def test_a_fin_with_a_film():
     h = 2e6
     of = scene(
@@ -323,20 +308,21 @@ CONTACT = 3e-7  # m2 K/W
 
 
 def test_ends_that_meet_at_a_contact():
-    flux = 1e8
+    flux, copper = 1e8, 400.0
     of = scene(
-        [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin")],
+        [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin", material="copper")],
         [flat("left", *LEFT, temperature=COLD),
          flat("heat", (3 * LONG, 0, 0), (3 * LONG, WIDE, THICK), heat_flux=flux)],
         [at("tip", 3 * LONG, 0, 0), at("near", LONG, WIDE / 4, THICK / 2, box="bar"),
          at("beyond", LONG, WIDE / 4, THICK / 2, box="thin"),
          over("through", (LONG, 0, 0), (LONG, WIDE / 2, THICK), quantity="heat_flow")],
+        [material(), material("copper") | {"thermal_conductivity": copper}],
         contact=[{"name": "joint", "between": ["bar", "thin"], "thermal_resistance": CONTACT}],
     )  # fmt: skip
     power = flux * AREA / 2
     near = power * LONG / K / AREA
     beyond = near + power * CONTACT / (AREA / 2)
-    rises(solve(of), near=near, beyond=beyond, tip=beyond + power * 2 * LONG / K / (AREA / 2), through=-power)
+    rises(solve(of), near=near, beyond=beyond, tip=beyond + power * 2 * LONG / copper / (AREA / 2), through=-power)
     (joint,) = (p for p in places(layout(of)) if p.other)
     # In 3D the temperature has a value on either side.
     assert (joint.one.boxes, joint.other.boxes) == (("bar",), ("thin",))
