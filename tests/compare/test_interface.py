@@ -2,7 +2,6 @@
 a stand-in for the 3D solver of a sink."""
 
 import inspect
-import re
 import subprocess
 import sys
 from html import unescape
@@ -204,8 +203,3 @@ def test_overrides_take_python_values():
     assert found.steady.keys() == {probe.name for probe in found.scene.probes}
     with pytest.raises(SceneError, match="this run made none"):
         found.check("heater")
-
-
-def test_impossible_temperatures_come_first():
-    report = compare.solve("bridge", overrides={"boundary.left electrode.voltage": "100V"}, accuracy=1e-2).report()
-    assert re.match(r"Warning: \S+ reaches [\d,]+ K", report)

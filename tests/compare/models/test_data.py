@@ -73,7 +73,8 @@ def test_a_key_is_fitted_in_3d(at_rest, steady, transient, ran):
     scene = steady if at_rest else transient
     file = written(scene.parent / "mine.csv", quantities.AT_REST if at_rest else TIMES, 43.0)
     given = f"--against {file} --data-uncertainty 0.1K --calibrate film.thermal_conductivity"
-    summary, _ = ran(f"solve {scene} {given}")
+    summary, said = ran(f"solve {scene} {given}")
+    assert "not validated by them" in said
     found = summary["calibration"]["keys"][KEY]
     assert found["start"] == K
     assert found["interval"][0] < 43 < found["interval"][1]
