@@ -61,12 +61,6 @@ def test_what_is_exported_is_said_and_kept(capsys):
     assert steps[0]["reason"].startswith("a compact model of 9 states")
 
 
-def test_a_contradicted_declaration_is_status_1():
-    options = (*QUICK, "--no-figures", "--figure", "10", "--quiet")
-    assert device(*options, "--set", "expect_differs=fig10_steady") == 1
-    assert device(*options, "--strict", "--set", "final_temperature=315") == 1
-
-
 @pytest.mark.long
 def test_all_figures_are_drawn():
     named = [option for name in FIGURES for option in ("--figure", name.removeprefix("figure"))]

@@ -1,6 +1,5 @@
 """Data with a given truth: what a comparison with them finds, and what keys are fitted to them."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -167,26 +166,6 @@ def test_fewer_points_than_unknowns_are_refused():
 def test_what_nothing_follows_is_refused():
     with pytest.raises(SceneError, match="follows it, so that it can't be fitted"):
         fitted(fitting_data(Sink(), 0), "materials.oxide.density")
-
-
-@pytest.mark.long
-def test_the_command_that_fits(tmp_path, ran):
-    """Data of 3D itself with another oxide, by 3D's own slope: the fit recovers it."""
-    ran(f"sink --set {OXIDE}=1.2 --accuracy 1e-2 --only 3d")
-    traces = (tmp_path / "run" / "traces.csv").read_text(encoding="utf-8")
-    names, *rows = [line.split(",") for line in traces.splitlines()]
-    columns = [names.index(name) for name in ("time_s", "fem3d_peak_K", "fem3d_end_K")]
-    file = tmp_path / "mine.csv"
-    lines = [",".join(row[c] for c in columns) for row in rows]
-    file.write_text("\n".join(["time (s),peak (K),end (K)", *lines]) + "\n", encoding="utf-8")
-    summary, said = ran(f"sink --against {file} --data-uncertainty 0.1K --calibrate {OXIDE} --accuracy 1e-2")
-    assert "not validated by them" in said
-    (line,) = re.findall(r"thermal_conductivity = (\S+)", said)
-    assert len(line) <= 7
-    found = summary["calibration"]["keys"][OXIDE]
-    assert found["start"] == 1.38
-    assert found["interval"][0] < 1.2 < found["interval"][1]
-    assert summary["scene"]["materials"]["oxide"]["thermal_conductivity"] == found["value"]
 
 
 PARAMETERS = """

@@ -58,23 +58,6 @@ def test_a_failure_leaves_everything_as_it_was(tmp_path):
     assert names(target.parent) == {"run"}
 
 
-def test_a_full_disk_names_the_file(tmp_path):
-    """The system names none where writing fails, as against opening."""
-
-    def written(number: int, name: str | None) -> None:
-        with Folder(tmp_path / "run", RUN) as folder:
-            (folder.partial / "figure7.png").write_text("done", encoding="utf-8")
-            os.utime(folder.partial / "figure7.png", (0, 0))
-            (folder.partial / "traces.csv").write_text("half", encoding="utf-8")
-            raise OSError(number, os.strerror(number), name)
-
-    with pytest.raises(SceneError, match=r'run/traces\.csv" cannot be written \(No space left'):
-        written(errno.ENOSPC, None)
-    assert names(tmp_path) == set()
-    with pytest.raises(FileNotFoundError):
-        written(errno.ENOENT, "my-scene.toml")
-
-
 def test_a_folder_that_is_not_writable_is_refused(tmp_path, monkeypatch):
     """By way of os.access, for root may write anywhere."""
     monkeypatch.setattr(module.os, "access", lambda *_: False)

@@ -87,17 +87,10 @@ def test_wire(capsys):
     assert written.field_data == {"material_metal": np.array([0])}
 
 
-@pytest.mark.parametrize(
-    ("setting", "said"),
-    [
-        ("boundary.cold.group=nera", 'did you mean "near"?'),
-        ("boundary.cold.group=rim", "is a group of lines, not a surface group"),
-    ],
-)
-def test_bad_input_is_one_sentence(setting, said, capsys):
-    assert main(["solve", "wire.toml", "--no-figures", "--set", setting]) == 2
+def test_bad_input_is_one_sentence(capsys):
+    assert main(["solve", "wire.toml", "--no-figures", "--set", "boundary.cold.group=rim"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert said in err
+    assert "is a group of lines, not a surface group" in err
     assert len(err.splitlines()) == 1
     assert not Path("results").exists()

@@ -83,13 +83,6 @@ def test_terminal_reads_at_80_columns(capsys):
     assert any(line.split() == ["current", "3.0000", "±", "0.0030", "A"] for line in lines)
 
 
-def test_overrides_name_the_folder_and_reach_the_scene(capsys):
-    assert solve("bridge", "--set", "boundary.left electrode.voltage=-3V", "--accuracy", "1e-4") == 0
-    found = summary("results/bridge-left-electrode.voltageminus3V-accuracy1e-4")["scene"]
-    assert found["boundary"][1]["voltage"] == -3.0
-    assert found["run"] == {"steady": True, "accuracy": 1e-4}
-
-
 @pytest.mark.usefixtures("no_field")
 def test_files_of_an_earlier_run_are_replaced_and_others_kept():
     solve("hotplate", "--out", "here", figures=True)

@@ -73,11 +73,6 @@ def test_the_folder_is_of_one_sweep_and_one_process(tmp_path):
         pass
     with Store(folder, {**SUMMARY, "vary": {}}, fresh=True) as store:
         assert len(store) == 0
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("mine", encoding="utf-8")
-    with pytest.raises(SceneError, match="not a sweep"), Store(tmp_path / "mine", SUMMARY, fresh=True):
-        pass
-    assert (tmp_path / "mine" / "notes.txt").read_text(encoding="utf-8") == "mine"
 
 
 SINK = base("sink", ["run.accuracy=1e-2"])

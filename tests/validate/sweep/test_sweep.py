@@ -282,18 +282,6 @@ def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(tmp_path, capsys, 
     assert "middle is from" in capsys.readouterr().out
 
 
-@pytest.mark.long
-def test_from_python(tmp_path):
-    import compare
-
-    widths = {"sink.width": [60e-6, "100 um"]}
-    found = compare.sweep("sink", widths, steady=True, blame=False, workers=2, out=tmp_path / "s")
-    assert found["sink.width"].tolist() == [60e-6, 100e-6]
-    assert found.units == {"sink.width": "m"}
-    assert found["fig4_difference"][1] == pytest.approx(-0.0656, abs=1e-3)
-    assert found["status"].tolist() == ["ok", "ok"]
-
-
 def test_steady_is_taken_as_solve_takes_it():
     """Of a scene over time, too."""
     text = builtin_text("hotplate").replace("voltage = { times", 'voltage = "1 V" # { times')

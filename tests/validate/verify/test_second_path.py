@@ -97,18 +97,6 @@ def test_a_contact_s_own_heat_enters_either_side():
     assert sides == pytest.approx([b, a], abs=1e-6)
 
 
-def test_a_contact_inside_a_larger_body_keeps_its_edge_whole():
-    scene = Sink().scene()
-    part = symmetry.reduce(scene).scene
-    basis, owner, _ = second_path.base(part, plain_grid(part, 1))
-    names = [box.name for box in part.boxes]
-    pair = frozenset((names.index("beam"), names.index("pad-0")))
-    # The whole end of the beam touches the pad, whose nodes around it stay in common: only the beam's own part.
-    cells = second_path.split_contacts(basis.mesh, owner, [pair])
-    assert cells.p.shape[1] > basis.mesh.p.shape[1]
-    assert cells.t.shape == basis.mesh.t.shape
-
-
 SINKS = {
     "hot": Sink(voltage=10.0),
     "pads": Sink(voltage=-6.0, electrodes="pad-edge", convection_coefficient=300.0, room_temperature=320.0),
