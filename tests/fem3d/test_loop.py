@@ -34,14 +34,9 @@ class Meshes:
 
     def examine(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
+        each, goals = {"probe": error}, {"probe": []}
         return error and SimpleNamespace(
-            worst=error,
-            relative={"probe": error},
-            errors={"probe": error},
-            goals={"probe": []},
-            record=None,
-            fine=fine,
-            low=fine,
+            worst=error, relative=each, errors=each, goals=goals, record=None, fine=fine, low=fine
         )
 
     def _next(self, how: str) -> "Meshes | None":

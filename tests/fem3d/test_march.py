@@ -126,20 +126,13 @@ def truth():
     return times, solve_ivp(slope, (0, 1), np.zeros(4), "Radau", times, rtol=1e-11, atol=1e-13).y.T
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
-def test_a_stiff_problem_is_solved_to_the_accuracy_asked_for(truth, accuracy):
-    times, expected = truth
-    found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, accuracy, 1.0)
-    error = np.abs(found(times)[0] - expected).max()
-    assert error < 5 * accuracy + 1e-10
-
-
 def test_few_more_steps_gain_many_digits(truth):
     times, expected = truth
-    runs = [integrate(RATES, lambda since: lambda times, a: source(a), 1.0, accuracy, 1.0) for accuracy in (1e-3, 1e-9)]
+    accuracies = 1e-3, 1e-9
+    runs = [integrate(RATES, lambda since: lambda times, a: source(a), 1.0, accuracy, 1.0) for accuracy in accuracies]
     steps = [len(r.steps) for r in runs]
     errors = [np.abs(r(times)[0] - expected).max() for r in runs]
+    assert all(error < 5 * accuracy + 1e-10 for error, accuracy in zip(errors, accuracies, strict=True))
     order = np.log(errors[0] / max(errors[1], 1e-13)) / np.log(steps[1] / steps[0])
     assert order > 5
     assert np.abs(runs[1](times)[1] - source(expected)).max() < 1e-6 * np.abs(source(expected)).max()

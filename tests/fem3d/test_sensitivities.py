@@ -1,6 +1,7 @@
 """Sensitivities against closed forms, and against differences of solutions on meshes of their own."""
 
 import math
+import tomllib
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from scenes.result import Estimate
 from scenes.sink import Sink
 from scenes.varied import numbers, varied
 from tests.meshes.grouped import boxes
+from tests.validate.solve.test_mesh_cli import SCENE as WIRE
 
 FILES = Path(__file__).parents[1] / "meshes" / "grouped" / "files"
 LENGTH, SIDE = 1e-4, 1e-5
@@ -204,31 +206,13 @@ def test_boxes_that_move_take_tetrahedra_along():
     assert abs(tetrahedra.steady["parameters.L"]["current"].value) > 0.5
 
 
-WIRE: dict[str, Any] = {
-    "mesh": {"file": "wire.msh", "unit": "um"},
-    "run": {"steady": True, "accuracy": 1e-2},
-    "material": [{"name": "metal", "groups": ["lower", "upper"], "thermal_conductivity": 100.0, "resistivity": 1e-5,
-                  "temperature_coefficient": 1e-3}],
-    "source": [{"name": "lower", "group": "lower", "heat_source": 1e12}],
-    "boundary": [
-        {"name": "cold", "group": "near", "temperature": 293.0},
-        {"name": "plus", "group": "near", "voltage": 0.01},
-        {"name": "minus", "group": "far", "voltage": 0.0},
-    ],
-    "probe": [
-        {"name": "end", "group": "far"},
-        {"name": "out", "group": "near", "quantity": "heat_flow"},
-        {"name": "current", "group": "joint", "quantity": "current"},
-        {"name": "half", "group": "joint", "quantity": "potential"},
-    ],
-}  # fmt: skip
-
-
 def test_a_mesh_file_has_no_coordinates():
     """Materials, conditions and sources have slopes, against solutions of changed scenes."""
-    scene = from_dict(deepcopy(WIRE), folder=str(FILES))
+    document = tomllib.loads(WIRE)
+    document["material"][0]["temperature_coefficient"] = 1e-3
+    scene = from_dict(document, folder=str(FILES))
     assert not any(key.endswith((".x", ".y", ".z")) for key in numbers(scene))
-    key, step = "source.lower.heat_source", 1e-2
+    key, step = "source.source-1.heat_source", 1e-2
     slopes = solved(scene, key)
     more, less = (scene_run.solve(varied(scene, key, 1 + s)).steady for s in (step, -step))
     assert set(slopes.steady[key]) == {p.name for p in scene.probes}

@@ -13,21 +13,11 @@ DEVICE, STEP = Device(), 0.02
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """The summary of a run with further options."""
-
-    def summary(*options):
-        folder = tmp_path_factory.mktemp("device") / "run"
-        arguments = ["device", "--3d", "--figure", "9", "--no-figures", "--accuracy", "1e-2", *options]
-        assert main([*arguments, "--out", str(folder)]) in (0, 1)
-        return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-
-    return summary
-
-
-@pytest.fixture(scope="module")
-def summary(run):
-    return run("--sensitivities", "--uncertain", "pdms.thermal_conductivity=5%")
+def summary(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("device") / "run"
+    options = ["--figure", "9", "--sensitivities", "--uncertain", "pdms.thermal_conductivity=5%"]
+    assert main(["device", "--3d", "--no-figures", "--accuracy", "1e-2", *options, "--out", str(folder)]) in (0, 1)
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.long
@@ -60,9 +50,8 @@ def test_laws(summary):
 
 
 @pytest.mark.long
-def test_u_input(run):
+def test_u_input(summary):
     """The polymer's conductivity moves power and claims, and both models alike."""
-    summary = run("--uncertain", "pdms.thermal_conductivity=5%")
     for model_ in ("fem3d", "reduced1d"):
         power = summary[model_]["steady"]["sensor_power_W"]
         assert power["u_input"] / power["value"] == pytest.approx(0.05, rel=1e-3)
