@@ -11,27 +11,14 @@ from fem3d.runs.scene import solve
 from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
-
-LENGTH, COLD = 1e-4, 300.0
+from tests.fem3d.test_laws import COLD
+from tests.fem3d.test_laws import bar as bar_of
 
 
 def bar(conductivity, resistivity, volts, accuracy=1e-3):
-    """A bar between cold ends with a voltage between them."""
-    upper = [LENGTH, 1e-5, 2e-6]
-    ends = {"lower": [0, 0, 0], "upper": [0, *upper[1:]]}, {"lower": [LENGTH, 0, 0], "upper": upper}
-    boundary = [{"name": f"cold-{i}", **end, "temperature": COLD} for i, end in enumerate(ends)]
-    boundary += [{"name": f"volts-{i}", **end, "voltage": volts * i} for i, end in enumerate(ends)]
-    return {
-        "scene": {"initial_temperature": COLD},
-        "material": [{"name": "m", "thermal_conductivity": conductivity, "resistivity": resistivity}],
-        "box": [{"name": "bar", "material": "m", "lower": [0, 0, 0], "upper": upper}],
-        "boundary": boundary,
-        "probe": [
-            {"name": "peak", "at": [LENGTH / 2, 0, 0]},
-            {"name": "current", **ends[1], "quantity": "current"},
-        ],
-        "run": {"steady": True, "accuracy": accuracy},
-    }
+    """The bar between cold ends with a voltage between them, read at its middle and by its current."""
+    document = bar_of(conductivity, volts=volts, accuracy=accuracy, resistivity=resistivity)
+    return document | {"probe": document["probe"][:2]}
 
 
 def power(value, exponent):
@@ -67,9 +54,9 @@ LAWS = [
 def test_peak_of_bar_between_cold_ends(conductivity, resistivity):
     peak = 1400.0
     driven = volts(conductivity, resistivity, peak)
-    found = solve(from_dict(bar(conductivity, resistivity, driven))).steady["peak"]
+    found = solve(from_dict(bar(conductivity, resistivity, driven))).steady["at"]
     assert abs(found.value - peak) <= found.error <= 1e-3 * (peak - COLD)
-    other = solve(from_dict(bar(conductivity, resistivity, 0.99 * driven))).steady["peak"]
+    other = solve(from_dict(bar(conductivity, resistivity, 0.99 * driven))).steady["at"]
     assert abs(other.value - peak) > other.error
 
 
@@ -81,7 +68,7 @@ def test_limit_is_where_the_integral_of_a_falling_resistivity_ends(exponent):
     laws = power(130.0, 0.0), power(1e-5, exponent)
     limit = np.sqrt(8 * 130.0 * 1e-5 * COLD / -(exponent + 1))
     peak = COLD * (1 - 0.98**2) ** (1 / (exponent + 1))
-    found = solve(from_dict(bar(*laws, 0.98 * limit))).steady["peak"]
+    found = solve(from_dict(bar(*laws, 0.98 * limit))).steady["at"]
     assert abs(found.value - peak) <= found.error
     limits = []
     for beyond in (1.5, 2.0):
@@ -98,5 +85,5 @@ def test_a_table_that_falls_has_a_state_at_any_voltage():
     """Constant beyond its last row, it never lets the integral end: at a large voltage the state is on that branch."""
     laws = power(130.0, 0.0), table(1e-5, 1.0, 0.2, 0.02)
     driven = volts(*laws, 4000.0)
-    found = solve(from_dict(bar(*laws, driven, accuracy=1e-2))).steady["peak"]
+    found = solve(from_dict(bar(*laws, driven, accuracy=1e-2))).steady["at"]
     assert abs(found.value - 4000.0) <= found.error

@@ -1,4 +1,4 @@
-"""Questions of a designer: range, resolution, smooth starts, settling; and inputs that make no device."""
+"""Questions of a designer: range, resolution, smooth starts, settling and largest stable gains."""
 
 from dataclasses import replace
 
