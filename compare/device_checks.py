@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +23,6 @@ from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, SLOW_TIME, Run, Runs
-
-if TYPE_CHECKING:
-    from fem3d.runs.device import Solved
 
 PAPER_SETTLING = 0.1
 """The settling time (s) that the paper gives, "about 0.1 s"."""
@@ -43,18 +40,13 @@ CHECKS: Definitions[Outcome[Device]] = Definitions()
 Make = Callable[["Outcome[Device]"], Check]
 
 
-def _in_3d(outcome: Outcome[Device]) -> Solved:
-    solved: Solved = outcome.solved.details["solved"]
-    return solved
-
-
 def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make]:
     """Register a check; one that ``waits`` for the outer step is open where a run was stopped before it."""
 
     def register(make: Make) -> Make:
         @CHECKS.check(name, *needs)
         def made(outcome: Outcome[Device]) -> Check:
-            slow, three = "figure11" in needs and outcome.runs.slow, "3D" in needs and _in_3d(outcome).runs.base
+            slow, three = "figure11" in needs and outcome.runs.slow, "3D" in needs and outcome.device_3d.runs.base
             runs = [run for run in (outcome.runs.base, slow, three) if run and waits and outcome.scene.steps_outside]
             for run in runs:
                 if run.stopped:
@@ -249,18 +241,18 @@ def _rate(outcome: Outcome[Device]) -> Check:
 
 
 def _steady(film: str, name: str, outcome: Outcome[Device]) -> Check:
-    one, three = (getattr(run.after, name) for run in (outcome.runs.base, _in_3d(outcome).runs.base))
+    one, three = (getattr(run.after, name) for run in (outcome.runs.base, outcome.device_3d.runs.base))
     note = "the sensor's power leaves through the polymer in both"
     if film == "sink":
         note = "heat goes along the layers too, and eq 14 leaves out the constriction in pad and oxide"
-    error = _in_3d(outcome).model.steady_errors(outcome.scene)[name]
+    error = outcome.device_3d.model.steady_errors(outcome.scene)[name]
     word = "voltage" if name.endswith("V") else "power"
     return _pair(f"steady {word}, {film}", name[-1], one, three, error, note)
 
 
 def _peak(film: str, when: bool, outcome: Outcome[Device]) -> Check:
     """Compare the highest rise of a film before the outer step, or its time."""
-    device, result = outcome.scene, _in_3d(outcome).runs.base.result
+    device, result = outcome.scene, outcome.device_3d.runs.base.result
     error, rises, highest = result.errors[f"{film}_K"], [], []
     for each in (outcome.runs.base.result, result):
         early = each.time_s <= (device.external.step_time if device.steps_outside else math.inf)
@@ -284,14 +276,14 @@ for _suffix in ("peak", "peak_time"):
 
 @_check("dev3d_settling", "3D", "figure9", "outer step", waits=True)
 def _settling_3d(outcome: Outcome[Device]) -> Check:
-    one, three = (_settling_time(run) for run in (outcome.runs.base, _in_3d(outcome).runs.base))
+    one, three = (_settling_time(run) for run in (outcome.runs.base, outcome.device_3d.runs.base))
     return _compare_times("settling time", one, three, f"to {percent(BAND, 1)} of the step")
 
 
 @_check("dev3d_slope", "3D", "figure13")
 def _slope_3d(outcome: Outcome[Device]) -> Check:
     """Compare k A/t of the polymer with the slope of Figure 13, of the steady powers in 3D."""
-    devices, model = [run.device for run in _below(outcome.runs)], _in_3d(outcome).model
+    devices, model = [run.device for run in _below(outcome.runs)], outcome.device_3d.model
     outer = [device.external.final_temperature for device in devices]
     power = np.array([model.steady(device).sensor_power_W for device in devices])
     error = 2 * sum(model.steady_errors(device)["sensor_power_W"] for device in devices) / float(np.ptp(power))
@@ -301,7 +293,7 @@ def _slope_3d(outcome: Outcome[Device]) -> Check:
 
 def _gain(film: str, outcome: Outcome[Device]) -> Check:
     """Compare the largest stable gains; 3D's error is the change from the coarser mesh."""
-    device, external, model, key = outcome.scene, outcome.scene.external, _in_3d(outcome).model, f"{film}_gain_limit"
+    device, external, model, key = outcome.scene, outcome.scene.external, outcome.device_3d.model, f"{film}_gain_limit"
     limits: list[Callable[..., object]] = [stability, model.stability, replace(model, fine=model.low).stability]
     outer = external.initial_temperature, external.final_temperature
     in_1d, in_3d, coarser = (min(float(getattr(limit(device, t), key)) for t in outer) for limit in limits)
@@ -315,7 +307,7 @@ for _film in FILMS:
 
 @_check("dev3d_claim_steady", "3D", "figure9", "outer step")
 def _claim_steady(outcome: Outcome[Device]) -> Check:
-    state, errors = _in_3d(outcome).runs.base.after, _in_3d(outcome).model.steady_errors(outcome.scene)
+    state, errors = outcome.device_3d.runs.base.after, outcome.device_3d.model.steady_errors(outcome.scene)
     power, flow = state.sensor_power_W, state.polymer_flux_W
     error, scale = errors["sensor_power_W"] + errors["polymer_flux_W"], max(abs(power), abs(flow)) or 1.0
     note = "paper: the sensor's power is the heat through the polymer; the rest passes between sink and sensor"
@@ -325,7 +317,7 @@ def _claim_steady(outcome: Outcome[Device]) -> Check:
 @_check("dev3d_claim_over_time", "3D", "figure9", "outer step", waits=True)
 def _claim_over_time(outcome: Outcome[Device]) -> Check:
     """Compare the same from the outer step on, relative to the step of the steady power."""
-    run = _in_3d(outcome).runs.base
+    run = outcome.device_3d.runs.base
     result, errors, start = run.result, run.result.errors, run.device.external.step_time
     assert result.polymer_top_W is not None
     after = result.time_s > start + 1e-9 * run.device.control.sample_time
@@ -341,7 +333,7 @@ def _claim_over_time(outcome: Outcome[Device]) -> Check:
 @_check("dev3d_shielding", "3D", "figure9")
 def _shielding(outcome: Outcome[Device]) -> Check:
     """Compare the sensor's loss to the substrate with none, relative to the loss with the sink off."""
-    slopes, errors = _in_3d(outcome).model.shielding
+    slopes, errors = outcome.device_3d.model.shielding
     closed, off = slopes.sensor_power_per_substrate_W_per_K, slopes.sensor_power_per_substrate_sink_off_W_per_K
     note = (
         f"paper: the sensor loses nothing to the substrate; 1 K there changes its power by {quantity(closed, 'W', 2)}, "

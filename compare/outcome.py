@@ -101,9 +101,10 @@ class Outcome(Generic[S_co]):
         return runs
 
     @property
-    def device_3d(self) -> Solved | None:
-        """The runs of a device in 3D; None without 3D."""
-        return None if self.fem3d is None else self.fem3d.details.get("solved")
+    def device_3d(self) -> Solved:
+        """The runs of a device in 3D; ValueError where there are none."""
+        runs: Solved = self.solved.details["solved"]
+        return runs
 
     @property
     def design(self) -> Design | None:

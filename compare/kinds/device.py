@@ -118,11 +118,11 @@ class DeviceKind(Kind[Device]):
         from compare.slopes import Slopes, device_1d
 
         made = {"reduced1d": device_1d(outcome.scene, outcome.reduced)}
-        if (solved := outcome.device_3d) is None:
+        if outcome.fem3d is None:
             return made
         from fem3d.runs.device import of_device
 
-        by_key, left_out = of_device(outcome.scene, solved.model, keys)
+        by_key, left_out = of_device(outcome.scene, outcome.device_3d.model, keys)
         sizes = {name: each.value for name, each in outcome.solved.steady.items()}
         return {"fem3d": Slopes(sizes, by_key, left_out=left_out)} | made
 
@@ -167,8 +167,8 @@ class DeviceKind(Kind[Device]):
         from reduced1d.device import design as designs
         from statespace.device_model import compact
 
-        export, solved = outcome.options.export, outcome.device_3d
-        whole = designs.exported(outcome.runs.base) if solved is None else solved.exported
+        export = outcome.options.export
+        whole = designs.exported(outcome.runs.base) if outcome.fem3d is None else outcome.device_3d.exported
         return compact(whole, export.states, export.accuracy, progress)
 
     @property

@@ -31,6 +31,7 @@ FIGURES: dict[str, tuple[str, ...]] = {
     "figure6": ("rises against time", "traces"),
     "figure7": ("current against time", "traces"),
 }
+QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
 
 
 class SinkKind(Kind[Sink]):
@@ -39,7 +40,7 @@ class SinkKind(Kind[Sink]):
     traces, field = "every quantity against time", "3D"
 
     def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
-        return {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
+        return QUANTITIES
 
     def declared(self, scene: Sink, options: Options) -> Sink:
         return scene if options.reduction == "paper" else replace(scene, expected_to_differ=None)

@@ -66,11 +66,10 @@ def _end(run: Run, outside: float) -> str:
 
 def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
     """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""
-    three = outcome.device_3d
     return [
         Section("Findings", [sentences(outcome.runs.base.result.findings)]),
         _quantities(outcome.runs.base, "in 1D"),
-        *([] if three is None else [_quantities(three.runs.base, "in 3D")]),
+        *([] if outcome.fem3d is None else [_quantities(outcome.device_3d.runs.base, "in 3D")]),
         *checks.sections(outcome.checks, contrary, style),
         *([] if outcome.design is None else [_design(outcome.design, outcome.scene, style)]),
     ]
@@ -123,7 +122,7 @@ def _gain(gain: float) -> str:
 
 def document(outcome: Outcome[Device]) -> dict[str, Any]:
     """Return the entries of summary.json."""
-    solved, shielding = outcome.device_3d, None
+    solved, shielding = None if outcome.fem3d is None else outcome.device_3d, None
     if solved is not None and "dev3d_shielding" in {check.id for check in outcome.checks}:
         slopes, errors = solved.model.shielding
         one_d = {"reduced1d": _values(shielding_1d(outcome.scene), {})}
@@ -172,7 +171,7 @@ def _peaks(run: Run) -> dict[str, dict[str, float]]:
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
     """Return time_s and the traces of both models; a run that is stopped ends early."""
     results = {"reduced1d": outcome.runs.base.result}
-    if outcome.device_3d is not None:
+    if outcome.fem3d is not None:
         results = {"fem3d": outcome.device_3d.runs.base.result} | results
     rows = min(len(result.time_s) for result in results.values())
     traces = {f"{model}_{name}": result.trace(name)[:rows]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.kinds.sink import QUANTITIES
 from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
@@ -15,9 +16,7 @@ from compare.report.table import Section, Style, Table, wrapped
 from compare.verdict import PAPERS, Check, part
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
-from scenes.sink import OF_A_SINK, Sink
-
-QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
+from scenes.sink import Sink
 
 
 def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:

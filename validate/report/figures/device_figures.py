@@ -46,7 +46,7 @@ def _figure(outcome: Outcome[Device], check: str, text: str, left: float = 0.75)
 
 def _start_and_whole(outcome: Outcome[Device], number: int, what: str, first: str, slow: bool = False) -> Figure:
     """Left the start, at its own scale; right the whole run, at the scale after the start."""
-    solved = [outcome.runs] + ([] if outcome.device_3d is None else [outcome.device_3d.runs])
+    solved = [outcome.runs] + ([] if outcome.fem3d is None else [outcome.device_3d.runs])
     models = [run for run in (runs.slow if slow else runs.base for runs in solved) if run is not None]
     run = models[0]
     device, keys = run.device, (first, "sensor_power_W")
@@ -101,7 +101,7 @@ def responses(outcome: Outcome[Device]) -> Figure:
         at = (time >= -_BEFORE / _SHOWN * shown) & (time <= shown)
         return time[at], run.result.sensor_power_W[at] * 1e3
 
-    three = {} if outcome.device_3d is None else {run.step: run for run in outcome.device_3d.runs.steps}
+    three = {} if outcome.fem3d is None else {run.step: run for run in outcome.device_3d.runs.steps}
     # Colours of rising lightness, so that the order of the steps is seen in greyscale too.
     for run, place in zip(runs, np.linspace(0.08, 0.8, len(runs)), strict=True):
         above = run.device.external.final_temperature >= run.device.control.set_temperature
@@ -138,7 +138,7 @@ def characteristic(outcome: Outcome[Device]) -> Figure:
     ax.plot(ends, np.maximum(conductance * (setpoint - ends), 0.0) * 1e3, color=LAYERS["polymer"], label=name)
     power = [run.final("sensor_power_W")[0] * 1e3 for run in runs]
     ax.plot(outer, power, "o", ms=6, color=LAYERS["sink"], label="1D, at the end of each run")
-    if outcome.device_3d is not None:
+    if outcome.fem3d is not None:
         in_3d = [run.after.sensor_power_W * 1e3 for run in outcome.device_3d.runs.steps]
         ax.plot(outer[: len(in_3d)], in_3d, "x", ms=9, color="black", label="3D, steady")
     ax.axvline(setpoint, color=INK, lw=1.0, ls=":", label=f"set point, {setpoint:g} K")
