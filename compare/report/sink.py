@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.kinds.sink import QUANTITIES
 from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
@@ -16,7 +15,7 @@ from compare.report.table import Section, Style, Table, wrapped
 from compare.verdict import PAPERS, Check, part
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 
 def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
@@ -36,7 +35,8 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
 def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
     """Return the steady quantities, and the checks with their reasons."""
     fem3d, reduced1d, rows, heads = outcome.fem3d, outcome.reduced1d, [], ["steady state"]
-    for key, (name, unit) in QUANTITIES.items():
+    for entry in OF_A_SINK.values():
+        key, name, unit = entry.steady, entry.called, entry.unit
         cells, in_1d = [name], None if reduced1d is None else reduced1d.steady.get(key)
         if fem3d is not None:
             value, error, shown, places, factor = with_error(fem3d.steady[key].value, fem3d.steady[key].error, unit)

@@ -162,6 +162,12 @@ def test_a_given_current_that_leaves_no_resistance_is_told_so_and_does_not_run_a
         scene_run.solve(driven(1.0, metal=falling, accuracy=1e-2, steady=steady, end_time=1e-3))
 
 
+def test_a_heat_source_that_uses_up_the_resistivity_is_refused():
+    scene = bar(end("plus", 0.0, 1e-4), end("minus", SIZE[1], 0.0), metal=replace(METAL, temperature_coefficient=-1e-2))
+    with pytest.raises(BeyondLawError, match="temperature coefficient makes the resistivity zero"):
+        scene_run.solve(replace(scene, boxes=(replace(scene.boxes[0], heat_source=3e13),), accuracy=1e-2))
+
+
 def test_a_bar_in_one_brick_that_is_held_at_all_its_corners_runs_away_at_a_given_current():
     """A probe of its potential keeps its mirror plane from being used: no corner of the brick is then free."""
     rate = 1.25 * METAL.thermal_conductivity * (np.pi / SIZE[1]) ** 2 / METAL.heat_capacity
