@@ -165,17 +165,16 @@ def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) 
     """Return the mean of data - 3D over rows, the scale of the difference, and its name."""
     catalogue = quantities.of(scene, fem3d)
     off = float((data.values[key][rows] - simulated(fem3d, key, data.time)[0][rows]).mean())
-    kind = "rise" if catalogue.units[key] == "K" else "value"
     if data.at_rest:
-        return off, fem3d.steady[key].value - catalogue.base(key), f"steady {kind}"
+        return off, fem3d.steady[key].value - catalogue.base(key), f"steady {catalogue.whole(key)}"
     course, time = fem3d.over_time.values[key], fem3d.over_time.time
     if key not in catalogue.final:
         rises = (course - catalogue.base(key))[catalogue.sure(time)]
-        return off, float(rises[np.abs(rises).argmax()]), f"largest {kind}"
+        return off, float(rises[np.abs(rises).argmax()]), f"largest {catalogue.whole(key)}"
     value = fem3d.steady[catalogue.final[key]].value
     if key == "current_A" and value != course[0]:
         return off, value - float(course[0]), "final change"
-    return off, value, f"final {kind}"
+    return off, value, f"final {catalogue.whole(key)}"
 
 
 def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Check:
@@ -185,7 +184,9 @@ def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Check:
     unit, size = catalogue.units[key], abs(scale)
     p = float(data.values[key][rows].mean()) - catalogue.base(key)
     start, end = float(data.time[rows[0]]), float(data.time[rows[-1]])
-    when = f"in the mean over {span(start, end)}" if start < end else moment(end)
+    when = "in the steady state" if data.at_rest else f"at {quantity(end, 's', 3)}"
+    if start < end:
+        when = f"in the mean over {span(start, end)}"
     said = (
         f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(p - off, unit)}, "
         f"{signed(off, unit)} of a {called} of {quantity(scale, unit)}"
@@ -194,8 +195,3 @@ def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Check:
         _title(catalogue.word(key), data), p, p - off, unit, part(off, size), part(error, size), said,
         None if data.at_rest else (start + end) / 2, u_data=None if u is None else part(u, size),
     )  # fmt: skip
-
-
-def moment(time: float) -> str:
-    """Return a time (s) in words; infinite time is the steady state."""
-    return f"at {quantity(time, 's', 3)}" if np.isfinite(time) else "in the steady state"

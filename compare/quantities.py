@@ -69,6 +69,10 @@ class Quantities:
         """Return the value from which the scale of a quantity counts."""
         return self.initial if self.units[name] == "K" else 0.0
 
+    def whole(self, name: str) -> str:
+        """Name the scale of a quantity: a rise or a value."""
+        return "rise" if self.units[name] == "K" else "value"
+
     def word(self, name: str) -> str:
         """Return the user's word for a quantity."""
         return self.words.get(name, name)
@@ -120,7 +124,7 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
             base = catalogue.base(name)
             one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
             note = "above the initial temperature" * (unit == "K") + _meant(base, unit, one.value, three.value)
-            made[name] = against_3d(cut(name, 30), unit, one, three, note, f"the 3D {_whole(unit)}")
+            made[name] = against_3d(cut(name, 30), unit, one, three, note, f"the 3D {catalogue.whole(name)}")
         if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
             made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
     return made
@@ -139,12 +143,8 @@ def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -
 
     meant = _meant(base, unit, float(course.model[course.worst]), float(course.fem3d[course.worst]))
     note = meant.removeprefix("; ") or course.change(abs(scale.value))
-    error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {_whole(unit)}"
+    error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
     return course.comparison(f"{cut(name, 24)}, trace", unit, error, scale, whole, note)
-
-
-def _whole(unit: str) -> str:
-    return "rise" if unit == "K" else "value"
 
 
 def _meant(base: float, unit: str, value: float, measured: float) -> str:
