@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.sparse import csc_array
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -227,24 +228,24 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
     Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky, which is
     enough for fields that are nearly orthonormal.
     """
-    weighted = heat.inner_mass @ fields
-    products = fields.T @ weighted
+    products = fields.T @ (heat.inner_mass @ fields)
     if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
-        fields = _independent(fields, weighted)
+        fields = _independent(fields, heat.inner_mass)
         products = fields.T @ (heat.inner_mass @ fields)
     made: np.ndarray = solve_triangular(np.linalg.cholesky(products), fields.T, lower=True).T
     return made
 
 
-def _independent(fields: np.ndarray, weighted: np.ndarray) -> np.ndarray:
-    """The fields made orthonormal in their order, without dependent ones, given their products with the mass matrix."""
+def _independent(fields: np.ndarray, mass: csc_array) -> np.ndarray:
+    """The fields made orthonormal in the mass matrix in their order, without dependent ones."""
     kept, dual = (np.empty(fields.shape, order="F") for _ in range(2))
     r = 0
-    for u, v in zip(fields.T, weighted.T, strict=True):
-        size = float(u @ v)
+    for u in fields.T:
+        size = float(u @ (mass @ u))
         for _ in range(2):
-            along = dual[:, :r].T @ u
-            u, v = u - kept[:, :r] @ along, v - dual[:, :r] @ along
+            u = u - kept[:, :r] @ (dual[:, :r].T @ u)
+        # Made anew: the rounding errors of earlier fields grow where little is left of one.
+        v = mass @ u
         remaining = float(u @ v)
         if remaining > DEPENDENT**2 * size:
             kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)

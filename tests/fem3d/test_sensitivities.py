@@ -274,6 +274,15 @@ def test_a_voltage_over_time():
         assert abs(by_name[name].value - exponent) <= by_name[name].error < 2e-2
 
 
+def test_density_and_specific_heat_act_alike():
+    """On a hot plate, whose fields of many loads and dual problems nearly depend on each other."""
+    keys = "material.platinum.density", "material.platinum.specific_heat"
+    density, heat = solved(load_free("hotplate"), *keys).steady.values()
+    for name, slope in density.items():
+        assert slope.value == pytest.approx(heat[name].value, abs=slope.error)
+        assert 0 < abs(slope.value) < 0.1
+
+
 def test_inputs_that_jump():
     """The scene is linear in its source and in all temperatures together."""
     given = deepcopy(HEATED)
