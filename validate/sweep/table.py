@@ -196,7 +196,7 @@ def _first(table: Table, size: np.ndarray) -> str:
     known = np.isfinite(size)
     best, said = 0.3, ""
     for key, values in table.keys.items():
-        if values.dtype == object or len(set(values[known])) < 2 or np.ptp(size[known]) == 0:
+        if values.dtype == object or len(set(np.abs(values[known]))) < 2 or np.ptp(size[known]) == 0:
             continue
         rank = float(spearmanr(np.abs(values[known]), size[known]).statistic)
         if abs(rank) > best:
