@@ -216,9 +216,8 @@ class Reader:
         sign, pieces = 1.0 if probe.reduce == "max" else -1.0, []
         for i, a, b in spans:
             nodes = self.e.nodes[i]
-            marks = np.unique([a, *nodes[(nodes > a) & (nodes < b)], b])
-            ends = zip(marks, marks[1:] if len(marks) > 1 else marks, strict=False)
-            pieces += [(i, np.linspace(low, high, 33)) for low, high in ends]
+            marks = np.array([a, *nodes[(nodes > a) & (nodes < b)], b])
+            pieces += [(i, each) for each in np.linspace(marks[:-1], marks[1:], 33, axis=1)]
         lines, places = zip(*pieces, strict=True)
         samples = self.e.at(np.repeat(lines, 33).tolist(), np.concatenate(places))[0] @ self.u
         # A parabola goes through the best three of each piece.
