@@ -73,10 +73,10 @@ class Extreme:
             points = points[self._inside(points)]
             local = self._sign * fields[:, self._space.dofs[:, cells]]
             samples = np.tensordot(local, self._space.at((corner + points @ sides).T), (1, 1))
-            step = max(1, AT_ONCE // samples[0].size)
+            step = max(1, AT_ONCE // (2 ** len(sides) * len(cells)))
             for start in range(0, len(weights), step):
                 some = weights[start : start + step]
-                times, cell, point, tops = self._candidates(np.tensordot(some, samples, (-1, 0)), points)
+                times, cell, point, tops = self._candidates(some, samples, points)
                 functions = np.empty((len(times), local.shape[1]))
                 for c in np.unique(cell):
                     functions[cell == c] = some[times[cell == c]] @ local[:, :, c]
@@ -89,14 +89,19 @@ class Extreme:
         return values, doubts, places
 
     @staticmethod
-    def _candidates(values: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Times, cells, best points and values of all parts of cells that may hold the extreme, for values (times,
-        cells, points); parts are halves of a line, quarters of a side and eighths of a cell."""
+    def _candidates(weights: np.ndarray, samples: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Times, cells, best points and values of all parts of cells that may hold the extreme, of the sums of samples
+        (r, cells, points) with weights (times, r); parts are halves of a line, quarters of a side, eighths of a cell.
+        """
         part = (points > 0.5) @ 2 ** np.arange(points.shape[1])
         members = [np.flatnonzero(part == k) for k in np.unique(part)]
-        best = np.stack([at[values[..., at].argmax(axis=-1)] for at in members], axis=-1)
-        tops = np.take_along_axis(values, best, axis=-1)
-        bound = tops + MISSED * np.ptp(values, axis=-1, keepdims=True)
+        step, chosen = max(1, AT_ONCE // (len(weights) * len(points))), list[list[np.ndarray]]()
+        for start in range(0, samples.shape[1], step):
+            values = np.tensordot(weights, samples[:, start : start + step], (-1, 0))
+            at_most = np.stack([at[values[..., at].argmax(axis=-1)] for at in members], axis=-1)
+            chosen.append([at_most, np.take_along_axis(values, at_most, axis=-1), np.ptp(values, axis=-1)])
+        best, tops, spans = (np.concatenate(each, axis=1) for each in zip(*chosen, strict=True))
+        bound = tops + MISSED * spans[..., None]
         most = min(CANDIDATES, tops[0].size)
         least = np.partition(tops.reshape(len(tops), -1), -most, axis=1)[:, -most]
         found = (bound >= tops.max(axis=(1, 2), keepdims=True)) & (tops >= least[:, None, None])
