@@ -13,7 +13,6 @@ from scenes.result import Step, step
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
 T = TypeVar("T")
 """The type of an analysis's result."""
 

@@ -36,7 +36,7 @@ NONE = 1e-6
 """Smaller slopes count as zero."""
 
 AllSlopes = dict[str, "Slopes"]
-ByKey = dict[str, dict[str, dict[str, "Estimate"]]]
+ByKey = dict[str, dict[str, dict[str, Estimate]]]
 
 
 class Sensitivity(Analysis[AllSlopes]):

@@ -61,7 +61,7 @@ class Kind(ABC, Generic[S]):
     free_times : whether a user's own model may be solved at other times than 3D
     traces : the columns or rows of traces.csv
     field : the need of field files, as in `absent`; empty where there are none
-    step : largest relative step of a key for `nearby`; its uncertainty where that is smaller
+    step : largest relative step of a key for `nearby`; the uncertainty of the key where that is smaller
     """
 
     name: ClassVar[str]
@@ -73,6 +73,10 @@ class Kind(ABC, Generic[S]):
     traces: ClassVar[str]
     field: ClassVar[str] = ""
     step: ClassVar[float] = 1e-4
+
+    def title(self, scene: S) -> str:
+        """Name the scene on the page of a run."""
+        return scene.name
 
     @abstractmethod
     def quantities(self, scene: S) -> dict[str, tuple[str, str]]:

@@ -13,7 +13,7 @@ from compare.verdict import PAPERS, Check, Definitions, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
 from scenes.errors import RunawayError, SceneError, listed
-from scenes.formats import quantity
+from scenes.formats import quantity, sink_text
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
 from scenes.result import Result, Step, noted, step
@@ -38,6 +38,9 @@ class SinkKind(Kind[Sink]):
     name, call, builtin = "sink", "compare.run", "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
     traces, field = "every quantity against time", "3D"
+
+    def title(self, scene: Sink) -> str:
+        return sink_text(scene)
 
     def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
         return QUANTITIES

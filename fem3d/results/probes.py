@@ -73,7 +73,7 @@ class Extreme:
             points = points[self._inside(points)]
             local = self._sign * fields[:, self._space.dofs[:, cells]]
             samples = np.tensordot(local, self._space.at((corner + points @ sides).T), (1, 1))
-            step = max(1, AT_ONCE // (2 ** len(sides) * len(cells)))
+            step = max(1, AT_ONCE // max(2 ** len(sides) * len(cells), CANDIDATES * local.shape[1]))
             for start in range(0, len(weights), step):
                 some = weights[start : start + step]
                 times, cell, point, tops = self._candidates(some, samples, points)
@@ -98,8 +98,8 @@ class Extreme:
         step, chosen = max(1, AT_ONCE // (len(weights) * len(points))), list[list[np.ndarray]]()
         for start in range(0, samples.shape[1], step):
             values = np.tensordot(weights, samples[:, start : start + step], (-1, 0))
-            at_most = np.stack([at[values[..., at].argmax(axis=-1)] for at in members], axis=-1)
-            chosen.append([at_most, np.take_along_axis(values, at_most, axis=-1), np.ptp(values, axis=-1)])
+            highest = np.stack([at[values[..., at].argmax(axis=-1)] for at in members], axis=-1)
+            chosen.append([highest, np.take_along_axis(values, highest, axis=-1), np.ptp(values, axis=-1)])
         best, tops, spans = (np.concatenate(each, axis=1) for each in zip(*chosen, strict=True))
         bound = tops + MISSED * spans[..., None]
         most = min(CANDIDATES, tops[0].size)

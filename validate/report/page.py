@@ -21,7 +21,7 @@ from compare.report.table import Row, Section, Style, Table, html_table
 from compare.report.table import html_section as section
 from compare.report.table import html_text as text
 from compare.verdict import contrary
-from scenes.formats import percent, quantity, sink_text
+from scenes.formats import percent, quantity
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -42,7 +42,7 @@ def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
     """Write the page about a run into its folder, which has its figures; ``document`` is the summary."""
     kind, against = kind_of(outcome.scene), contrary(outcome.checks, outcome.scene)
     said, parts = " ".join(kind.report.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
-    title = sink_text(outcome.scene) if outcome.scene.kind == "sink" else outcome.scene.name
+    title = kind.title(outcome.scene)
     path.write_text(page(path.parent, title, said, parts, document), encoding="utf-8")
 
 
