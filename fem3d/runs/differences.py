@@ -36,7 +36,7 @@ from fem3d.problems.cholesky import part
 from fem3d.problems.paths import Potential
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
-from fem3d.results.probes import reading
+from fem3d.results.probes import keep_places, reading
 from fem3d.solution import transient
 from fem3d.solution.reduced import orthonormal
 from fem3d.solution.steady import SteadyState
@@ -289,6 +289,7 @@ class _Solver:
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
             self._edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+        self._extremes = dict[int, dict[str, Any]]()
         self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
@@ -358,6 +359,9 @@ class _Solver:
             self._potentials.setdefault(level, potentials)
         if level not in self._fields:
             self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))
+        if level not in self._extremes:
+            self._extremes[level] = keep_places(base.heat)
+        base.heat.kept.tell(**self._extremes[level])
         reduced = base.project(np.column_stack([base.fields, self._fields[level]]))
         marched = transient.march(base, reduced, study.end, SHORT**2)
         return replace(values, traces=study.traces(outputs.of_transient(marched, study.part, self.times)))
