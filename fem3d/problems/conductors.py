@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -47,35 +47,32 @@ def find(heat: HeatProblem, solved: float = SOLVED, near: Conductor | None = Non
     lines = lines[domain.body]
     voltages, fixed, terminals, reactions = _electrodes(domain)
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
-    along = None if (ratios[:, cells] == 1.0).all() else ratios
-    sections, jumps = _sections(heat, along)
-    cold, warm = lines[cells, :1], lines[cells, 1:]
-    conductivity = 1 / cold[:, 0] if along is None else 1 / (cold * along[:, cells])[..., 0]
-    on: Any = space.on(cells)
+    sections, jumps = _sections(heat, ratios)
     crossed = crossings(heat.domain)
-    names = _named(domain, cells, crossed)
-    if crossed or domain is not heat.domain or along is not None:
-        on = Paths(heat.domain.space.on(cells), on, crossed, None if along is None else np.sqrt(along[:, cells]))
-        counts = [len(c.warmed[0].areas) for c in crossed]
-        cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
-        warm = np.vstack([warm, np.zeros((sum(counts), 1))])
+    on = Paths(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios[:, cells]))
+    counts = [len(c.warmed[0].areas) for c in crossed]
+    cold = np.vstack([lines[cells, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
+    warm = np.vstack([lines[cells, 1:], np.zeros((sum(counts), 1))])
+    conductivity = on.conductivity(cold)
     if near is None:
         matrix = sum((c.conductance for c in crossed), space.stiffness(conductivity, cells))
     else:
         there, none = near.heat.domain, np.zeros(len(cells))
-        change = space.changes(conductivity, none, near.space, near.conductivity, none, cells)[0]
+        change = space.changes(conductivity, none, near.space, near.on.conductivity(near.cold), none, cells)[0]
         matrix = sum((c.conductance for c in crossed), near.matrix + change)
         matrix = sum((-c.conductance for c in crossings(there)), matrix)
+    ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
-        sections, jumps, csc_array(matrix), names, near.ordering if near else Ordering(space.places), solved,
-        terminals, OfCells(domain, "resistivity", cells) if follows else None,
+        sections, jumps, csc_array(matrix), _named(domain, cells, crossed),
+        near.ordering if near else Ordering(np.vstack([space.places, *ends])), solved, terminals,
+        OfCells(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 
 def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal, ...], Any]:
-    """The voltages (channels, functions) of all electrodes, the functions (functions,) that they fix, the terminals of
+    """The values given at all electrodes (`Conductor.voltages`), the functions (functions,) that they fix, terminals of
     unknown potential, and the weights of the charges in each electrode's current."""
     space = domain.space
     electrodes = [b for b in domain.scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
@@ -84,7 +81,7 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
     for b, face in zip(electrodes, faces, strict=True):
         voltages[:, face.functions] = np.outer(domain.inputs.split(b.value), space.unit[face.functions])
         fixed |= face.functions
-    terminals = []
+    terminals, currents = list[Terminal](), list[np.ndarray]()
     for b, face in zip(electrodes, faces, strict=True):
         if b.series_resistance and (unit := np.where(face.functions, space.unit, 0.0)).any():
             at = int(np.flatnonzero(unit)[0])
@@ -92,11 +89,14 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
                 if electrode == b.name:
                     unit = np.where(space.of(cells), space.unit, unit)
             terminals.append(Terminal(b.name, unit, at, b.series_resistance))
+            currents.append(domain.inputs.split(b.value) / (1.0 if b.series_resistance == inf else b.series_resistance))
+            voltages[:, unit > 0] = 0.0
     shared = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
+    voltages = np.column_stack([voltages, *currents])
     return voltages, fixed, tuple(terminals), shared.shares
 
 
-def _sections(heat: HeatProblem, along: np.ndarray | None) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
+def _sections(heat: HeatProblem, along: np.ndarray) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
     """For each probe of a current the facets that it passes, seen from both sides, and its row (functions,) on the jump
     of the potential at contacts; resistivities are ``along`` (3, cells, 1) times those along x."""
     domain, sections, jumps = heat.domain.electric, dict[str, Section](), dict[str, np.ndarray]()
@@ -106,9 +106,8 @@ def _sections(heat: HeatProblem, along: np.ndarray | None) -> tuple[dict[str, Se
             sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
             section = sections[probe.name] = []
             for faces, sign, cells in sides:
-                times = 1.0 if along is None else along[:, cells]
-                law = partial(_resistivity, OfCells(domain, "resistivity", cells), times)
-                section.append((faces, faces.by(heat.domain.space), sign, law))
+                law = OfCells(domain, "resistivity", cells)
+                section.append((faces, faces.by(heat.domain.space), sign, law, along[:, cells]))
             jumps[probe.name] = across(domain, probe, torn)
     return sections, jumps
 
@@ -150,10 +149,6 @@ def share(name: str, probe: str) -> float:
     return name.split(AND)[1:].count(probe) / 2
 
 
-def _resistivity(law: OfCells, times: np.ndarray | float, rise: np.ndarray) -> np.ndarray:
-    return times * law.value(rise)
-
-
 def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Pattern]:
     """The current fields of some potentials, without sources and orthogonal to earlier fields in the
     cold resistance, scaled to the first; fields whose independent part is relatively smaller than ``least`` are left
@@ -181,8 +176,9 @@ def closed(conductor: Conductor, pattern: Pattern) -> Pattern:
     scaled up it would violate the conservation of charge that the principle of least dissipation needs. The response is
     orthogonal in the cold resistance to all closed fields.
     """
-    potential = np.zeros(conductor.space.size)
-    potential[conductor.free] = conductor.solve_cold(conductor.on.flow(pattern.density)[conductor.free])
+    charge = np.zeros(conductor.space.size)
+    charge[conductor.free] = conductor.on.flow(pattern.density)[conductor.free]
+    potential = conductor.respond(charge)
     density = -conductor.on.gradient(potential) / conductor.cold
     through = {name: float(conductor.crossing_row(name) @ potential) for name in conductor.sections}
     answer = conductor.pattern(Potential(potential, density, -conductor.on.flow(density), through))

@@ -1,7 +1,15 @@
 """The electric problem: div(sigma(T) grad phi) = 0 in the conductors that carry current, between electrodes.
 
-Potentials are functions of the whole space, zero where no current flows. Voltages come as channels
-(`statespace.channels`)."""
+Potentials are functions of the whole space, zero where no current flows. An electrode with a given current, or behind
+a resistance, is a terminal: its potential U is one number, the coefficient of its unit function e, which is 1 on the
+electrode. With the bilinear form a of the conductor the potential phi = given + P x satisfies
+
+    a(phi, v) = 0  for all v that vanish on electrodes,  a(phi, e) + U / R = I,
+
+where P takes the unknowns x, the coefficients of the free functions and the potentials U, to functions, and I is the
+given current into the solid, or V / R for a voltage V behind the resistance R. A given current is the limit of an
+infinite R. Voltages and currents come as channels (`statespace.channels`).
+"""
 
 from __future__ import annotations
 
@@ -11,24 +19,20 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
 from fem3d.problems.cholesky import Factors, Kept, Ordering, part
 from fem3d.problems.following import MOST_GMRES, OfCells, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths, Pattern, Potential, Terminal
-from fem3d.spaces.integrals import Faces
+from fem3d.spaces.integrals import Faces, halves
 from scenes.errors import NumericsError
 
 SOLVED = 1e-12  # relative error of a potential, unless a looser bound is given
-# Factor on the condition number above which a preconditioner is made anew: steps grow with its root, and a
-# factorization takes as long as some 10 steps.
-WORSE = 10.0
-Resistivity = Callable[[np.ndarray], np.ndarray]
-"""The resistivity (ohm m) at a rise (K)."""
-Section = list[tuple[Faces, Faces, float, Resistivity]]
+Solver = Callable[[np.ndarray], np.ndarray]
+Section = list[tuple[Faces, Faces, float, OfCells, Any]]
 """Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
-normal, and the resistivity there."""
+normal, the resistivity there, and the resistivities along the axes over it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +49,7 @@ class Conductor:
     on : quadrature on the rows
     free : (m,), the functions of the unknown potential
     cold, warm : (rows, 1), resistivity at the initial temperature (ohm m) and its change per kelvin
-    voltages : (channels, functions), given potentials; for a terminal the voltage behind its resistance, or its current
+    voltages : (channels, functions + terminals), given potentials, and the currents I into the terminals
     electrodes : for each its share (functions,) of the entering currents
     sections : facets of the current probes inside
     jumps : for each current probe the row (functions,) of its part on contacts
@@ -60,7 +64,7 @@ class Conductor:
 
     heat: HeatProblem
     cells: np.ndarray
-    on: Any
+    on: Paths
     free: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
@@ -107,48 +111,20 @@ class Conductor:
         slope = self._by_law(self.following.slope, at, np.zeros_like(self.cold))
         return slope / self.resistivity(rise)
 
-    def _by_law(self, law: Resistivity, rise: np.ndarray, others: np.ndarray) -> np.ndarray:
+    def _by_law(self, law: Solver, rise: np.ndarray, others: np.ndarray) -> np.ndarray:
         """(rows, points): a law of the cells at a rise, and behind them ``others`` (rows, 1), which follow nothing."""
         n = len(self.cells)
-        in_cells = law(rise[:n])
-        return np.concatenate([in_cells, np.broadcast_to(others[n:], rise[n:].shape)]) if len(rise) > n else in_cells
+        return np.concatenate([law(rise[:n]), np.broadcast_to(others[n:], rise[n:].shape)])
 
     def finer(self, points: int) -> Conductor:
         """By a quadrature of so many more points along each axis, where the resistivity is a law; else itself."""
         if self.following is None:
             return self
         more = self.more + points
-        on: Any = self.heat.domain.space.on(self.cells, more)
-        if isinstance(self.on, Paths):
-            on = self.on.finer(on, self.space.on(self.cells, more))
+        on = self.on.finer(self.heat.domain.space.on(self.cells, more), self.space.on(self.cells, more))
         finer = replace(self, on=on, more=more)
-        finer.kept.tell(near=self.kept.get("near", lambda: None))
+        finer.kept.tell(near=self.near)
         return finer
-
-    def near(self, resistivity: np.ndarray) -> Conductor:
-        """Return a conductor with one conductivity in each cell, as a preconditioner at a ``resistivity`` (rows,
-        points): the last one, or the mean conductivities where these have a far smaller condition number."""
-        near: Conductor = self.kept.get("near", lambda: None) or self
-        inside = self.on.weights > 0
-        weights = np.where(inside, self.on.weights, 0.0)
-        mean = weights.sum(axis=1, keepdims=True) / (weights / resistivity).sum(axis=1, keepdims=True)
-
-        def condition(base: np.ndarray) -> float:
-            ratio = (resistivity / base)[inside]
-            return float(ratio.max() / ratio.min())
-
-        if condition(near.cold) > WORSE * condition(mean):
-            near = replace(self, cold=mean)
-            change = near.conductivity - self.conductivity
-            near = replace(near, matrix=csc_array(self.matrix + self.space.stiffness(change, self.cells)))
-            self.kept.tell(near=near)
-        return near
-
-    @property
-    def conductivity(self) -> np.ndarray:
-        """(3, cells), or (cells,) where it is the same along all axes: at the initial temperature (S/m)."""
-        conductivity: np.ndarray = 1 / self.cold[: len(self.cells), 0]
-        return conductivity / self.on.roots[..., 0] ** 2 if isinstance(self.on, Paths) else conductivity
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
         """Return the share of the drive that falls in the conductor, which ``dissipated`` a power (W): the rest falls
@@ -165,6 +141,12 @@ class Conductor:
         return any(np.isinf(t.resistance) for t in self.terminals)
 
     @property
+    def by_current(self) -> bool:
+        """Whether given currents alone drive it."""
+        fed = [len(self.free) + i for i, t in enumerate(self.terminals) if t.conductance]
+        return self.draws_current and not self.given(self.voltages).any() and not self.load(self.voltages)[:, fed].any()
+
+    @property
     def warms(self) -> bool:
         """Whether any resistivity depends on the temperature."""
         return self.following is not None or bool(self.warm.any())
@@ -173,83 +155,108 @@ class Conductor:
         """Whether the resistivity is positive everywhere."""
         return bool((self.resistivity(rise) > 0).all())
 
+    @cached_property
+    def _basis(self) -> csc_array:
+        """P: (functions, unknowns)."""
+        units = np.array([t.unit for t in self.terminals]).reshape(-1, self.space.size)
+        return csc_array(hstack([eye_array(self.space.size, format="csc")[:, self.free], csc_array(units.T)]))
+
+    @cached_property
+    def _leak(self) -> np.ndarray:
+        """(unknowns,): the conductances (S) of the resistances of terminals."""
+        return np.concatenate([np.zeros(len(self.free)), [t.conductance for t in self.terminals]])
+
+    def given(self, voltage: np.ndarray) -> np.ndarray:
+        """The potentials (..., functions) among given values, with terminals at zero."""
+        return voltage[..., : self.space.size]
+
+    def load(self, voltage: np.ndarray) -> np.ndarray:
+        """(..., unknowns): the currents among given values."""
+        return np.concatenate([np.zeros((*voltage.shape[:-1], len(self.free))), voltage[..., self.space.size :]], -1)
+
+    def unknowns(self, potential: np.ndarray) -> np.ndarray:
+        """The unknowns of a potential (functions,)."""
+        return potential[[*self.free, *(t.at for t in self.terminals)]]
+
+    def expanded(self, unknowns: np.ndarray) -> np.ndarray:
+        """The potential (..., functions) of unknowns, zero where a voltage is given."""
+        potential: np.ndarray = (self._basis @ unknowns.T).T
+        return potential
+
+    def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
+        """(unknowns,): the currents of charges (functions,), and by the resistances of terminals."""
+        currents: np.ndarray = self._basis.T @ charge + self._leak * unknowns
+        return currents
+
+    def system(self, matrix: csc_array) -> csc_array:
+        """(unknowns, unknowns): a matrix (functions, functions) with the terminals and their resistances."""
+        if not self.terminals:
+            return part(matrix, self.free)
+        # Products of sparse matrices drop zeros, and the pattern must not depend on values: imaginary ones keep it.
+        with_ones = csc_array((matrix.data + 1j, matrix.indices, matrix.indptr), matrix.shape)
+        return halves(csc_array(self._basis.T @ with_ones @ self._basis + diags_array(self._leak)))[0]
+
+    def _solver(self, matrix: csc_array) -> Solver:
+        entities = self.space.entity[self.free]
+        groups = np.concatenate([entities, len(self.space.places) + np.arange(len(self.terminals))])
+        return Factors(self.system(matrix), groups, self.ordering).solve
+
     @property
-    def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
-        """Solver of the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
-        groups = self.space.entity[self.free]
-        solve: Callable[[np.ndarray], np.ndarray]
-        solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
+    def solve_cold(self) -> Solver:
+        """Solver of the unknowns of the cold conductor for currents (..., unknowns)."""
+        solve: Solver = self.kept.get("solve_cold", lambda: self._solver(self.matrix))
         return solve
+
+    @property
+    def near(self) -> tuple[np.ndarray, Solver]:
+        """The resistivity (rows, 1) of the conductor that preconditions, and its solver."""
+        near: tuple[np.ndarray, Solver] = self.kept.get("near", lambda: (self.cold, self.solve_cold))
+        return near
+
+    def preconditioner(self, resistivity: np.ndarray) -> Solver:
+        """Return the solver of the last conductor with one resistivity in each row, or of a new one with the mean
+        conductivities at a ``resistivity`` (rows, points) if that has a far smaller condition number."""
+        inside = self.on.weights > 0
+        weights = np.where(inside, self.on.weights, 0.0)
+        mean = weights.sum(axis=1, keepdims=True) / (weights / resistivity).sum(axis=1, keepdims=True)
+
+        def condition(base: np.ndarray) -> float:
+            ratio = (resistivity / base)[inside]
+            return float(ratio.max() / ratio.min())
+
+        # Steps of GMRES grow with the root of the condition number, and a factorization takes as long as some 10.
+        if condition(self.near[0]) > 10 * condition(mean):
+            change = self.on.conductivity(mean) - self.on.conductivity(self.cold)
+            matrix = csc_array(self.matrix + self.space.stiffness(change, self.cells))
+            self.kept.tell(near=(mean, self._solver(matrix)))
+        return self.near[1]
 
     def respond(self, charge: np.ndarray) -> np.ndarray:
         """(..., functions): the potentials of the cold conductor for charges (..., functions), all given voltages and
         currents being zero. Terminals get the charges tested with their unit functions."""
-        potentials = np.zeros_like(charge)
-        potentials[..., self.free] = self.solve_cold(charge[..., self.free])
-        if not self.terminals:
-            return potentials
-        shapes, inverse = self._floating
-        # A row of the whole problem, tested with a shape: the free functions drop out.
-        seen = np.zeros_like(charge)
-        seen[..., self.free] = charge[..., self.free]
-        entering = np.stack([charge @ t.unit for t in self.terminals], axis=-1)
-        return potentials + (seen @ shapes.T + entering) @ inverse @ shapes
-
-    @property
-    def _floating(self) -> tuple[np.ndarray, np.ndarray]:
-        """The potentials (terminals, functions) of the cold conductor with one terminal at 1 V and all else earthed,
-        and the inverse of the matrix of currents (A/V) that enter the terminals then and pass their resistances."""
-
-        def solved() -> tuple[np.ndarray, np.ndarray]:
-            shapes = np.array([t.unit for t in self.terminals])
-            charge = (self.matrix @ shapes.T).T
-            shapes[:, self.free] = -self.solve_cold(charge[:, self.free])
-            matrix = shapes @ (self.matrix @ shapes.T) + np.diag([t.conductance for t in self.terminals])
-            return shapes, np.linalg.inv(matrix)
-
-        known: tuple[np.ndarray, np.ndarray] = self.kept.get("floating", solved)
-        return known
-
-    def given(self, voltage: np.ndarray) -> np.ndarray:
-        """Given voltages (functions,) with terminals at zero."""
-        earthed = voltage.copy()
-        for t in self.terminals:
-            earthed[t.unit > 0] = 0.0
-        return earthed
-
-    def _charge(self, voltage: np.ndarray) -> np.ndarray:
-        """(functions,): the reactions of the cold conductor to given values."""
-        charge = -(self.matrix @ self.given(voltage))
-        for t in self.terminals:
-            charge[t.at] += float(t.load(voltage))
-        return charge
+        return self.expanded(self.solve_cold((self._basis.T @ charge.T).T))
 
     @property
     def cold_potentials(self) -> np.ndarray:
         """(channels, functions): the potentials at the initial temperature, per unit of each channel."""
 
-        def solved() -> np.ndarray:
-            return np.array([self.given(v) + self.respond(self._charge(v)) if v.any() else v for v in self.voltages])
+        def solved(voltage: np.ndarray) -> np.ndarray:
+            given = self.given(voltage)
+            currents = self.load(voltage) - self._basis.T @ (self.matrix @ given)
+            return given + self.expanded(self.solve_cold(currents)) if voltage.any() else given
 
-        potentials: np.ndarray = self.kept.get("cold_potentials", solved)
+        potentials: np.ndarray = self.kept.get("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
         return potentials
 
     @cached_property
-    def supplied_at(self) -> np.ndarray:
+    def _supplied_at(self) -> np.ndarray:
         """(channels, functions): the potentials at which currents are supplied: the cold potentials, the voltages
         behind the resistances of terminals, and nothing where the current is given."""
         potentials = self.cold_potentials.copy()
-        for t in self.terminals:
-            source = np.where(np.isinf(t.resistance), 0.0, self.voltages[:, t.at])
+        for t, current in zip(self.terminals, self.voltages[:, self.space.size :].T, strict=True):
+            source = current * t.resistance if t.conductance else 0.0 * current
             potentials += np.outer(source - potentials[:, t.at], t.unit)
         return potentials
-
-    @property
-    def by_current(self) -> bool:
-        """Whether given currents alone drive it."""
-        given = [t for t in self.terminals if np.isinf(t.resistance)]
-        on = np.any([t.unit > 0 for t in given], axis=0) if given else np.zeros(self.voltages.shape[1], bool)
-        return bool(given) and not self.voltages[:, ~on].any()
 
     def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
         """Return weights that evaluate a functional ``row`` (functions,) of the potential for any current density J.
@@ -260,13 +267,10 @@ class Conductor:
         """
         w = self.respond(row)
         density = self.on.gradient(w) / self.cold
-        charges = row - self.on.flow(density)
-        charges[self.free] = 0.0
-        for t in self.terminals:
-            # The rest flows through the resistance: its share of the voltage behind it.
-            charges[t.unit > 0] = 0.0
-            charges[t.at] = w[t.at] * t.conductance
-        return self.voltages @ charges, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
+        # The current of a source flows through its resistance too.
+        at_sources = [w[t.at] if t.conductance else 0.0 for t in self.terminals]
+        shares = self.voltages @ np.concatenate([row - self.on.flow(density), at_sources])
+        return shares, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
 
     @cached_property
     def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray, dict[str, float]]]:
@@ -281,92 +285,51 @@ class Conductor:
         return known
 
     def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
-        """Return the potential at a rise and given voltages (functions,), perhaps from a similar state, by GMRES,
-        preconditioned with a conductor `near` it.
+        """Return the potential at a rise and given values, perhaps from the potential of a similar state, by GMRES to a
+        fraction `solved` of the potential.
 
         Raises NumericsError where the resistivity is not positive, or where the iteration does not converge.
         """
-        resistivity = self.resistivity(rise)
+        resistivity, given = self.resistivity(rise), self.given(voltage)
         if not (resistivity > 0).all():
             raise NumericsError("the resistivity is not positive at the temperatures that are reached")
-        first = self.near(resistivity).respond(self._charge(voltage)) if guess is None else guess
-        start = self.given(voltage) + self.expanded(self.unknowns(first))
-        start += self.expanded(self._change(resistivity, start, voltage))
-        density = -self.on.gradient(start) / resistivity
-        through = {name: self.through(name, start, rise) for name in self.sections}
-        return Potential(start, density, -self.on.flow(density), through)
-
-    def _change(self, resistivity: np.ndarray, start: np.ndarray, voltage: np.ndarray) -> np.ndarray:
-        """(unknowns,): the change of a potential ``start`` (functions,) that balances the currents, to a fraction
-        `solved` of the potential."""
-        precondition = self.near(resistivity).precondition
-        change = precondition(self.unbalanced(start, resistivity, voltage))
-        size = float(np.linalg.norm(change)) / (float(np.linalg.norm(start)) or 1.0)
-        if size <= self.solved:
-            return change
+        precondition = self.preconditioner(resistivity)
 
         def product(x: np.ndarray) -> np.ndarray:
-            return precondition(self.entering(self.expanded(x), resistivity))
+            return precondition(self.packed(self.on.flow(self.on.gradient(self.expanded(x)) / resistivity), x))
 
-        solution, _ = solve_by_gmres(product, change, self.solved / size, MOST_GMRES)
-        if solution is None:
-            raise NumericsError(
-                f"the potential is not found in {MOST_GMRES} steps of GMRES, as the resistivity varies too much with "
-                "the temperature"
-            )
-        return solution
-
-    def unknowns(self, potential: np.ndarray) -> np.ndarray:
-        """The unknowns of a potential (functions,): of the free functions, then of the terminals."""
-        return np.concatenate([potential[self.free], [potential[t.at] for t in self.terminals]])
-
-    def expanded(self, unknowns: np.ndarray) -> np.ndarray:
-        """The potential (functions,) of unknowns, zero where a voltage is given."""
-        potentials = np.zeros(self.voltages.shape[1])
-        potentials[self.free] = unknowns[: len(self.free)]
-        for t, potential in zip(self.terminals, unknowns[len(self.free) :], strict=True):
-            potentials += potential * t.unit
-        return potentials
-
-    def entering(self, potential: np.ndarray, resistivity: np.ndarray) -> np.ndarray:
-        """(unknowns,): the current (A) that a potential (functions,) makes leave each unknown, by the conductor and by
-        the resistances of terminals."""
-        return self.packed(self.on.flow(self.on.gradient(potential) / resistivity), self.unknowns(potential))
-
-    def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
-        """(unknowns,): the currents of charges (functions,), including the resistances of terminals."""
-        leak = [t.conductance for t in self.terminals] * unknowns[len(self.free) :]
-        return np.concatenate([charge[self.free], [t.unit @ charge for t in self.terminals] + leak])
+        if guess is None:
+            unknowns = precondition(self.load(voltage) - self._basis.T @ (self.matrix @ given))
+        else:
+            unknowns = self.unknowns(guess)
+        potential = given + self.expanded(unknowns)
+        change = precondition(self.unbalanced(potential, resistivity, voltage))
+        size = float(np.linalg.norm(change)) / (float(np.linalg.norm(potential)) or 1.0)
+        if size > self.solved:
+            solution, _ = solve_by_gmres(product, change, self.solved / size, MOST_GMRES)
+            if solution is None:
+                raise NumericsError(
+                    f"the potential is not found in {MOST_GMRES} steps of GMRES, as the resistivity varies too much "
+                    "with the temperature"
+                )
+            change = solution
+        potential = potential + self.expanded(change)
+        density = -self.on.gradient(potential) / resistivity
+        through = {name: float(self.crossing_row(name, rise) @ potential) for name in self.sections}
+        return Potential(potential, density, -self.on.flow(density), through)
 
     def unbalanced(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
-        """(unknowns,): the current (A) that is missing at each unknown, at given voltages (functions,)."""
-        loads = np.concatenate([np.zeros(len(self.free)), [t.load(voltage) for t in self.terminals]])
-        return loads - self.entering(potential, resistivity)
+        """(unknowns,): the current (A) that is missing at each unknown, at given values."""
+        charge = self.on.flow(self.on.gradient(potential) / resistivity)
+        return self.load(voltage) - self.packed(charge, self.unknowns(potential))
 
-    def precondition(self, currents: np.ndarray) -> np.ndarray:
-        """(unknowns,): approximate potentials that balance some currents (unknowns,), by `matrix`."""
-        if not self.terminals:
-            return self.solve_cold(currents)
-        charges = np.zeros(self.voltages.shape[1])
-        charges[self.free] = currents[: len(self.free)]
-        for t, value in zip(self.terminals, currents[len(self.free) :], strict=True):
-            charges[t.at] = value
-        return self.unknowns(self.respond(charges))
-
-    def through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
-        """The current along the normals of a probe (A), the mean of both sides, at contacts by the jump."""
-        at = self.heat.field(rise)
-        beside = sum(
-            sign * float(faces.flux(1 / resistivity(warmed.value(at))) @ phi)
-            for faces, warmed, sign, resistivity in self.sections[name]
-        )
-        return beside + float(self.jumps[name] @ phi)
-
-    def crossing_row(self, name: str) -> np.ndarray:
-        """(functions,): the current along the normals of a probe (A) per volt of each, at the initial temperature."""
+    def crossing_row(self, name: str, rise: np.ndarray | None = None) -> np.ndarray:
+        """(functions,): the current along the normals of a probe (A) per volt of each, the mean of both sides, at
+        contacts by the jump; at a rise, or at the initial temperature."""
+        at = self.heat.field(np.zeros(self.heat.size) if rise is None else rise)
         row: np.ndarray = self.jumps[name]
-        for faces, _, sign, resistivity in self.sections[name]:
-            row = row + sign * faces.flux(1 / resistivity(np.zeros((len(faces.cells), 1))))
+        for faces, warmed, sign, law, times in self.sections[name]:
+            row = row + sign * faces.flux(1 / (times * law.value(warmed.value(at))))
         return row
 
     def pattern(self, potential: Potential) -> Pattern:
@@ -375,7 +338,7 @@ class Conductor:
         The small currents that enter inside the conductor, by the residual of the potential, are supplied at the cold
         potential.
         """
-        supply = self.supplied_at @ potential.reaction
+        supply = self._supplied_at @ potential.reaction
         reaction = potential.reaction.copy()
         reaction[self.free] = 0.0
         currents = {name: float(row @ reaction) for name, row in self.electrodes.items()}

@@ -1,4 +1,4 @@
-"""Paths of the current through cells and across contacts, electrodes whose potential is not given, and current fields.
+"""Paths of the current through cells and across contacts, and current fields.
 
 Where the resistivity along y and z is some r times that along x, the gradient along these is divided by sqrt(r) and the
 current density multiplied by sqrt(r). Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that
@@ -7,15 +7,6 @@ enters the integral of J . gradient, each with rho along x.
 Across a contact the potential jumps by the resistance per area times the current density. The contact acts as a cell of
 zero volume with unit length across it, with this resistivity: its gradient is the jump, its current density has one
 component. Its heat enters the temperature's functions on both sides alike, or on the only side.
-
-The potential phi of an electrode behind a resistance, or with a given current, is one number U: beside the functions
-that vanish on all electrodes the potential is sought of one more, its unit function e, which is 1 on it. With the
-bilinear form a of the conductor
-
-  a(phi, v) = 0  for all v that vanish on electrodes,  a(phi, e) + U / R = V / R  or  a(phi, e) = I,
-
-V being the voltage behind the resistance R, I the current into the solid. A given current is the limit of an infinite
-R.
 """
 
 from __future__ import annotations
@@ -88,11 +79,9 @@ class Paths:
     and `flow` the potential's.
     ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
 
-    def __init__(
-        self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray | None = None
-    ) -> None:
+    def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray) -> None:
         self.warmed, self._electric, self._crossings = warmed, electric, crossings
-        self.roots = np.ones((3, 1, 1)) if roots is None else roots
+        self.roots = roots
         counts = [warmed.weights.shape[1], *(c.warmed[0].areas.shape[1] for c in crossings)]
         self._points = max(counts)
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
@@ -101,8 +90,15 @@ class Paths:
         """The same with other points in the cells."""
         return Paths(warmed, electric, self._crossings, self.roots)
 
+    def conductivity(self, resistivity: np.ndarray) -> np.ndarray:
+        """(3, cells): along the axes (S/m), for a resistivity (rows, 1) along x."""
+        conductivity: np.ndarray = 1 / (resistivity[: len(self.warmed.weights)] * self.roots**2)[..., 0]
+        return conductivity
+
     def _rows(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """(..., rows, points): values on cells and on each crossing, each (..., its rows, its points)."""
+        if not self._crossings:
+            return parts[0]
         padded = [np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, self._points - x.shape[-1])]) for x in parts]
         return np.concatenate(padded, axis=-2)
 
@@ -160,8 +156,8 @@ class Paths:
 
 @dataclass(frozen=True, eq=False)
 class Terminal:
-    """An electrode with its ``unit`` function (functions,), a function ``at`` which its given value stands in vectors
-    (its voltage in V, or its current in A), and its ``resistance`` (ohm), infinite for a given current."""
+    """An electrode of unknown potential, with its ``unit`` function (functions,), a function ``at`` which the
+    coefficient of the latter is 1, and its ``resistance`` (ohm), infinite for a given current."""
 
     name: str
     unit: np.ndarray
@@ -172,11 +168,6 @@ class Terminal:
     def conductance(self) -> float:
         """Of the resistance (S)."""
         return 1 / self.resistance
-
-    def load(self, given: np.ndarray) -> np.ndarray:
-        """(...,): the current (A) of vectors of given values (..., functions) into the electrode at potential zero."""
-        values: np.ndarray = given[..., self.at]
-        return values if np.isinf(self.resistance) else values * self.conductance
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,6 @@ from skfem import ElementHex2, ElementTetP2
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths
 from fem3d.results.outputs import Response
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
@@ -281,8 +280,7 @@ class Fields:
             resistivity = conductor.cold[rows] + conductor.warm[rows] * rise[live]
             if law is not None:
                 resistivity = law.of(rows).value(rise[live])
-            roots = conductor.on.roots if isinstance(conductor.on, Paths) else np.ones((3, 1, 1))
-            ratios = np.broadcast_to(roots, (3, len(conductor.cells), 1))[:, rows] ** 2
+            ratios = conductor.on.roots[:, rows] ** 2
             slope = Cells(self._domain.electric.space, cells[live], some).gradient(potential)
             fields = np.array([*(-slope / (resistivity * ratios)), (slope**2 / (resistivity * ratios)).sum(axis=0)])
             weights = on.weights[live].reshape(-1, len(X))

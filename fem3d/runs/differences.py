@@ -32,7 +32,6 @@ from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.cholesky import part
 from fem3d.problems.paths import Potential
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
@@ -322,12 +321,11 @@ class _Solver:
             heat.kept.tell(solve_steady=own.solve_steady)
         for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
             if conductor is not None and known is not None:
-                solve = _corrected(known.solve_cold, part(conductor.matrix, conductor.free))
-                near = known.kept.get("near", lambda: None) or known
+                solve = _corrected(known.solve_cold, conductor.system(conductor.matrix))
                 # Supplied at these potentials are currents into electrodes, where they are exact, and residuals.
-                given_here, given_there = (np.array([c.given(v) for v in c.voltages]) for c in (conductor, known))
+                given_here, given_there = (c.given(c.voltages) for c in (conductor, known))
                 supplied = known.cold_potentials + given_here - given_there
-                conductor.kept.tell(near=near, solve_cold=solve, cold_potentials=supplied)
+                conductor.kept.tell(near=known.near, solve_cold=solve, cold_potentials=supplied)
         return given
 
     def _levels(self, study: Study, given: Problems) -> Levels:

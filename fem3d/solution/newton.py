@@ -180,7 +180,7 @@ class Linearization:
         self._tangent = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
         self._held = heat.given[0] * (not newton.electric)
         if c is not None:
-            self._precondition = c.near(point.resistivity).precondition
+            self._precondition = c.preconditioner(point.resistivity)
         if c is not None and c.warms:
             self._steep = np.broadcast_to(c.steepness(point.rise), c.on.weights.shape)
             self._heating = point.resistivity * (point.density**2).sum(axis=0)
@@ -246,7 +246,7 @@ class Linearization:
 
 
 def _currents(conductor: Conductor, point: Point) -> np.ndarray:
-    through = {name: conductor.through(name, point.potential, point.rise) for name in conductor.sections}
+    through = {name: float(conductor.crossing_row(name, point.rise) @ point.potential) for name in conductor.sections}
     potential = Potential(point.potential, point.density, -conductor.on.flow(point.density), through)
     return np.array([*conductor.pattern(potential).currents.values()])
 

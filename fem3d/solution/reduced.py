@@ -211,11 +211,11 @@ def _given_currents(
 ) -> tuple[np.ndarray, np.ndarray]:
     """`Reduced.drawn` and `Reduced.given`: sums of the given currents that the fields draw independently. The fields
     have all their channels' currents, so that dependent currents are given alike."""
-    ends = [t for t in (conductor.terminals if conductor else ()) if not t.conductance]
-    if conductor is None or not ends or not patterns:
+    if conductor is None or not conductor.draws_current or not patterns:
         return np.empty((0, len(patterns))), np.empty((channels, 0))
-    drawn = np.array([[p.currents[t.name] for p in patterns] for t in ends])
-    given = np.array([conductor.voltages[:, t.at] for t in ends]).T
+    fed = [i for i, t in enumerate(conductor.terminals) if not t.conductance]
+    drawn = np.array([[p.currents[conductor.terminals[i].name] for p in patterns] for i in fed])
+    given = conductor.voltages[:, conductor.space.size :][:, fed]
     u, sizes, v = np.linalg.svd(drawn, full_matrices=False)
     # A current far below the others, as in a wire that only senses, is their rounding error.
     kept = sizes > DEPENDENT * max(abs(current) for p in patterns for current in p.currents.values())
