@@ -37,10 +37,6 @@ from statespace import channels
 
 Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
 ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
-# Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
-POINTS = 5
-# Tables may be exceeded by this fraction of the span of temperatures, the accuracy of given temperatures at their ends.
-CLOSE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,30 +97,15 @@ class _Part(NamedTuple):
 
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
-    heat, field = state.heat, state.heat.field(state.rise)[None]
-    reaction = heat.reaction(state.rise, np.zeros(heat.size), state.source)
-    flows = {name: part @ reaction for name, part in heat.held.items()}
-    flows |= {name: film.entering[0] + film.per_kelvin @ state.rise for name, film in heat.films.items()}
-
-    def top(extreme: Any) -> tuple[np.ndarray, np.ndarray]:
-        value, doubt = extreme(field, np.ones((1, 1)))
-        return value[0], doubt[0]
-
-    def potential(probe: Any) -> np.ndarray:
-        return np.array(Voltmeter(heat.domain, probe).read(state.potential, 0.0))
-
-    # The flows are small differences of these terms.
+    heat, rises, still = state.heat, state.rise[None], np.zeros((1, state.heat.size))
+    currents, joule = ({name: np.array([v]) for name, v in each.items()} for each in (state.currents, state.joule))
+    part = _of_fields(heat, np.zeros(1), rises, still, state.source[None], [state.potential], currents, joule)
+    # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
-    # The matrix is symmetric: columns, which it is stored by, serve as rows.
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
     terms += sum(np.abs(film.entering).sum() + np.abs(film.per_kelvin) @ sizes for film in heat.films.values())
-    rounding = {"rounding": np.array(ROUNDING * symmetry.copies * terms)}
-    return rounding | _whole(symmetry, heat, np.zeros(()), _Part(
-        flows, {name: np.array(value) for name, value in state.currents.items()},
-        {name: np.array(value) for name, value in state.joule.items()}, np.array(state.power), heat.generated[0],
-        lambda how: how.row @ state.rise + how.entering[0], top, potential,
-        lambda fields: fields[:, heat.free :] @ reaction,
-    ))  # fmt: skip
+    out = _whole(symmetry, heat, np.zeros(1), part._replace(power=np.array([state.power])))
+    return {name: value[0] for name, value in out.items()} | {"rounding": np.array(ROUNDING * symmetry.copies * terms)}
 
 
 def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> Outputs:
@@ -136,8 +117,9 @@ def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> O
 
 def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
     """The outputs of a response at full order: in each step polynomials through their values at Chebyshev points."""
-    points = (1 - np.cos(np.linspace(0, np.pi, POINTS))) / 2
-    to_legendre = np.linalg.inv(legvander(2 * points - 1, POINTS - 1))
+    count = 5  # of order 4 with the cubic rise, as its error
+    points = (1 - np.cos(np.linspace(0, np.pi, count))) / 2
+    to_legendre = np.linalg.inv(legvander(2 * points - 1, count - 1))
     which, out = response.number(times), Outputs()
     for i in np.unique(which).tolist():
         step, during = response.steps[i], which == i
@@ -146,7 +128,7 @@ def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> 
             last = (step.start + step.length) * (1 - 8 * np.finfo(float).eps)
             response.outputs[i] = _of_step(response, symmetry, np.minimum(step.start + points * step.length, last))
         x = 2 * (times[during] - step.start) / step.length - 1
-        weights = legvander(x, POINTS - 1) @ to_legendre
+        weights = legvander(x, count - 1) @ to_legendre
         for name, values in response.outputs[i].items():
             out.setdefault(name, np.empty(len(times)))[during] = weights @ values
     return out | {"time": times}
@@ -154,19 +136,35 @@ def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> 
 
 def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
     """The outputs of a response at full order at some times (s)."""
-    heat, conductor, inputs = response.heat, response.conductor, response.heat.inputs
-    g, pairs = inputs.at(times), [response.at(t) for t in times.tolist()]
-    rises, rates = (np.array(each) for each in zip(*pairs, strict=True))
-    fields, loads = heat.field(rises), g @ heat.loads
-    potentials, currents, joule = list[Potential](), Outputs(), Outputs()
+    heat, conductor, g = response.heat, response.conductor, response.heat.inputs.at(times)
+    rises, rates = (np.array(each) for each in zip(*map(response.at, times.tolist()), strict=True))
+    loads, potentials, currents, joule = g @ heat.loads, list[Potential](), Outputs(), Outputs()
     if conductor is not None:
         for rise, voltage in zip(rises, g @ conductor.voltages, strict=True):
             potentials.append(conductor.solve(rise, voltage, potentials[-1].potential if potentials else None))
         loads += [conductor.joule_load(p.density, rise) for p, rise in zip(potentials, rises, strict=True)]
-        patterns = [conductor.pattern(p).currents for p in potentials]
-        currents = {name: np.array([each[name] for each in patterns]) for name in patterns[0]}
-        heats = [conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)]
-        joule = {name: np.array([each[name] for each in heats]) for name in heats[0]}
+        currents = _stacked([conductor.pattern(p).currents for p in potentials])
+        joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
+    known: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
+    return _whole(symmetry, heat, times, _of_fields(heat, times, rises, rates, loads, known, currents, joule))
+
+
+def _stacked(each: Sequence[dict[str, float]]) -> Outputs:
+    return {name: np.array([values[name] for values in each]) for name in each[0]}
+
+
+def _of_fields(
+    heat: HeatProblem,
+    times: np.ndarray,
+    rises: np.ndarray,
+    rates: np.ndarray,
+    loads: np.ndarray,
+    potentials: Sequence[np.ndarray | None],
+    currents: Outputs,
+    joule: Outputs,
+) -> _Part:
+    """The outputs of rises, their rates and loads (each (times, all nodes)) and of the potentials."""
+    g, fields = heat.inputs.at(times), heat.field(rises)
     leaving = np.array([heat.outflow(u) + heat.stored(u, w) for u, w in zip(rises, rates, strict=True)])
     reaction = (leaving - loads)[:, heat.free :]
     flows = {name: reaction @ part for name, part in heat.held.items()}
@@ -185,14 +183,13 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
 
     def potential(probe: Any) -> np.ndarray:
         meter = Voltmeter(heat.domain, probe)
-        known: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
-        return np.array([meter.read(phi, t) for phi, t in zip(known, times.tolist(), strict=True)])
+        return np.array([meter.read(phi, t) for phi, t in zip(potentials, times.tolist(), strict=True)])
 
-    return _whole(symmetry, heat, times, _Part(
+    return _Part(
         flows, currents, joule, sum(joule.values(), np.zeros(len(times))), g @ heat.generated, read,
         lambda extreme: extreme(fields, np.eye(len(times))), potential,
         lambda disputed: disputed[:, heat.free :] @ reaction.T,
-    ))  # fmt: skip
+    )  # fmt: skip
 
 
 def of_states(
@@ -316,7 +313,7 @@ def _added(values: tuple[Value, ...], times: np.ndarray) -> np.ndarray:
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
     """Return a warning for each property table whose range the fields (k, all nodes), rises in K, exceed."""
-    domain, sentences = heat.domain, dict[str, None]()
+    domain, sentences = heat.domain, list[str]()
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
     for body, material in enumerate(domain.materials):
         cells = np.flatnonzero(domain.body == body)
@@ -328,12 +325,12 @@ def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[
         vertices = np.flatnonzero(space.of(cells) & (space.unit > 0))
         reached = np.concatenate([fields[:, vertices].ravel(), *(space.on(cells).value(u).ravel() for u in fields)])
         low, high = start + float(reached.min()), start + float(reached.max())
-        slack = CLOSE * (high - low)
+        slack = 1e-3 * (high - low)  # the accuracy of given temperatures at the ends of tables
         for key, table in given:
             first, last = table.temperatures[0], table.temperatures[-1]
             if low < first - slack or high > last + slack:
                 known = f"{key} of {material.name} is a table from {first:,.0f} to {last:,.0f} K"
-                sentences[f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"] = (
-                    None
+                sentences.append(
+                    f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"
                 )
-    return list(sentences)
+    return list(dict.fromkeys(sentences))

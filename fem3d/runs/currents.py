@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import qr
 
 from scenes.errors import SceneError, quoted
 from scenes.keys import ACCURACY
@@ -19,15 +20,13 @@ from scenes.result import Result, Step, Traces
 from statespace import channels
 from statespace.channels import Inputs
 
-_OTHER = {"max": "min", "min": "max"}
-
 
 def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step, ...]) -> Result:
     """Superpose the probes of a transient of currents and potentials alone.
 
     ``solve`` answers a steady scene; ``plan`` is copied into the result. Errors hold at every time.
-    Raises SceneError for an extreme potential under several independent voltages, because extremes do not superpose,
-    and the errors of ``solve``.
+    Raises SceneError for an extreme potential under voltages that vary apart or change their sign, because extremes do
+    not superpose, and the errors of ``solve``.
     """
     for probe in scene.probes:
         if probe.quantity in DERIVED:
@@ -37,13 +36,13 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
             )
     times, instants, parts = _superposition(scene)
     extremes = [p.name for p in scene.probes if p.quantity == "potential" and p.reduce != "mean"]
-    if extremes and len(instants) > 1:
+    if extremes and (len(instants) > 1 or (parts < 0).any()):
         raise SceneError(
-            f"probe {quoted(extremes[0])}.reduce asks for an extreme potential under {len(instants)} voltages that "
-            'vary apart, of which it is not the sum: give reduce = "mean", or a point'
+            f"probe {quoted(extremes[0])}.reduce asks for an extreme potential under voltages that vary apart or "
+            'change their sign, of which it is not the sum: give reduce = "mean", or a point'
         )
     accuracy = max(scene.accuracy / len(instants), ACCURACY.lower)
-    results = [solve(_with_opposites(at_instant(scene, time), extremes, accuracy)) for time in instants]
+    results = [solve(replace(at_instant(scene, time), accuracy=accuracy)) for time in instants]
     # Nothing is solved at an instant of equal voltages, which drive no current.
     solved = [n for n, r in enumerate(results) if r.details["electric_unknowns"]] or [0]
     largest = np.abs(parts).max(axis=1)
@@ -52,11 +51,6 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
     for name in (p.name for p in scene.probes):
         values[name] = np.array([r.steady[name].value for r in results]) @ parts
         errors[name] = float(sum(largest[n] * results[n].steady[name].error for n in solved))
-        if name in extremes:
-            # A voltage of the other sign turns the potential upside down.
-            other = results[0].steady[_opposite(name)]
-            values[name] = np.where(parts[0] < 0, parts[0] * other.value, values[name])
-            errors[name] = max(errors[name], float(largest[0] * other.error))
     most = {key: max(r.details[key] for r in results) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
     warnings = list(dict.fromkeys(text for r in results for text in r.details["warnings"]))
     scales = {name: max(results[n].details["scales"][name] for n in solved) for name in errors}
@@ -103,31 +97,9 @@ def _superposition(scene: AnyScene) -> tuple[np.ndarray, list[float], np.ndarray
     before = [t - 1e-9 * (t - max([0.0, *(k for k in knots if k < t)])) for t in knots if inputs.jumps(t).any()]
     times = np.unique(np.concatenate([[0.0, end], knots, before, scene.output_times]))
     voltages = inputs.at(times)[:, 0 if constant else 1 :]
-    left, chosen = voltages.copy(), list[int]()
-    while (sizes := np.linalg.norm(left, axis=1)).max(initial=0.0) > ROUNDING * np.abs(voltages).max():
-        chosen.append(int(sizes.argmax()))
-        direction = left[chosen[-1]] / sizes.max()
-        left -= np.outer(left @ direction, direction)
-    if not chosen:
+    if not (size := np.abs(voltages).max(initial=0.0)):
         return times, [0.0], np.ones((1, len(times)))
+    pivots, order = qr(voltages.T, mode="r", pivoting=True)
+    chosen = order[: int((np.abs(np.diagonal(pivots)) > ROUNDING * size).sum())]
     parts = np.linalg.lstsq(voltages[chosen].T, voltages.T, rcond=None)[0]
-    instants = times[chosen].tolist()
-    if len(chosen) == 1:
-        # Extremes bend where the voltage changes its sign.
-        change = np.flatnonzero(parts[0, :-1] * parts[0, 1:] < 0)
-        share = parts[0, change] / (parts[0, change] - parts[0, change + 1])
-        times = np.insert(times, change + 1, times[change] + share * (times[change + 1] - times[change]))
-        parts = np.insert(parts, change + 1, 0.0, axis=1)
-    return times, instants, parts
-
-
-def _with_opposites(scene: Any, extremes: list[str], accuracy: float) -> Any:
-    """Return the scene at an accuracy, with the opposite of each extreme as an additional probe."""
-    opposites = (
-        replace(p, name=_opposite(p.name), reduce=_OTHER[p.reduce]) for p in scene.probes if p.name in extremes
-    )
-    return replace(scene, probes=(*scene.probes, *opposites), accuracy=accuracy)
-
-
-def _opposite(name: str) -> str:
-    return f"{name}, turned"
+    return times, times[chosen].tolist(), parts

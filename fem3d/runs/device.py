@@ -20,7 +20,7 @@ from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import Problems, added, contributions, problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
 from fem3d.runs.differences import STEP, Difference, Table, Values, move
-from fem3d.solution.tangent import TIGHT
+from fem3d.solution.steady import TIGHT
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import boxes
 from meshes import edgewise, grading, symmetry

@@ -2,7 +2,7 @@
 
 With f(h) a quantity at a key larger by a relative step h, the derivative is (f(h) - f(0)) / ln(1 + h), or for a steady
 quantity the mean for h and -h, whose distance from the former bounds the truncation error. A steady state beside
-another one is solved to the first order in h (`fem3d.solution.tangent`), as terms of the second order cancel in the
+another one is solved to the first order in h (`fem3d.solution.steady`), as terms of the second order cancel in the
 mean. All solutions share their cells, factors and quadratures, so that their rounding errors allow small steps. The
 error of space is estimated in the next lower space: the difference is a smooth function of the mesh, and converges as
 the quantities do. Steady quantities are differentiated in logarithms, which are straight for powers.
@@ -38,8 +38,7 @@ from fem3d.results.outputs import Study
 from fem3d.results.probes import keep_places, reading
 from fem3d.solution import transient
 from fem3d.solution.reduced import orthonormal
-from fem3d.solution.steady import SteadyState
-from fem3d.solution.tangent import Tangent
+from fem3d.solution.steady import SteadyState, Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.bricks import BrickSpace

@@ -22,16 +22,11 @@ from scenes.errors import BeyondLawError, NumericsError
 # Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
 # more of the one before than the last step may leave of the accuracy.
 INNER = 1e-4
-REFACTORED = 15  # steps of GMRES after which factors are made anew: they take about as long
 MOST_NEWTON = 20  # steps at one point
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
-# section 2.1: 1/2), and with which no path is needed: by Kantorovich's theorem the state then is the only one near.
-CONTRACTS, SURELY = 0.5, 0.25
+# section 2.1: 1/2).
+CONTRACTS = 0.5
 HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's method alone goes to twice that
-# Points along each axis that finer quadratures of laws have beyond the one in use. The error that a kink leaves jumps
-# from rule to rule. It exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two
-# differences for 24.
-FURTHER = (1, 2, 3)
 Solver = Callable[[np.ndarray], np.ndarray]
 
 
@@ -107,8 +102,8 @@ class Newton:
     def correct(self, point: Point, row: np.ndarray | None, enough: float, surely: bool = False) -> tuple[Point, float]:
         """Newton's method from a point, on the plane through it that a ``row`` (unknowns,) defines, or at its mu.
 
-        The second result is the relative size of the step that would be next. With ``surely`` the contraction must be
-        so strong that no other state is near.
+        The second result is the relative size of the step that would be next. With ``surely`` the first contraction
+        must be below 1/4: by Kantorovich's theorem no other state is near.
         """
         before, contraction = np.inf, INNER
         for number in range(MOST_NEWTON):
@@ -119,7 +114,7 @@ class Newton:
             size = self.size(change, point)
             if number:
                 contraction = size / max(before, 1e-300)
-                if contraction > (SURELY if surely and number == 1 and size > enough else CONTRACTS):
+                if contraction > (0.25 if surely and number == 1 and size > enough else CONTRACTS):
                     # Rounding, or the bends of laws, cause further small steps: they count in the error.
                     if size <= max(10 * enough, 1e-7):
                         return point, size
@@ -146,10 +141,11 @@ class Newton:
         return finer
 
     def by_quadrature(self, point: Point) -> float:
-        """The relative error that quadratures of laws leave in a state: the sum of its changes by finer ones, of the
-        rise and the potential, of the currents and of their heat."""
+        """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
+        the rise and the potential, of the currents and of their heat. The error that a kink leaves jumps from rule to
+        rule: it exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two for 24."""
         linearization, off = Linearization(self, point), 0.0
-        for finer in map(self.finer, FURTHER):
+        for finer in map(self.finer, (1, 2, 3)):
             try:
                 other = finer.at(point.x)
             except VanishedError:
@@ -211,7 +207,8 @@ class Linearization:
         NotConvergedError where the linear system is not solved."""
         newton = self._newton
         change, count = self._by_gmres(residual, row)
-        if newton.heat.terms and (change is None or count > REFACTORED):
+        # Factors take about as long as 15 steps of GMRES.
+        if newton.heat.terms and (change is None or count > 15):
             try:
                 newton.factors = self._tangent.solve_steady
             except NumericsError:

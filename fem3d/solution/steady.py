@@ -18,12 +18,14 @@ convergence; near a pole, beyond a fold, or with the resistivity used up by a vo
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from fem3d.problems.assembly import at_films, linearized
+from fem3d.problems.assembly import at_films, linearized, refine_quadratures
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.newton import (
@@ -38,14 +40,10 @@ from fem3d.solution.newton import (
 )
 from scenes.errors import BeyondLawError, ConvergenceError, NumericsError, RunawayError
 
-MOST_POINTS = 100  # of a path
-MOST_BEYOND = 20  # of them beyond a fold, where steps that double lead from 1 K to 1e6 K
 ON_PATH = 1e-5  # relative error of the states of a path, whose largest drive messages state in three digits
-SHORTEST = 1e-6  # relative step along a path that ends it
-FOLD = 1e-3  # relative error of the place of a fold, where mu is stationary
-STEEP = 2.0  # power of mu with which the hottest rise grows from which on it runs away; without laws it is 1
 MOST_FINER = 4  # times that the quadrature of laws is refined
 NEGLIGIBLE = 0.03  # of the accuracy: what a finer quadrature of laws, or another pattern of the current, may change
+TIGHT = 1e-2  # part of the accuracy to which changes of states are solved
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +167,8 @@ class Path:
         ahead = self._unit(ahead)
         # Half of the drive, or the drive of a tenth of the hottest rise by the cold answer.
         first = min(0.5 / ahead[-1], 0.1 * HOTTEST / max(largest(ahead[:n]), 1e-300))
-        before, top, step, length, beyond = point, 0.0, first, 0.0, 0
-        for _ in range(MOST_POINTS):
+        before, top, step, length, beyond, most = point, 0.0, first, 0.0, 0, 100
+        for _ in range(most):
             count = newton.steps
             try:
                 new = self._on_plane(point.x + step * ahead, ahead)
@@ -182,7 +180,7 @@ class Path:
                     return newton.correct(newton.at(below.x + share * (highest.x - below.x)), None, enough)
             except NotConvergedError as failure:
                 step /= 2
-                if step < SHORTEST * max(length, first):
+                if step < 1e-6 * max(length, first):
                     raise self._end(top, point, isinstance(failure, VanishedError)) from None
                 continue
             if largest(new.rise) > HOTTEST:
@@ -190,13 +188,13 @@ class Path:
             top = max(top, highest.mu)
             length += step
             beyond += top > new.mu
-            # Without laws no path turns back.
-            if beyond > (MOST_BEYOND if newton.nonlinear else 0):
+            # Without laws no path turns back; steps that double lead from 1 K to 1e6 K within 20.
+            if beyond > 20 * newton.nonlinear:
                 raise self._runaway(top)
             before, point, ahead = point, new, self._unit(new.x - point.x)
             step = 2 * step if newton.steps - count <= 3 else step
         raise ConvergenceError(
-            f"no steady state is found within {MOST_POINTS} points on the path of states: the last one is at "
+            f"no steady state is found within {most} points on the path of states: the last one is at "
             f"{self._fraction(point.mu):.4g} of the drive, {largest(point.rise):.4g} K hot"
         )
 
@@ -226,8 +224,8 @@ class Path:
             states.append(self._on_plane(guess(place), direction))
             return -states[-1].mu
 
-        with suppress(NotConvergedError):  # the highest one so far is close
-            minimize_scalar(missing, bounds=(0.0, places[-1]), method="bounded", options={"xatol": FOLD * places[-1]})
+        with suppress(NotConvergedError):  # the highest one so far is close; mu is stationary at a fold
+            minimize_scalar(missing, bounds=(0.0, places[-1]), method="bounded", options={"xatol": 1e-3 * places[-1]})
         return max(states, key=lambda each: each.mu)
 
     def _fraction(self, mu: float) -> float:
@@ -246,29 +244,26 @@ class Path:
             return float(np.log(largest(last.rise) / HOTTEST))
 
         with suppress(NotConvergedError):  # the last one is close
-            brentq(beyond, 0.0, 1.0, xtol=FOLD)
+            brentq(beyond, 0.0, 1.0, xtol=1e-3)
         ratio = largest(last.rise) / max(largest(point.rise), 1e-300)
-        if last.mu <= top or np.log(last.mu / max(point.mu, 1e-300)) * STEEP < np.log(ratio):
+        # Without laws the hottest rise grows like mu: where it grows like mu squared or faster it runs away.
+        if last.mu <= top or 2 * np.log(last.mu / max(point.mu, 1e-300)) < np.log(ratio):
             return self._runaway(max(last.mu, top))
-        fraction = self._fraction(last.mu)
-        return RunawayError(
-            f"at {fraction:.3g} times what drives the scene the steady state is at {self._hottest:,.0f} K, "
-            "hotter than any solid: no hotter one is looked for",
-            fraction * self._whole, unit=self._measure, whole=self._whole,
-        )  # fmt: skip
+        return self._ends_at(last.mu, (
+            f"at {self._fraction(last.mu):.3g} times what drives the scene the steady state is at {self._hottest:,.0f} "
+            "K, hotter than any solid: no hotter one is looked for"
+        ))  # fmt: skip
 
     def _end(self, top: float, point: Point, vanished: bool) -> NumericsError:
         """The error of a path that does not go on."""
-        c, fraction = self._newton.conductor, self._fraction(top)
+        c = self._newton.conductor
         # Where a resistivity that falls with the temperature is used up, the path ends without a fold.
         if vanished and c is not None and (c.by_current or not (c.warm < 0).any()):
             return BeyondLawError()
         if vanished or top > point.mu:
             return self._runaway(top)
-        return RunawayError(
-            f"no steady state is found beyond {fraction:.3g} times what drives the scene, which need not be a runaway",
-            fraction * self._whole, unit=self._measure, whole=self._whole,
-        )  # fmt: skip
+        beyond = f"no steady state is found beyond {self._fraction(top):.3g} times what drives the scene"
+        return self._ends_at(top, f"{beyond}, which need not be a runaway")
 
     def _runaway(self, mu: float) -> RunawayError:
         """The error of a path that goes no further than some mu."""
@@ -276,10 +271,13 @@ class Path:
         if unit:
             limited = "current" if unit == "A" else "voltage"
             at, why = f"at {self._drive:g} {unit} ", "the conductivity or the resistance changes"
-        return RunawayError(
-            f"thermal runaway: {at}no steady state exists below {self._hottest:,.0f} K, because {why} as it heats",
-            self._fraction(mu) * self._whole, f"the largest {limited} with a steady state", unit, self._whole,
+        return self._ends_at(
+            mu, f"thermal runaway: {at}no steady state exists below {self._hottest:,.0f} K, because {why} as it heats",
+            f"the largest {limited} with a steady state",
         )  # fmt: skip
+
+    def _ends_at(self, mu: float, message: str, limited: str = "") -> RunawayError:
+        return RunawayError(message, self._fraction(mu) * self._whole, limited, self._measure, self._whole)
 
 
 def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProblem | None) -> SteadyState:
@@ -318,3 +316,41 @@ def _currents_alone(heat: HeatProblem, conductor: Conductor | None) -> SteadySta
         heat, conductor, still, heat.loads[0], conductor.joule(cold.density, still), conductor.pattern(cold).currents,
         float(cold.potential @ cold.reaction), cold.potential, density=cold.density,
     )  # fmt: skip
+
+
+class Tangent:
+    """The linearized equations F'(x) at a steady state, with changes solved to a part of an ``accuracy``.
+
+    With the equations F(x, s) = 0 of a scene and its neighbours and the state x at s = 0, the state at s is
+    x - F'(x)^-1 (F(x, s) - F(x, 0)) to first order. A derivative costs a linear solve, and errors of the iteration that
+    found x cancel in F(x, s) - F(x, 0).
+    """
+
+    def __init__(self, state: SteadyState, accuracy: float) -> None:
+        heat = state.heat.exact or state.heat
+        # Each solution for the residual of the one before reduces it by the tolerance of GMRES.
+        self._solutions = math.ceil(math.log(TIGHT * accuracy) / math.log(INNER))
+        self._state, self._newton = state, Newton(heat, state.conductor, state.heat.solve_steady)
+        self._point = self._newton.at_rise(state.rise, 1.0)
+        self._derivative = Linearization(self._newton, self._point)
+
+    def state(self, heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
+        """Return the state of a scene beside, from its heat problem and its conductor on the same cells, moved."""
+        newton, change = self._beside(heat, conductor), np.zeros(len(self._point.x))
+        residual = newton.at(self._point.x).residual - self._point.residual
+        for _ in range(self._solutions if residual.any() else 0):
+            change += self._derivative.solve(residual - self._derivative(change), newton.along_mu)
+            change[-1] = 0.0
+        tangent = None
+        if newton.nonlinear:
+            tangent = replace(newton.heat, stiffness=self._state.heat.stiffness, rest=self._state.heat.rest)
+            tangent.kept.tell(solve_steady=newton.factors)
+        return read_state(newton, newton.at(self._point.x + change), 0.0, tangent)
+
+    def _beside(self, heat: HeatProblem, conductor: Conductor | None) -> Newton:
+        """The equations of a scene beside, by the quadratures of laws and with the factors of this one."""
+        mine, factors = self._newton, self._newton.factors
+        pairs: Any = zip((*mine.heat.terms, mine.conductor), (*heat.terms, conductor), strict=True)
+        if points := max((a.more - b.more for a, b in pairs if a is not None), default=0):
+            heat, conductor = refine_quadratures(heat, conductor, points)
+        return Newton(heat, conductor, factors)
