@@ -176,11 +176,10 @@ def contributions(
     return [Contributions(*each, np.concatenate(own)) for each in zip(before, last, strict=True)]
 
 
-def problems(domain: Domain, accuracy: float, near: Problems | None = None) -> Problems:
-    """Return the problems of a domain, to be solved for a relative accuracy; assembled from the problems ``near`` them
-    if there are any, on the same cells at other places."""
-    heat = assemble(domain, near.heat if near else None)
-    conductor = conductors.find(heat, SOLVED * accuracy, near.conductor if near else None)
+def problems(domain: Domain, accuracy: float) -> Problems:
+    """Return the problems of a domain, to be solved for a relative accuracy."""
+    heat = assemble(domain)
+    conductor = conductors.find(heat, SOLVED * accuracy)
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
     return Problems(
         domain, (*lower, heat), (*(conductor and conductor.lower(k, h) for k, h in enumerate(lower)), conductor)

@@ -42,30 +42,21 @@ from scenes import faces
 from scenes.model import Schedule, Value, bends
 
 
-def assemble(domain: Domain, near: HeatProblem | None = None) -> HeatProblem:
-    """Assemble the heat problem of a domain, from the problem ``near`` it if there is one: of a scene with the same
-    parts, on the same cells at other places."""
+def assemble(domain: Domain) -> HeatProblem:
+    """Assemble the heat problem of a domain."""
     scene, space = domain.scene, domain.space
     sources, generated = _sources(domain)
     films, cooled, loads, rows = _films_and_fluxes(domain)
     held, values, reactions, contradiction = _given_values(domain)
     order = _numbering(domain, held)
-    coefficients = _coefficients(domain)
-    if near is None:
-        conduction, capacity = space.matrices(*coefficients)
-        # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
-        # imaginary one beside each entry keeps it.
-        with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
-        stiffness = halves(csc_array(with_ones + films))[0] if films.nnz else conduction
-        stiffness, mass = part(stiffness, order), part(capacity, order)
-        _conserve(stiffness, space.unit[order], cooled[order])
-    else:
-        there = near.domain
-        films_there, cooled_there, *_ = _films_and_fluxes(there)
-        changes = space.changes(*coefficients, there.space, *_coefficients(there), np.arange(len(domain.body)))
-        conduction, capacity = (part(csc_array(m), order) for m in (changes[0] + (films - films_there), changes[1]))
-        _conserve(conduction, space.unit[order], (cooled - cooled_there)[order])
-        stiffness, mass = csc_array(near.stiffness + conduction), csc_array(near.mass + capacity)
+    capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
+    conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
+    # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
+    # imaginary one beside each entry keeps it.
+    with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
+    stiffness = halves(csc_array(with_ones + films))[0] if films.nnz else conduction
+    stiffness, mass = part(stiffness, order), part(capacity, order)
+    _conserve(stiffness, space.unit[order], cooled[order])
     free = int((~held[order]).sum())
     fixed = order[free:]
     return HeatProblem(
@@ -73,14 +64,9 @@ def assemble(domain: Domain, near: HeatProblem | None = None) -> HeatProblem:
         {name: share[fixed] for name, share in reactions.shares.items()}, part(reactions.edges, fixed),
         {name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order],
-        near.ordering if near else Ordering(space.places), domain, order,
+        Ordering(space.places), domain, order,
         contradiction[order], (*terms(domain), *surfaces(domain)), storage(domain),
     )  # fmt: skip
-
-
-def _coefficients(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
-    """Return the conductivity (cells,), or (3, cells), and the heat capacity per volume (cells,)."""
-    return domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
 
 
 def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from fem3d.problems.cholesky import Ordering, part
@@ -30,14 +30,11 @@ from scenes import laws
 from scenes.model import ROUNDING, Material
 
 AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
-# Faces pass for one plane where their normals sum to at least this fraction of their lengths (a bend of 36 degrees).
-PLANE = 0.95
 
 
-def find(heat: HeatProblem, solved: float = SOLVED, near: Conductor | None = None) -> Conductor | None:
+def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
-    small the residual of a potential must be. The conductor ``near`` them, if any, is of a scene with the same parts,
-    on the same cells at other places."""
+    small the residual of a potential must be."""
     domain, space = heat.domain.electric, heat.domain.electric.space
     cells = np.flatnonzero(domain.live)
     if not len(cells):
@@ -53,20 +50,13 @@ def find(heat: HeatProblem, solved: float = SOLVED, near: Conductor | None = Non
     counts = [len(c.warmed[0].areas) for c in crossed]
     cold = np.vstack([lines[cells, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
     warm = np.vstack([lines[cells, 1:], np.zeros((sum(counts), 1))])
-    conductivity = on.conductivity(cold)
-    if near is None:
-        matrix = sum((c.conductance for c in crossed), space.stiffness(conductivity, cells))
-    else:
-        there, none = near.heat.domain, np.zeros(len(cells))
-        change = space.changes(conductivity, none, near.space, near.on.conductivity(near.cold), none, cells)[0]
-        matrix = sum((c.conductance for c in crossed), near.matrix + change)
-        matrix = sum((-c.conductance for c in crossings(there)), matrix)
+    matrix = sum((c.conductance for c in crossed), space.stiffness(on.conductivity(cold), cells))
     ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
         sections, jumps, csc_array(matrix), _named(domain, cells, crossed),
-        near.ordering if near else Ordering(np.vstack([space.places, *ends])), solved, terminals,
+        Ordering(np.vstack([space.places, *ends])), solved, terminals,
         OfCells(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
@@ -212,7 +202,7 @@ class SharedReactions:
         for value in dict.fromkeys(values):
             group = [i for i, other in enumerate(values) if other == value]
             if len(group) > 1:
-                projection = _Projection.on([faces[i] for i in group])
+                projection = _Projection([faces[i] for i in group])
                 for i in group:
                     shares[names[i]][projection.functions] = projection.coefficients(faces[i].load())
                 edges = csc_array(edges + projection.edges(bent))
@@ -223,32 +213,23 @@ class SharedReactions:
 
 
 def _at_an_angle(faces: Sequence[Any]) -> np.ndarray:
-    """(functions,): where the normals of faces sum to less than their lengths."""
+    """(functions,): where the normals of faces sum to less than 0.95 of their lengths: a bend of 36 degrees."""
     normals = [face.normals() for face in faces]
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
-    bent: np.ndarray = np.linalg.norm(np.sum(normals, axis=0), axis=1) < PLANE * lengths
+    bent: np.ndarray = np.linalg.norm(np.sum(normals, axis=0), axis=1) < 0.95 * lengths
     return bent
 
 
-@dataclass(frozen=True, eq=False)
 class _Projection:
-    """Projection on the ``functions`` (n,) of some faces, by their mass matrix scaled to a unit diagonal: ``mass`` =
-    S M S with ``scale`` the diagonal of S."""
+    """Projection on the ``functions`` (n,) of some faces, by their mass matrix."""
 
-    functions: np.ndarray
-    mass: csc_array
-    scale: np.ndarray
-
-    @staticmethod
-    def on(faces: Sequence[Any]) -> _Projection:
-        functions = np.flatnonzero(np.any([face.functions for face in faces], axis=0))
-        mass = csc_array(sum((face.mass() for face in faces[1:]), faces[0].mass())[functions][:, functions])
-        scale = 1 / np.sqrt(mass.diagonal())
-        return _Projection(functions, csc_array(diags_array(scale) @ mass @ diags_array(scale)), scale)
+    def __init__(self, faces: Sequence[Any]) -> None:
+        self.functions = np.flatnonzero(np.any([face.functions for face in faces], axis=0))
+        self._mass = part(csc_array(sum((face.mass() for face in faces[1:]), faces[0].mass())), self.functions)
 
     def coefficients(self, load: np.ndarray) -> np.ndarray:
         """(n,): M^-1 of a load (functions,)."""
-        coefficients: np.ndarray = self.scale * splu(self.mass).solve(self.scale * load[self.functions])
+        coefficients: np.ndarray = splu(self._mass).solve(load[self.functions])
         return coefficients
 
     def edges(self, bent: np.ndarray) -> csc_array:
@@ -256,12 +237,9 @@ class _Projection:
         possible elsewhere: e minus its projection on the other functions."""
         on_edge = bent[self.functions]
         at, rest = np.flatnonzero(on_edge), np.flatnonzero(~on_edge)
-        shape = (len(bent),) * 2
-        if not len(at):
-            return csc_array(shape)
-        rhs = csc_array(self.mass[rest] @ diags_array(1 / self.scale))[:, at]  # S M
-        beside = splu(part(self.mass, rest)).solve(rhs.toarray())
         rows = np.zeros((len(at), len(self.functions)))
-        rows[:, at], rows[:, rest] = np.eye(len(at)), -(self.scale[rest, None] * beside).T
+        if len(at):
+            beside = splu(part(self._mass, rest)).solve(csc_array(self._mass[rest])[:, at].toarray())
+            rows[:, at], rows[:, rest] = np.eye(len(at)), -beside.T
         pairs = np.repeat(self.functions[at], len(self.functions)), np.tile(self.functions, len(at))
-        return csc_array((rows.ravel(), pairs), shape)
+        return csc_array((rows.ravel(), pairs), (len(bent),) * 2)

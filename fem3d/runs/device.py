@@ -289,11 +289,9 @@ def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -
     """
     domain, part, accuracy = model.structure.heat.domain, symmetry.reduce(device.scene()), TIGHT * device.accuracy_3d
 
-    own = problems(domain, accuracy)
-
     def levels(key: str, step: float) -> tuple[Values, Values]:
         other = neighbour(device, key, step) if key else device
-        given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy, own) if key else own
+        given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy)
         values = []
         for structure in structures(other, given, part.copies)[:2]:
             base = structure.base()

@@ -13,7 +13,7 @@ by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10
 
 The mesh moves with the faces of another scene that has the same parts. Each axis is mapped by itself: a plane of faces
 goes where its faces go, and coordinates between two planes move in proportion. Bricks stay bricks, and cells, functions
-and unknowns stay the same. Only the cells that move or whose properties differ are assembled.
+and unknowns stay the same.
 """
 
 from __future__ import annotations
@@ -313,7 +313,7 @@ class _Solver:
     def _moved(self, study: Study) -> Problems:
         """The problems of a scene on the mesh of the answer, moved, with the factors of the answer's own scene."""
         domain = move(self._answer.heat.domain, self._part, study.part)
-        given = nested.problems(domain, study.accuracy, self._own)
+        given = nested.problems(domain, study.accuracy)
         if not np.array_equal(given.heat.order, self._own.heat.order):
             raise SceneError("other nodes have given temperatures when the scene changes")
         for heat, own in zip(given.heats, self._own.heats, strict=True):

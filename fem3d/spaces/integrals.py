@@ -127,22 +127,6 @@ class Space(ABC):
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         """The integral of k grad u . grad v over some cells, for k (n,), or (3, n) along the axes."""
 
-    def changes(
-        self, k: np.ndarray, c: np.ndarray, near: Space, near_k: np.ndarray, near_c: np.ndarray, cells: np.ndarray
-    ) -> tuple[csc_array, csc_array]:
-        """`matrices` over some cells, less the matrices of a space ``near`` with the same cells at other places, whose
-        coefficients are ``near_k`` and ``near_c``. Only cells that move or whose coefficients differ are integrated."""
-        corners = self.mesh.t[:, cells]
-        moved = (self.mesh.p[:, corners] != near.mesh.p[:, corners]).any(axis=(0, 1))
-        at = np.flatnonzero(moved | np.atleast_2d(k != near_k).any(axis=0) | (c != near_c))
-        if not len(at):
-            return csc_array((self.size, self.size)), csc_array((self.size, self.size))
-        here, there = self.matrices(k[..., at], c[at], cells[at]), near.matrices(near_k[..., at], near_c[at], cells[at])
-        stiffness, mass = (
-            csc_array((a.data - b.data, a.indices, a.indptr), a.shape) for a, b in zip(here, there, strict=True)
-        )
-        return stiffness, mass
-
     @abstractmethod
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
         """(points, functions of a cell): their values at reference points (3, points), or slopes along an axis."""
