@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -19,12 +18,13 @@ LEAF = 120
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST = 0.3
-ROWS = 64  # of a matrix that are added at once, few enough to stay in the processor's cache
 
 
-@dataclass(frozen=True, eq=False)
-class Dissection:
-    """Pieces of a graph of groups. Each piece follows the pieces that it joins.
+class Ordering:
+    """Elimination order of groups of functions (one group per vertex, edge, facet or cell, at ``places`` (groups, 3)).
+
+    The order is a nested dissection of the first matrix. It serves all matrices that couple no other groups. Each of
+    its pieces follows the pieces that it joins.
 
     Attributes
     ----------
@@ -34,51 +34,38 @@ class Dissection:
     beyond : for each piece, the ranks of later groups that the elimination of earlier groups couples to this piece
     """
 
-    rank: np.ndarray
     starts: np.ndarray
     joined: list[list[int]]
     beyond: list[np.ndarray]
 
-
-class Ordering:
-    """Elimination order of groups of functions (one group per vertex, edge, facet or cell, at ``places`` (groups, 3)).
-
-    The order is a nested dissection of the first matrix. It serves all matrices that couple no other groups."""
-
     def __init__(self, places: np.ndarray) -> None:
-        self._places = places
-        self._found: Dissection | None = None
+        self._places, self.rank = places, np.full(len(places), -1)
 
-    def of(self, matrix: csc_array, groups: np.ndarray) -> Dissection:
-        """The dissection for a matrix whose unknowns are of ``groups`` (n,)."""
-        if self._found is None or (self._found.rank[groups] < 0).any():
-            self._found = self._dissected(matrix, groups)
-        return self._found
-
-    def _dissected(self, matrix: csc_array, groups: np.ndarray) -> Dissection:
+    def hold(self, matrix: csc_array, groups: np.ndarray) -> None:
+        """Make the dissection for a matrix whose unknowns are of ``groups`` (n,), if a group has no rank yet."""
+        if (self.rank[groups] >= 0).all():
+            return
         entities, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
         count = len(entities)
         pairs = group[matrix.indices], np.repeat(group, np.diff(matrix.indptr))
         graph = csc_array((np.ones(matrix.nnz, np.int8), pairs), shape=(count, count)).tocoo()
         below = graph.row > graph.col
         rows, columns = graph.row[below], graph.col[below]
-        pieces, joined = dissection(self._places[entities], sizes, rows, columns)
-        order = np.concatenate(pieces)
-        place = np.argsort(order)
-        starts = np.concatenate([[0], np.cumsum([len(p) for p in pieces])])
+        pieces, self.joined = dissection(self._places[entities], sizes, rows, columns)
+        place = np.argsort(np.concatenate(pieces))
+        self.starts = np.concatenate([[0], np.cumsum([len(p) for p in pieces])])
         first, last = np.sort([place[rows], place[columns]], axis=0)
         by_first = np.argsort(first, kind="stable")
-        last, at = last[by_first], np.searchsorted(first[by_first], starts)
-        beyond: list[np.ndarray] = []
-        for piece, end in enumerate(starts[1:]):
+        last, at = last[by_first], np.searchsorted(first[by_first], self.starts)
+        self.beyond = []
+        for piece, end in enumerate(self.starts[1:]):
             near = np.zeros(count, bool)
             near[last[at[piece] : at[piece + 1]]] = True
-            for j in joined[piece]:
-                near[beyond[j]] = True
-            beyond.append(end + np.flatnonzero(near[end:]))
-        rank = np.full(len(self._places), -1)
-        rank[entities] = place
-        return Dissection(rank, starts, joined, beyond)
+            for j in self.joined[piece]:
+                near[self.beyond[j]] = True
+            self.beyond.append(end + np.flatnonzero(near[end:]))
+        self.rank = np.full(len(self._places), -1)
+        self.rank[entities] = place
 
 
 class Factors:
@@ -90,27 +77,25 @@ class Factors:
     the ``ordering``."""
 
     def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering) -> None:
-        tree = ordering.of(matrix, groups)
-        rank = tree.rank[groups]
+        ordering.hold(matrix, groups)
+        rank = ordering.rank[groups]
         self._order = np.argsort(rank, kind="stable")
         self._blocks: list[tuple[slice, np.ndarray, np.ndarray, np.ndarray]] = []
-        sizes = np.bincount(rank, minlength=tree.starts[-1])
+        sizes = np.bincount(rank, minlength=ordering.starts[-1])
         first = np.concatenate([[0], np.cumsum(sizes)])
         ordered = part(matrix, self._order)
         place = np.zeros(len(rank), int)
         updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-        for piece, (start, end) in enumerate(pairwise(first[tree.starts].tolist())):
-            groups_beyond = tree.beyond[piece]
+        for piece, (start, end) in enumerate(pairwise(first[ordering.starts].tolist())):
+            groups_beyond = ordering.beyond[piece]
             beyond = _ranges(first[groups_beyond], sizes[groups_beyond])
             pivots = end - start
             place[start:end] = np.arange(pivots)
             place[beyond] = np.arange(pivots, pivots + len(beyond))
             front = np.zeros((pivots + len(beyond),) * 2)
             entries = slice(ordered.indptr[start], ordered.indptr[end])
-            rows, columns = (
-                ordered.indices[entries],
-                np.repeat(np.arange(pivots), np.diff(ordered.indptr[start : end + 1])),
-            )
+            rows = ordered.indices[entries]
+            columns = np.repeat(np.arange(pivots), np.diff(ordered.indptr[start : end + 1]))
             later = rows >= start
             rows, into = rows[later], np.append(np.arange(start, end), beyond)
             at = place[rows]
@@ -119,8 +104,9 @@ class Factors:
                 raise NumericsError("the matrix couples unknowns that the one of its ordering doesn't")
             front[columns[later], at] = ordered.data[entries][later]
             # Isolated pieces leave nothing to the separators.
-            for j in (j for j in tree.joined[piece] if j in updates):
-                _add(front, *updates.pop(j), place)
+            for j in (j for j in ordering.joined[piece] if j in updates):
+                unknowns, update = updates.pop(j)
+                front[np.ix_(place[unknowns], place[unknowns])] += update
             if not pivots:
                 if len(beyond):
                     updates[piece] = beyond, front
@@ -155,18 +141,6 @@ class Factors:
 def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """The numbers of some ranges, one after the other."""
     return np.repeat(starts - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
-
-
-def _add(front: np.ndarray, unknowns: np.ndarray, update: np.ndarray, place: np.ndarray) -> None:
-    """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``, each a later
-    one than the unknown before it."""
-    at = place[unknowns]
-    for first in range(0, len(at), ROWS):
-        # Spread over the columns, rows are added as a whole: four times faster than entry by entry.
-        rows, left = slice(first, first + ROWS), at[first]
-        spread = np.zeros((len(at[rows]), front.shape[1] - left))
-        spread[:, at[first:] - left] = update[rows, first:]
-        front[at[rows], left:] += spread
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
