@@ -22,15 +22,12 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Response
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.element import product_rule, rule
-from fem3d.spaces.integrals import Cells, Space
+from fem3d.spaces.element import product_rule
+from fem3d.spaces.integrals import Space
 from meshes.symmetry import Symmetry
 from scenes.model import ROUNDING
 
 MOST_ROWS = 20_000
-INSTANT = 1e-12  # of the end time
-# The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
-BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
 
 def choose(
@@ -53,7 +50,7 @@ def choose(
     rows, new = evaluate(times), np.flatnonzero(~np.isin(times[1:], jumps))
     worst, parts = dict.fromkeys(allowed, 0.0), np.array([0.25, 0.5, 0.75])
     # A shorter interval is a jump.
-    while len(new := new[times[new + 1] - times[new] > INSTANT * times[-1]]):
+    while len(new := new[times[new + 1] - times[new] > 1e-12 * times[-1]]):
         inner = times[new, None] * (1 - parts) + times[new + 1, None] * parts
         between = {name: y.reshape(inner.shape) for name, y in evaluate(inner.ravel()).items()}
         lines = {name: y[new, None] * (1 - parts) + y[new + 1, None] * parts for name, y in rows.items()}
@@ -132,14 +129,18 @@ class Fields:
         """(pieces,): the cell of each piece of the part that is solved."""
         return np.concatenate([np.repeat(cells, len(low)) for cells, low, _ in self._cut])
 
-    def _at_nodes(self, space: Space, functions: np.ndarray) -> np.ndarray:
-        """(..., pieces, nodes): functions (..., functions) of a space."""
+    def _at(self, space: Space, functions: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """(..., pieces, places): functions (..., functions) of a space at places (places, 3) of the reference cell."""
         values = []
         for cells, low, sides in self._cut:
-            table = space.at((low[:, None] + sides * self._places).reshape(-1, 3).T)
+            table = space.at((low[:, None] + sides * places).reshape(-1, 3).T)
             each = functions[..., space.dofs[:, cells].T] @ table.T
-            values.append(each.reshape(*functions.shape[:-1], -1, len(self._places)))
+            values.append(each.reshape(*functions.shape[:-1], -1, len(places)))
         return np.concatenate(values, axis=-2)
+
+    def _at_nodes(self, space: Space, functions: np.ndarray) -> np.ndarray:
+        """(..., pieces, nodes)."""
+        return self._at(space, functions, self._places)
 
     @cached_property
     def _numbered(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -231,24 +232,24 @@ class Fields:
         else:
             rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(time)
         number = self._numbered[1:]
-        kelvins, potential = self._kelvins(rise), np.full(len(self.points), np.nan)
-        conductor, electric = self._conductor, None
-        if conductor is not None:
-            electric = conductor.solve(rise, inputs @ conductor.voltages).potential
-            values = self._at_nodes(self._domain.electric.space, electric)[None]
+        potential, density = np.full(len(self.points), np.nan), None
+        if self._conductor is not None:
+            solved = self._conductor.solve(rise, inputs @ self._conductor.voltages)
+            density, values = solved.density, self._at_nodes(self._domain.electric.space, solved.potential)[None]
             for (_, _, parity), level in zip(self._planes, self._levels, strict=True):
                 image = values if parity == "even" else 2 * float(heat.inputs.split(level) @ inputs) - values
                 values = np.concatenate([values, image])
             live = np.unique(number[1][:, self._domain.live[self._cell]])
             potential[live] = values.ravel()[number[0][live]]
-        density, heating, distance = self._means(heat.field(rise), electric)
+        *along, heating = self._means(rise, density)
+        currents = np.column_stack(along)
         for value, cells in self._domain.sources:
             heating[np.isin(self._cell, cells)] += float(heat.inputs.split(value) @ inputs)
         for axis, _, parity in self._planes:
             # A mirror turns the component along its axis where the potential is even, the others where it is odd.
-            turned = np.where((np.arange(3) == axis) == (parity == "even"), -density, density)
-            density, heating = np.concatenate([density, turned]), np.concatenate([heating, heating])
-        return Snapshot(kelvins, potential, density, heating, distance)
+            turned = np.where((np.arange(3) == axis) == (parity == "even"), -currents, currents)
+            currents, heating = np.concatenate([currents, turned]), np.concatenate([heating, heating])
+        return Snapshot(self._kelvins(rise), potential, currents, heating, self._distance(heat.field(rise)))
 
     @property
     def _conductor(self) -> Conductor | None:
@@ -256,38 +257,24 @@ class Fields:
             return self._state.conductor
         return None if self._transient is None else self._transient.conductor
 
-    def _means(self, field: np.ndarray, potential: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, float]:
-        """(pieces, 3) and (pieces,): current density and Joule heat, means over the pieces of the part, at a rise and a
-        potential (functions,); and the distance of the quadratic rise (K)."""
-        density, heating, distance = np.zeros((len(self._cell), 3)), np.zeros(len(self._cell)), 0.0
-        conductor, nodal, start = self._conductor, self._at_nodes(self._space, field), 0
-        row = np.full(len(self._domain.body), -1)
-        if conductor is not None:
-            row[conductor.cells] = np.arange(len(conductor.cells))
-        inside = self._space.rule(np.zeros(1, int), 0) if self.cell_type == "tetra10" else None
-        X, w = product_rule(3, 3) if inside is None else (inside.points.T, inside.weights)
-        shape = np.array([self._element.lbasis(X.T, i)[0] * np.ones(len(X)) for i in range(len(self._element.doflocs))])
-        for cells, low, sides in self._cut:
-            some = rule((low[:, None] + sides * X).reshape(-1, 3).T, np.tile(w, len(low)), self._space.at)
-            on, pieces = Cells(self._space, cells, some), slice(start, start := start + len(cells) * len(low))
-            rise = on.value(field)
-            off = nodal[pieces] @ shape - rise.reshape(-1, len(X))
-            distance = max(distance, BETWEEN * float(np.abs(off).max()))
-            live = np.flatnonzero(row[cells] >= 0)
-            if conductor is None or potential is None or not len(live):
-                continue
-            law, rows = conductor.following, row[cells[live]]
-            resistivity = conductor.cold[rows] + conductor.warm[rows] * rise[live]
-            if law is not None:
-                resistivity = law.of(rows).value(rise[live])
-            ratios = conductor.on.roots[:, rows] ** 2
-            slope = Cells(self._domain.electric.space, cells[live], some).gradient(potential)
-            fields = np.array([*(-slope / (resistivity * ratios)), (slope**2 / (resistivity * ratios)).sum(axis=0)])
-            weights = on.weights[live].reshape(-1, len(X))
-            means = (weights * fields.reshape(4, -1, len(X))).sum(axis=-1) / weights.sum(axis=-1)
-            at = (pieces.start + live[:, None] * len(low) + np.arange(len(low))).ravel()
-            density[at], heating[at] = means[:3].T, means[3]
-        return density, heating, distance
+    def _means(self, rise: np.ndarray, density: np.ndarray | None) -> np.ndarray:
+        """(4, pieces): current density and Joule heat of a current ``density`` at a rise, means over whole cells."""
+        conductor, means = self._conductor, np.zeros((4, len(self._domain.body)))
+        if conductor is not None and density is not None:
+            rows = slice(len(conductor.cells))
+            fields = [*(density[:, rows] / conductor.on.roots), conductor.heating(density, density, rise)[rows]]
+            weights = conductor.on.weights[rows]
+            means[:, conductor.cells] = (weights * np.array(fields)).sum(axis=-1) / weights.sum(axis=-1)
+        return means[:, self._cell]
+
+    def _distance(self, field: np.ndarray) -> float:
+        """The distance (K) of the quadratic cells from a rise (functions,)."""
+        simplex = self.cell_type == "tetra10"
+        at = self._space.rule(np.zeros(1, int), 0).points.T if simplex else product_rule(3, 3)[0]
+        shape = np.array([self._element.lbasis(at.T, i)[0] * np.ones(len(at)) for i in range(len(self._places))])
+        off = np.abs(self._at_nodes(self._space, field) @ shape - self._at(self._space, field, at)).max()
+        # The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
+        return float(off) * 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
 
 def _hexahedron(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
