@@ -29,10 +29,6 @@ from scenes.errors import NumericsError
 from scenes.faces import COLDEST
 from scenes.laws import Property
 
-# Of the coldest temperature that a scene may have: polynomials swing below it beside steep rises, and a law that is
-# followed there makes equations of a coarse mesh that have no solution. A field with an error below one half is nowhere
-# so cold.
-SWING = 0.5
 MORE = 1  # points along each axis beyond those of the linear problem; finer quadratures tell what they leave
 MOST_GMRES = 100  # of GMRES, without restarts
 SOLVED = 1e-6  # relative residual of a dual solution
@@ -60,7 +56,9 @@ class OfCells:
         given = [m.law(key) for m in domain.materials]
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
-        self._coldest = max(COLDEST, SWING * physics.coldest(domain.scene))
+        # Polynomials swing below the coldest temperature beside steep rises, and a law that is followed there makes
+        # equations of a coarse mesh that have no solution. A field with an error below one half is nowhere so cold.
+        self._coldest = max(COLDEST, 0.5 * physics.coldest(domain.scene))
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
         kinds, self._kind = np.unique(bodies, return_inverse=True)
         self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in kinds.tolist()]
@@ -282,9 +280,8 @@ def solve_by_gmres(
     Returns the solution (n,), or None where ``most`` steps do not reach the tolerance, and how many steps were taken.
     """
     residuals = list[float]()
-    solution, _ = gmres(
-        LinearOperator((len(right), len(right)), product, dtype=float), right, rtol=tolerance, atol=0.0, restart=most,
-        maxiter=1, callback=residuals.append, callback_type="pr_norm",
-    )  # fmt: skip
+    matrix = LinearOperator((len(right), len(right)), product, dtype=float)
+    solution, _ = gmres(matrix, right, rtol=tolerance, atol=0.0, restart=most, maxiter=1, callback=residuals.append,
+                        callback_type="pr_norm")  # fmt: skip
     converged = np.isfinite(solution).all() and (not residuals or residuals[-1] <= tolerance)
     return (solution if converged else None), len(residuals)

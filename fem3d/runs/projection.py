@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 
-from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.results.probes import Voltmeter, reading
 from fem3d.solution.reduced import Reduced, orthonormal
@@ -18,8 +17,6 @@ from meshes.symmetry import Symmetry
 from scenes.model import UNITS
 from statespace.channels import Channel
 from statespace.reduction import SOONER, Row, StateSpace, Times
-
-FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
 
 
 def slowest(heat: HeatProblem) -> float:
@@ -39,52 +36,41 @@ def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
     """Return the loads (W, all nodes) of a model, scaled by the inputs' steps (channels,): the load of every channel,
     the Joule heat of every pair of current fields, and its change by temperature."""
     heat, conductor = base.heat, base.conductor
-    loads = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]
-    if not heat.anchored:
-        loads += [s * (heat.stiffness @ v) for s, v in zip(steps[1:], heat.lifts[1:], strict=True) if v.any()]
-    if conductor is not None:
-        loads += _joule(heat, conductor, base, steps)
-    return loads
-
-
-def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarray) -> list[np.ndarray]:
-    n, none = heat.free, np.zeros(heat.size)
-    driven = [c for c, v in enumerate(conductor.voltages) if c and v.any()]
-    size = max((float(steps[c]) for c in driven), default=0.0) ** 2
     lifts = [s * lift for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
-    loads = []
-    for i, a in enumerate(base.patterns):
-        for b in base.patterns[: i + 1]:
-            cold = size * conductor.joule_load(a.density, none, b.density)
+    loads = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True)]
+    if not heat.anchored:
+        loads += [heat.stiffness @ lift for lift in lifts]
+    if conductor is not None:
+        driven = conductor.voltages[1:].any(axis=1)
+        size, none = max(steps[1:][driven].tolist(), default=0.0) ** 2, np.zeros(heat.size)
+        for a, b in combinations_with_replacement([p.density for p in base.patterns], 2):
+            cold = size * conductor.joule_load(a, none, b)
             loads.append(cold)
             if conductor.warms:
-                warmed = [heat.whole(heat.solve_steady(cold[:n])), *lifts]
-                loads += [size * conductor.joule_load(a.density, u, b.density) - cold for u in warmed]
+                warmed = [heat.whole(heat.solve_steady(cold[: heat.free])), *lifts]
+                loads += [size * conductor.joule_load(a, u, b) - cold for u in warmed]
     return [load for load in loads if load.any()]
 
 
 def krylov_fields(heat: HeatProblem, loads: list[np.ndarray], times: Times, enough: float) -> np.ndarray:
     """(free nodes, fields): the rational Krylov fields (M + s K)^-1 F of some loads (all nodes), mass-orthonormal.
 
-    They hold the steady responses and, between the ``times``, shifts s (s), which are added until the residual at any
-    shift is below the part ``enough`` of its load. Source: Ruhe, Linear Algebra Appl. 58, 1984.
+    They hold the steady responses and, between the ``times``, four shifts s (s) or more, up to 16: shifts are added
+    until the residual at any shift is below the part ``enough`` of its load (Ruhe, Linear Algebra Appl. 58, 1984).
     """
-    inner = [load[: heat.free] for load in loads]
-    fields = [heat.solve_steady(load) for load in inner]
+    inner = np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)
+    fields = heat.solve_steady(inner)
     if times is None or not loads:
-        return np.column_stack(fields) if fields else np.empty((heat.free, 0))
-    shifts = np.geomspace(times[0] / SOONER, max(times), FIRST).tolist()
-    missing = shifts
+        return fields.T
+    shifts = missing = np.geomspace(times[0] / SOONER, max(times), 4)
     while True:
-        for shift in missing:
-            solve = heat.solve_shifted(shift)
-            fields += [solve(load) for load in inner]
-        basis = orthonormal(heat, np.column_stack(fields))
-        between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
-        missing = [g for g in between if _residual(heat, basis, np.column_stack(inner), g) > enough]
-        if not missing or len(shifts) >= MOST:
+        fields = np.vstack([fields, *(heat.solve_shifted(shift)(inner) for shift in missing)])
+        basis = orthonormal(heat, fields.T)
+        between = np.sqrt(shifts[:-1] * shifts[1:])
+        missing = np.array([g for g in between if _residual(heat, basis, inner.T, g) > enough])
+        if not len(missing) or len(shifts) >= 16:
             return basis
-        shifts = sorted([*shifts, *missing])
+        shifts = np.sort([*shifts, *missing])
 
 
 def _residual(heat: HeatProblem, basis: np.ndarray, loads: np.ndarray, shift: float) -> float:

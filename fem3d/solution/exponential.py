@@ -16,13 +16,11 @@ from math import factorial
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
 
-from fem3d.problems.following import solve_by_gmres
 from fem3d.solution.newton import MOST_NEWTON
 from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
 from statespace.runtime import phi
 
-SOLVED = 1e-12  # last step of Newton's method, over the size of the states
 MOST_IN_TIME = 20_000  # in time, those that are taken and those that fail
 SHORTEST = 1e-13  # step over the end time
 
@@ -86,10 +84,8 @@ def integrate(
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
     time, length = 0.0, end * 1e-4
     state = np.zeros(len(rates)) if start is None else start
-    jumps = jumps or {}
+    jumps, steps, trials = jumps or {}, list[Step](), 0
     stops = [*sorted(t for t in jumps if 0 < t < end), end]
-    steps: list[Step] = []
-    trials = 0
 
     def holds_at(instant: float) -> bool:
         return holds(instant, Trajectory(rates, steps[-1:])(np.array([instant]))[0][0])
@@ -129,27 +125,19 @@ def _collocate(
     """Solve for the states (n, r) = free + weights sources and the sources at the times of a step, by Newton's method
     with the sources' slope at the state in front; None where it does not converge."""
     states, slope = np.repeat(state[None], len(times), axis=0), _slope(source, float(times[0]), state, size)
-
-    def driven(sources: np.ndarray) -> np.ndarray:
-        answer: np.ndarray = np.einsum("tnr,nr->tr", weights, sources)
-        return answer
-
-    def product(v: np.ndarray) -> np.ndarray:
-        change = v.reshape(states.shape)
-        return (change - driven(change @ slope.T)).ravel()
-
+    if not np.isfinite(slope).all():
+        return None
+    jacobian = np.eye(states.size) - np.einsum("tnr,rs->trns", weights, slope).reshape((states.size,) * 2)
     for _ in range(MOST_NEWTON):
         sources = source(times, states)
-        lacking = free + driven(sources) - states
-        if not (np.isfinite(lacking).all() and np.isfinite(slope).all()):
+        lacking = free + np.einsum("tnr,nr->tr", weights, sources) - states
+        if not np.isfinite(lacking).all():
             return None
-        change, _ = solve_by_gmres(product, lacking.ravel(), SOLVED**0.25, lacking.size)
-        if change is None:
-            return None
+        change = np.linalg.solve(jacobian, lacking.ravel()).reshape(states.shape)
         # Sources by their slope: of large ones that differ little, they are known better than by the states.
-        sources = sources + change.reshape(states.shape) @ slope.T
-        before, states = states, free + driven(sources)
-        if np.abs(states - before).max(initial=0.0) <= SOLVED * size:
+        sources = sources + change @ slope.T
+        before, states = states, free + np.einsum("tnr,nr->tr", weights, sources)
+        if np.abs(states - before).max(initial=0.0) <= 1e-12 * size:
             return states, sources
     return None
 

@@ -52,19 +52,11 @@ EMBEDDED = np.array([
     4586570599 / 29645900160, 0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920,
 ])  # fmt: skip
 C = np.array([0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1])
-ORDER = 4
-# Row i extrapolates the rates of the stages before i to its time, as a polynomial.
-AHEAD = np.zeros((6, 6))
-for _i in range(1, 6):
-    AHEAD[_i, :_i] = np.linalg.solve(np.vander(C[:_i], increasing=True).T, C[_i] ** np.arange(_i))
-AFTER_JUMP = 1e-3  # the first step after a jump, over the step before or the time to the next knot
-SAFETY, SHORTER, LONGER = 0.9, 0.2, 8.0  # of the next step (Hairer and Wanner, Solving ODEs II, section IV.8)
-NEWTON = 0.1  # error of Newton's method over that of a step (the same: 0.1 to 0.01)
+# Entry i extrapolates the rates of the stages up to i to the time of the next one, as a polynomial.
+AHEAD = [np.linalg.solve(np.vander(C[:i], increasing=True).T, C[i] ** np.arange(i)) for i in range(1, 6)]
+NEWTON = 0.1  # error of Newton's method over that of a step (Hairer and Wanner, Solving ODEs II, section IV.8)
 INNER = 1e-2  # relative residual of a linear system
-# Steps of GMRES in one linear system, and in one step in time after which factors are made anew: they take about as
-# long.
-MOST_INNER = 40
-ROUNDING = 1e-11  # of the initial temperature: smaller changes of the rise are rounding
+MOST_INNER = 40  # steps of GMRES in one system, and in one step in time before new factors, which take about as long
 
 
 class Step(NamedTuple):
@@ -202,7 +194,7 @@ class _March:
             self._conductor.kept.like(finer.kept)
         vertices = heat.unit[: heat.free] == 1.0
         self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
-        self._rounding = ROUNDING * max(float(heat.domain.scene.initial_temperature), 1.0)
+        self._rounding = 1e-11 * max(float(heat.domain.scene.initial_temperature), 1.0)
         self._linearization: _Linearization | None = None
         still = np.zeros(heat.inputs.count)
         self._since, self._piece = 0.0, (still, still)
@@ -211,6 +203,7 @@ class _March:
     def run(self, end: float, earliest: float, ends: list[float]) -> FullResponse:
         """The response, by steps of its own or to given ``ends`` (s)."""
         heat, inputs = self._heat, self._heat.inputs
+        order, longer, after = 4, 8.0, 1e-3  # after a jump: the first step over the one before, or to the next knot
         steps, trials, before = list[Step](), 0, end
         state = _State(np.zeros(heat.size), np.zeros(heat.size))
         stops = [0.0, *inputs.knots(end).tolist(), end]
@@ -224,9 +217,9 @@ class _March:
             if jumps.any() or (bends @ heat.given).any():
                 # The rate is no longer consistent. After a jump the error at a time t is about the first step over t.
                 sudden = not time or (jumps @ heat.given).any()
-                short = self._tolerance * earliest if sudden else AFTER_JUMP * before
-                started, length = False, min(short, AFTER_JUMP * (stop - time))
-                following = LONGER * length if sudden else before
+                short = self._tolerance * earliest if sudden else after * before
+                started, length = False, min(short, after * (stop - time))
+                following = longer * length if sudden else before
             while time < stop:
                 trials = count_step(trials, time)
                 ends = [each for each in ends if each > time * (1 + 1e-12)]
@@ -248,11 +241,11 @@ class _March:
                     self._limit(step)
                     time, state = stop if at_stop else time + taken, new
                     self._largest = max(self._largest, _size(new.rise))
-                factor = SAFETY * max(error, 1e-12) ** (-1 / ORDER)
+                factor = 0.9 * max(error, 1e-12) ** (-1 / order)
                 if last_error and error <= 1.0:
                     # The error goes on to change as it has (Gustafsson, ACM Trans. Math. Softw. 20, 1994).
-                    factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / ORDER)
-                grown = taken * min(max(factor, SHORTER), LONGER)
+                    factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / order)
+                grown = taken * min(max(factor, 0.2), longer)
                 if started and error <= 1.0:
                     # A step that a stop cuts short is no reason against a longer step before it.
                     before, last_error = max(grown, length) if at_stop else grown, error
@@ -263,7 +256,7 @@ class _March:
     def _jumped(self, state: _State, jump: np.ndarray) -> _State:
         """The state after given temperatures jump by so much (fixed nodes, K): the free nodes keep the heat."""
         heat = self._heat
-        change = heat.whole(np.empty(0)) if not heat.free else np.concatenate([np.zeros(heat.free), jump])
+        change = np.concatenate([np.zeros(heat.free), jump])
         entered = (heat.mass @ change)[: heat.free]
         change[: heat.free] -= heat.factors(heat.inner_mass).solve(entered)
         return state._replace(rise=state.rise + change)
@@ -290,7 +283,7 @@ class _March:
         """A step of the ESDIRK method, with its error over the error allowed."""
         n, shift, new, self._inner = self._heat.free, A[1, 1] * length, state, 0
         rates = [state.rate[:n]]
-        for weights, ahead, c in zip(A[1:], AHEAD[1:], C[1:].tolist(), strict=True):
+        for weights, ahead, c in zip(A[1:], AHEAD, C[1:].tolist(), strict=True):
             base = state.rise[:n] + length * sum(w * k for w, k in zip(weights, rates, strict=False))
             guess = sum(w * k for w, k in zip(ahead, rates, strict=False))
             new = self._stage(base, guess, time + c * length, shift, new)

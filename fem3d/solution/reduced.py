@@ -223,23 +223,22 @@ def _given_currents(
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
-    """Make fields (free nodes, r) orthonormal in the mass matrix, without dependent fields.
-
-    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky, which is
-    enough for fields that are nearly orthonormal.
-    """
+    """Make fields (free nodes, r) orthonormal in the mass matrix, without dependent fields: by Gram and Schmidt, and a
+    last pass by Cholesky, which is enough for fields that are nearly orthonormal."""
     products = fields.T @ (heat.inner_mass @ fields)
     if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
-        fields = _independent(fields, heat.inner_mass)
+        fields = independent_fields(fields, heat.inner_mass, fields[:, :0])
         products = fields.T @ (heat.inner_mass @ fields)
     made: np.ndarray = solve_triangular(np.linalg.cholesky(products), fields.T, lower=True).T
     return made
 
 
-def _independent(fields: np.ndarray, mass: csc_array) -> np.ndarray:
-    """The fields made orthonormal in the mass matrix in their order, without dependent ones."""
-    kept, dual = (np.empty(fields.shape, order="F") for _ in range(2))
-    r = 0
+def independent_fields(fields: np.ndarray, mass: csc_array, known: np.ndarray) -> np.ndarray:
+    """Make fields (free nodes, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
+    without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005)."""
+    k = r = known.shape[1]
+    kept, dual = (np.empty((len(fields), k + fields.shape[1]), order="F") for _ in range(2))
+    kept[:, :k], dual[:, :k] = known, mass @ known
     for u in fields.T:
         size = float(u @ (mass @ u))
         for _ in range(2):
@@ -250,4 +249,4 @@ def _independent(fields: np.ndarray, mass: csc_array) -> np.ndarray:
         if remaining > DEPENDENT**2 * size:
             kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
             r += 1
-    return kept[:, :r]
+    return kept[:, k:r]

@@ -20,13 +20,9 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Pattern
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
-from fem3d.solution.reduced import Reduced, project
+from fem3d.solution.reduced import Reduced, independent_fields, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
-from scenes.model import ROUNDING
-
-State = tuple[np.ndarray, np.ndarray]
-"""The rise (all nodes, K) of a state, and the values (channels,) of what drives the scene then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,37 +140,26 @@ class Krylov:
     ``solves`` are these, of the free nodes."""
 
     def __init__(self, base: Base, *shifts: float) -> None:
-        self._base = base
-        n = base.heat.free
-        self._mass = base.heat.inner_mass
+        self._base, self._mass, n = base, base.heat.inner_mass, base.heat.free
         self.solves: list[Any] = [base.heat.solve_shifted(shift) for shift in shifts]
-        self._next = self._solved(0, [load[:n] for load in base.loads])
-        if not base.fields.shape[1] and not any(v.any() for v in self._next):
-            self._next = [base.heat.unit[:n]]  # nothing warms anything: one field to stay at rest in
-        self._made, self._weighted = np.empty((n, 0)), np.empty((n, 0))
+        self._next = self._solved(0, np.array([load[:n] for load in base.loads]).reshape(-1, n).T)
+        if not base.fields.shape[1] and not self._next.any():
+            self._next = base.heat.unit[:n, None]  # nothing warms anything: one field to stay at rest in
+        self._made = np.empty((n, 0))
         self._ends = [0]  # after each generation, how many fields there are
 
-    def _solved(self, shift: int, loads: list[np.ndarray]) -> list[np.ndarray]:
-        """The solutions of one of the shifts for loads (free nodes,)."""
-        return list(self.solves[shift](np.array(loads).reshape(len(loads), self._base.heat.free)))
+    def _solved(self, shift: int, loads: np.ndarray) -> np.ndarray:
+        """(free nodes, k): the solutions of one of the shifts for loads (free nodes, k)."""
+        solutions: np.ndarray = self.solves[shift](loads.T).T
+        return solutions
 
     def fields(self, generations: int) -> np.ndarray:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
         while len(self._ends) <= generations:
-            r, room = self._ends[-1], np.empty((len(self._made), len(self._next)))
-            self._made, self._weighted = (np.column_stack([each, room]) for each in (self._made, self._weighted))
-            news = np.array(self._next).reshape(room.shape[::-1])
-            for new, weighted in zip(news, (self._mass @ news.T).T, strict=True):
-                # Orthogonal well enough for the recurrence; the projection makes it exact.
-                along = self._weighted[:, :r].T @ new
-                v, left = new - self._made[:, :r] @ along, weighted - self._weighted[:, :r] @ along
-                size = np.sqrt(max(v @ left, 0.0))
-                if size > ROUNDING * np.sqrt(max(new @ weighted, 0.0)):
-                    self._made[:, r], self._weighted[:, r] = v / size, left / size
-                    r += 1
-            self._made, self._weighted = self._made[:, :r], self._weighted[:, :r]
-            self._next = self._solved(len(self._ends) % len(self.solves), list(self._weighted[:, self._ends[-1] :].T))
-            self._ends.append(r)
+            new = independent_fields(self._next, self._mass, self._made)
+            self._made = np.column_stack([self._made, new])
+            self._next = self._solved(len(self._ends) % len(self.solves), self._mass @ new)
+            self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 
     def dropped(self, generations: int, fewer: int) -> int:
