@@ -251,11 +251,6 @@ class HeatProblem:
         width = self.size - field.shape[-1]
         return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
 
-    def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
-        """(fixed nodes,): heat that enters at each fixed node (W), from rise, its rate and the source."""
-        flow = self.stiffness @ self.whole(rise) + self.mass @ self.whole(rate)
-        return flow[self.free :] - source[self.free :]
-
     def jumps(self, end: float) -> np.ndarray:
         """Instants (s) inside (0, end) at which a given temperature jumps."""
         held = self.lifts.any(axis=1)

@@ -17,15 +17,13 @@ import numpy as np
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import TIME_SHARE
-from fem3d.adaptivity.nested import Problems, added, contributions, problems
+from fem3d.adaptivity.nested import problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
 from fem3d.runs.differences import STEP, Difference, Table, Values, move
 from fem3d.solution.steady import TIGHT
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import boxes
-from meshes import edgewise, grading, symmetry
-from meshes.grading import Features
-from meshes.grid import Grid
+from meshes import grading, symmetry
 from scenes.device import Device, External
 from scenes.errors import NumericsError, SceneError
 from scenes.model import ROUNDING
@@ -36,10 +34,6 @@ from statespace.device_model import Modal, Whole
 from statespace.march import March, march
 from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
 from statespace.stability import Shielding, Stability, assess, gains, plant, steady
-
-MOST_LEVELS = 12
-SAMPLES = 60
-"""Samples of a short run before its outer step, and as many after it, by which meshes, fields and nodes are judged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,10 +127,10 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     relative to the set rise, of steady powers relative to themselves, from the second sample on.
 
     The distances from the model of the next lower space, with two generations of fields fewer and with two nodes fewer
-    in time are the errors. Each level refines whatever has more than its share of the accuracy: the mesh three
-    quarters, fields and nodes an eighth each.
+    in time are the errors. Each level refines whatever has more than its share of the accuracy: the mesh, by a degree
+    more everywhere, three quarters, fields and nodes an eighth each.
 
-    Raises NumericsError where the accuracy is not reached within `MOST_LEVELS`.
+    Raises NumericsError where the accuracy is not reached within twelve levels.
     """
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
@@ -149,7 +143,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
     given = problems(boxes(part.scene, grid), accuracy)
     generations, nodes = 10, 4
-    for number in range(1, MOST_LEVELS + 1):
+    for number in range(1, 13):
         say(f"level {number}: {given.heat.size} unknowns")
         nested = structures(device, given, part.copies)
         fine, low = (projected(structure, generations, accuracy) for structure in nested[:2])
@@ -163,9 +157,9 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
             edges = max(float(left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
-            return Model(device, fine.modal, low.modal, fine.fewer, missed, nodes, edges, details, fine.structure)
+            return Model(device, fine.modal, low.modal, fine.fewer, missed, nodes, edges, details, nested[0])
         if space > 0.75 * accuracy:
-            grid = _refined(grid, given, fine, low, 2 * space / accuracy, marks)
+            grid = grading.raised(grid)
             given = problems(boxes(part.scene, grid), accuracy)
         generations += 2 * (fields > accuracy / 8)
         nodes += 2 * (between > accuracy / 8)
@@ -176,12 +170,12 @@ _JUDGED = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
 
 
 def _short(device: Device) -> Device:
-    """The same device with its outer step soon after the start, and the end soon after that."""
+    """The same device with its outer step soon after the start, and the end soon after that, to judge meshes by."""
     external = device.external
     final = external.final_temperature
     if final == external.initial_temperature:
         final -= device.set_rise
-    step = SAMPLES * device.control.sample_time
+    step = 60 * device.control.sample_time
     return replace(device, external=External(external.initial_temperature, final, step), end_time=2 * step)
 
 
@@ -211,36 +205,6 @@ def _scales(device: Device, run: March) -> dict[str, float]:
     """The scale of each quantity's error: the set temperature's rise, or its largest value."""
     largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces).max(axis=0), 1e-300).tolist(), strict=True))
     return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)
-
-
-def _refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
-    """The grid refined where the last degree changed the responses; ``over`` is the error over the accuracy."""
-    missing = _missing(grid, given, fine, low)
-    size = sum(float(m.sum()) for m in missing)
-    return grading.refined(grid, [m * (over / size) for m in missing], 1.0, marks)
-
-
-def _missing(grid: Grid, given: Problems, fine: Projected, low: Projected) -> list[np.ndarray]:
-    """The error of the lower space's responses by interval, for the worst of the loads and shifts.
-
-    A film's power acts where its resistance is measured, so that a load F is the goal too: the last degree adds
-    x (F - A y) to F x in the functions that the lower space's solution y lacks.
-    """
-    heat, lower, domain = given.heat, given.heats[1], given.domain
-    free = [h.order[: h.free] for h in (lower, heat)]
-    worst = [np.zeros(len(d)) for d in grid.degrees]
-    for solve, solve_low, shift in zip(fine.solves, low.solves, fine.shifts, strict=True):
-        for load, load_low in zip(fine.loads, low.loads, strict=True):
-            x = solve(load[: heat.free])
-            y = given.lifted(solve_low(load_low[: lower.free]), 1)[: heat.free]
-            residual = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
-            weights = added(free, [heat.field(x)[None] / float(load[: heat.free] @ x)])
-            properties = shift * domain.per_cell("thermal_conductivity"), domain.per_cell("heat_capacity")
-            (parts,) = contributions(
-                domain.space, properties, [heat.field(x - y)], weights, [heat.field(residual)], heat.field(x)
-            )
-            worst = list(map(np.maximum, worst, edgewise.by_interval(grid, np.abs(parts.last))))
-    return worst
 
 
 @dataclass(frozen=True)

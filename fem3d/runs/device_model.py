@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -179,17 +179,9 @@ def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, l
     return departures
 
 
-@dataclass(frozen=True, eq=False)
-class Projected:
-    """The model of a structure in some generations of fields, and the model with two fewer.
+class Projected(NamedTuple):
+    """The model of a structure in some generations of fields, and the model with two fewer."""
 
-    The fields answer ``loads`` (W, each all nodes) at ``shifts`` (s), by ``solves``.
-    """
-
-    structure: Structure
-    loads: list[np.ndarray]
-    shifts: tuple[float, float]
-    solves: list[Any]
     modal: Modal
     fewer: Modal
 
@@ -197,10 +189,8 @@ class Projected:
 def projected(structure: Structure, generations: int, accuracy: float) -> Projected:
     """Project a structure on fields of two shifts, which take turns: the sample time and the slowest response."""
     base, earliest = structure.base(), structure.device.control.sample_time
-    shifts = earliest, max(earliest, slowest(structure.heat))
-    space = Krylov(base, *shifts)
+    space = Krylov(base, earliest, max(earliest, slowest(structure.heat)))
     reduced = base.project(space.fields(generations))
     kept = reduced.states - min(space.dropped(generations, 2), reduced.states - 1)
     fewer = reduced.changed(np.eye(reduced.states, kept))
-    whole, less = (structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer))
-    return Projected(structure, base.loads, shifts, space.solves, whole, less)
+    return Projected(*(structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer)))

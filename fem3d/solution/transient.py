@@ -9,9 +9,9 @@ Linear Algebra Appl. 58, 1984.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -136,12 +136,11 @@ class Transient:
 
 
 class Krylov:
-    """The growing space of one mesh; each field costs one solve with a factorization made once for each shift;
-    ``solves`` are these, of the free nodes."""
+    """The growing space of one mesh; each field costs one solve with a factorization made once for each shift."""
 
     def __init__(self, base: Base, *shifts: float) -> None:
         self._base, self._mass, n = base, base.heat.inner_mass, base.heat.free
-        self.solves: list[Any] = [base.heat.solve_shifted(shift) for shift in shifts]
+        self._solves: list[Callable[[np.ndarray], np.ndarray]] = [base.heat.solve_shifted(shift) for shift in shifts]
         self._next = self._solved(0, np.array([load[:n] for load in base.loads]).reshape(-1, n).T)
         if not base.fields.shape[1] and not self._next.any():
             self._next = base.heat.unit[:n, None]  # nothing warms anything: one field to stay at rest in
@@ -150,7 +149,7 @@ class Krylov:
 
     def _solved(self, shift: int, loads: np.ndarray) -> np.ndarray:
         """(free nodes, k): the solutions of one of the shifts for loads (free nodes, k)."""
-        solutions: np.ndarray = self.solves[shift](loads.T).T
+        solutions: np.ndarray = self._solves[shift](loads.T).T
         return solutions
 
     def fields(self, generations: int) -> np.ndarray:
@@ -158,7 +157,7 @@ class Krylov:
         while len(self._ends) <= generations:
             new = independent_fields(self._next, self._mass, self._made)
             self._made = np.column_stack([self._made, new])
-            self._next = self._solved(len(self._ends) % len(self.solves), self._mass @ new)
+            self._next = self._solved(len(self._ends) % len(self._solves), self._mass @ new)
             self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 
