@@ -27,7 +27,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Crossing, Paths, Pattern, Potential, Terminal, across, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
-from scenes.model import ROUNDING, Material
+from scenes.model import Material
 
 AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
 
@@ -140,9 +140,11 @@ def share(name: str, probe: str) -> float:
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Pattern]:
-    """The current fields of some potentials, without sources and orthogonal to earlier fields in the
-    cold resistance, scaled to the first; fields whose independent part is relatively smaller than ``least`` are left
-    out."""
+    """The current fields of some potentials, orthogonal to earlier fields in the cold resistance, scaled to the first.
+
+    Fields whose independent part is relatively smaller than ``least`` are left out. So are parts below 1e-6: scaled up,
+    the residuals of their potentials would violate the conservation of charge.
+    """
     patterns: list[Pattern] = []
     product = conductor.product
     for potential in potentials:
@@ -151,28 +153,11 @@ def independent(conductor: Conductor, potentials: Sequence[Potential], least: fl
         for pattern in patterns:
             share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
             new = new.plus(-share, pattern, 1.0)
-        new = closed(conductor, new)
         remaining = product(new.density, new.density)
-        if remaining > max(ROUNDING, least) ** 2 * whole:
+        if remaining > max(1e-6, least) ** 2 * whole:
             size = product(patterns[0].density, patterns[0].density) if patterns else remaining
             patterns.append(new.plus(0.0, new, np.sqrt(size / remaining)))
     return patterns
-
-
-def closed(conductor: Conductor, pattern: Pattern) -> Pattern:
-    """A current field without the currents that enter inside the conductor: minus the cold conductor's response.
-
-    The residual of a potential enters there. The difference of two nearly equal fields may consist of such residuals:
-    scaled up it would violate the conservation of charge that the principle of least dissipation needs. The response is
-    orthogonal in the cold resistance to all closed fields.
-    """
-    charge = np.zeros(conductor.space.size)
-    charge[conductor.free] = conductor.on.flow(pattern.density)[conductor.free]
-    potential = conductor.respond(charge)
-    density = -conductor.on.gradient(potential) / conductor.cold
-    through = {name: float(conductor.crossing_row(name) @ potential) for name in conductor.sections}
-    answer = conductor.pattern(Potential(potential, density, -conductor.on.flow(density), through))
-    return pattern.plus(1.0, answer, 1.0)
 
 
 def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
