@@ -24,7 +24,7 @@ from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.current import SOLVED, Conductor, Section
 from fem3d.problems.following import OfCells, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, Paths, Pattern, Potential, Terminal, across, crossings
+from fem3d.problems.paths import Crossing, Paths, Potential, Terminal, across, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material
@@ -139,16 +139,16 @@ def share(name: str, probe: str) -> float:
     return name.split(AND)[1:].count(probe) / 2
 
 
-def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Pattern]:
+def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Potential]:
     """The current fields of some potentials, orthogonal to earlier fields in the cold resistance, scaled to the first.
 
     Fields whose independent part is relatively smaller than ``least`` are left out. So are parts below 1e-6: scaled up,
     the residuals of their potentials would violate the conservation of charge.
     """
-    patterns: list[Pattern] = []
+    patterns: list[Potential] = []
     product = conductor.product
     for potential in potentials:
-        new = conductor.pattern(potential)
+        new = potential
         whole = product(new.density, new.density)
         for pattern in patterns:
             share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
@@ -160,7 +160,7 @@ def independent(conductor: Conductor, potentials: Sequence[Potential], least: fl
     return patterns
 
 
-def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
+def combined(parts: Sequence[Potential], c: np.ndarray) -> np.ndarray:
     """The current density with coefficients c."""
     return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
 

@@ -24,7 +24,7 @@ from scipy.sparse import csc_array, diags_array, eye_array, hstack
 from fem3d.problems.cholesky import Factors, Kept, Ordering, part
 from fem3d.problems.following import MOST_GMRES, OfCells, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths, Pattern, Potential, Terminal
+from fem3d.problems.paths import Paths, Potential, Terminal
 from fem3d.spaces.integrals import Faces, halves
 from scenes.errors import NumericsError
 
@@ -123,7 +123,7 @@ class Conductor:
         more = self.more + points
         on = self.on.finer(self.heat.domain.space.on(self.cells, more), self.space.on(self.cells, more))
         finer = replace(self, on=on, more=more)
-        finer.kept.tell(near=self.near)
+        finer.kept.tell(near=self.near, cold_potentials=self.cold_potentials)
         return finer
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
@@ -313,10 +313,7 @@ class Conductor:
                     "with the temperature"
                 )
             change = solution
-        potential = potential + self.expanded(change)
-        density = -self.on.gradient(potential) / resistivity
-        through = {name: float(self.crossing_row(name, rise) @ potential) for name in self.sections}
-        return Potential(potential, density, -self.on.flow(density), through)
+        return self.current(potential + self.expanded(change), resistivity, rise)
 
     def unbalanced(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
         """(unknowns,): the current (A) that is missing at each unknown, at given values."""
@@ -332,18 +329,19 @@ class Conductor:
             row = row + sign * faces.flux(1 / (times * law.value(warmed.value(at))))
         return row
 
-    def pattern(self, potential: Potential) -> Pattern:
-        """The current field of a potential.
+    def current(self, potential: np.ndarray, resistivity: np.ndarray, rise: np.ndarray) -> Potential:
+        """Return the current field of a potential (functions,) at a rise and the ``resistivity`` there.
 
         The small currents that enter inside the conductor, by the residual of the potential, are supplied at the cold
         potential.
         """
-        supply = self._supplied_at @ potential.reaction
-        reaction = potential.reaction.copy()
+        density = -self.on.gradient(potential) / resistivity
+        reaction = -self.on.flow(density)
+        supply = self._supplied_at @ reaction
         reaction[self.free] = 0.0
         currents = {name: float(row @ reaction) for name, row in self.electrodes.items()}
-        currents |= {f"through:{name}": current for name, current in potential.through.items()}
-        return Pattern(potential.density, supply, currents)
+        currents |= {f"through:{name}": float(self.crossing_row(name, rise) @ potential) for name in self.sections}
+        return Potential(potential, density, supply, currents)
 
     def product(self, a: np.ndarray, b: np.ndarray) -> float:
         """The integral of rho Ja . Jb at the initial temperature (W)."""

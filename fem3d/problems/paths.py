@@ -12,7 +12,7 @@ component. Its heat enters the temperature's functions on both sides alike, or o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -172,27 +172,19 @@ class Terminal:
 
 @dataclass(frozen=True, eq=False)
 class Potential:
-    """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
-    each node (zero at free nodes); ``through``: the current through sections that does not follow from the density."""
+    """A potential (functions, in V), its current density (A/m2), the power (channels,) that the electrodes supply at
+    their voltages, and the current (A) that enters at each electrode or passes a probe. The latter three are linear in
+    the current field."""
 
     potential: np.ndarray
-    density: np.ndarray
-    reaction: np.ndarray
-    through: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """A current field: its density, the power (channels,) that the electrodes supply at their voltages, and the
-    current (A) that enters at each electrode or passes a probe. All three are linear in the field."""
-
     density: np.ndarray
     supply: np.ndarray
     currents: dict[str, float]
 
-    def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
+    def plus(self, factor: float, other: Potential, scale: float) -> Potential:
         """(self + factor * other) * scale."""
-        return Pattern(
+        return Potential(
+            (self.potential + factor * other.potential) * scale,
             (self.density + factor * other.density) * scale,
             (self.supply + factor * other.supply) * scale,
             {name: (i + factor * other.currents[name]) * scale for name, i in self.currents.items()},

@@ -143,7 +143,7 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
         for rise, voltage in zip(rises, g @ conductor.voltages, strict=True):
             potentials.append(conductor.solve(rise, voltage, potentials[-1].potential if potentials else None))
         loads += [conductor.joule_load(p.density, rise) for p, rise in zip(potentials, rises, strict=True)]
-        currents = _stacked([conductor.pattern(p).currents for p in potentials])
+        currents = _stacked([p.currents for p in potentials])
         joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
     known: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
     return _whole(symmetry, heat, times, _of_fields(heat, times, rises, rates, loads, known, currents, joule))

@@ -18,7 +18,7 @@ from fem3d.adaptivity.nested import Problems
 from fem3d.problems.conductors import law
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Pattern
+from fem3d.problems.paths import Potential
 from fem3d.runs.projection import slowest
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
@@ -56,11 +56,11 @@ class Structure:
         return 1 + self.heat.inputs.schedules.index(value)
 
     @cached_property
-    def patterns(self) -> list[Pattern]:
+    def patterns(self) -> list[Potential]:
         """The current fields of either film, by the cold conductor."""
         still, conductor = np.zeros(self.heat.size), self.conductor
         voltages = (conductor.voltages[self._channel(f"{name}-0")] for name in FILMS)
-        return [conductor.pattern(conductor.solve(still, voltage)) for voltage in voltages]
+        return [conductor.solve(still, voltage) for voltage in voltages]
 
     def base(self) -> Base:
         """The base of the fields: responses to either film's power, to the outer and to the substrate's temperature,
@@ -82,7 +82,7 @@ class Structure:
         fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
         return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *(heat.mass @ lift for lift in lifts)])
 
-    def modal(self, reduced: Reduced, patterns: Sequence[Pattern], accuracy: float) -> Modal:
+    def modal(self, reduced: Reduced, patterns: Sequence[Potential], accuracy: float) -> Modal:
         """The model of some fields."""
         rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
         modal = reduced.changed(modes)

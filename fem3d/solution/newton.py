@@ -16,7 +16,6 @@ from fem3d.problems.assembly import linearized, refine_quadratures
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Potential
 from scenes.errors import BeyondLawError, NumericsError
 
 # Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
@@ -243,9 +242,7 @@ class Linearization:
 
 
 def _currents(conductor: Conductor, point: Point) -> np.ndarray:
-    through = {name: float(conductor.crossing_row(name, point.rise) @ point.potential) for name in conductor.sections}
-    potential = Potential(point.potential, point.density, -conductor.on.flow(point.density), through)
-    return np.array([*conductor.pattern(potential).currents.values()])
+    return np.array([*conductor.current(point.potential, point.resistivity, point.rise).currents.values()])
 
 
 def largest(values: np.ndarray) -> float:

@@ -24,7 +24,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Pattern
+from fem3d.problems.paths import Potential
 
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 Split = tuple[np.ndarray, np.ndarray]
@@ -112,7 +112,7 @@ def _at(channels: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, temperatures: np.ndarray, patterns: Sequence[Pattern] = ()
+    heat: HeatProblem, conductor: Conductor | None, temperatures: np.ndarray, patterns: Sequence[Potential] = ()
 ) -> Reduced:
     """The reduced problem on temperature fields (free nodes, r) and current fields."""
     basis = orthonormal(heat, temperatures)
@@ -145,7 +145,7 @@ class _Body(NamedTuple):
 
 
 def _joule(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Pattern]
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential]
 ) -> dict[str, Any]:
     """The Joule heat in `Reduced` by its names.
 
@@ -207,7 +207,7 @@ def _add(totals: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> None:
 
 
 def _given_currents(
-    conductor: Conductor | None, patterns: Sequence[Pattern], channels: int
+    conductor: Conductor | None, patterns: Sequence[Potential], channels: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """`Reduced.drawn` and `Reduced.given`: sums of the given currents that the fields draw independently. The fields
     have all their channels' currents, so that dependent currents are given alike."""

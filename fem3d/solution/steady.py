@@ -288,7 +288,7 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
         hot = c.solve(rise, c.voltages[0], point.potential)
         potential, density = hot.potential, hot.density
         # The heat at the rise that the source is of: so they balance.
-        joule, currents = c.joule(density, rise), c.pattern(hot).currents
+        joule, currents = c.joule(density, rise), hot.currents
         source = source + c.joule_load(density, rise)
     if newton.nonlinear:
         near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
@@ -313,8 +313,8 @@ def _currents_alone(heat: HeatProblem, conductor: Conductor | None) -> SteadySta
         return SteadyState(heat, None, still, heat.loads[0])
     cold = conductor.solve(still, conductor.voltages[0])
     return SteadyState(
-        heat, conductor, still, heat.loads[0], conductor.joule(cold.density, still), conductor.pattern(cold).currents,
-        float(cold.potential @ cold.reaction), cold.potential, density=cold.density,
+        heat, conductor, still, heat.loads[0], conductor.joule(cold.density, still), cold.currents,
+        -float(conductor.on.flow(cold.density) @ cold.potential), cold.potential, density=cold.density,
     )  # fmt: skip
 
 

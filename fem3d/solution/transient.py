@@ -18,7 +18,7 @@ import numpy as np
 from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Pattern
+from fem3d.problems.paths import Potential
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, independent_fields, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
@@ -36,7 +36,7 @@ class Base:
 
     heat: HeatProblem
     conductor: Conductor | None
-    patterns: list[Pattern]
+    patterns: list[Potential]
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
@@ -49,7 +49,7 @@ class Base:
         if heat.exact is not None or heat.storage is not None:
             return replace(Base.bare(heat.exact or heat, conductor), steady=state)
         rise, load = (state.rise - lift)[: heat.free], heat.loads[0]
-        fields, patterns = [rise], list[Pattern]()
+        fields, patterns = [rise], list[Potential]()
         if conductor is not None:
             hot = conductor.solve(state.rise, conductor.voltages[0], state.potential)
             cold = conductor.solve(lift, conductor.voltages[0]) if conductor.warms else hot

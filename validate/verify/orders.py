@@ -144,7 +144,7 @@ def _coupled(heat: HeatProblem, solution: Manufactured, load: np.ndarray) -> tup
     on, phi = _finely(heat), electric.potential
     exact = solution.potential
     errors = manufactured.norms("potential", on.weights, on.value(phi), on.gradient(phi), exact, on.points)
-    return rise, errors | {"power": abs(float(phi @ electric.reaction) - solution.power())}
+    return rise, errors | {"power": abs(float(phi @ conductor.on.flow(electric.density)) + solution.power())}
 
 
 def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:
