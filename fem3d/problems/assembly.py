@@ -23,14 +23,13 @@ relative change of the resistance in the circuit, a matrix of rank one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Ordering, part
+from fem3d.problems.cholesky import Kept, Ordering, part
 from fem3d.problems.conductors import SharedReactions
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import Rest, storage, terms
@@ -186,23 +185,16 @@ class Surface:
     domain: Domain
     boundaries: tuple[Any, ...]
     more: int = 1
+    _kept: Kept = field(init=False, default_factory=Kept)
 
-    @cached_property
+    @property
     def on(self) -> Faces:
         """The faces of all, with the points of the quadrature."""
-        facets = np.concatenate([self.domain.on(b) for b in self.boundaries])
-        return self.domain.seen(facets).finer(self.more)
+        return self.on_one(np.concatenate([self.domain.on(b) for b in self.boundaries]))
 
     def on_one(self, facets: np.ndarray) -> Faces:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
-        key = facets.tobytes()
-        if key not in self._some:
-            self._some[key] = self.domain.seen(facets).finer(self.more)
-        return self._some[key]
-
-    @cached_property
-    def _some(self) -> dict[bytes, Faces]:
-        return {}
+        return self._kept.get(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
 
     def through(self, on: Faces, u: np.ndarray) -> np.ndarray:
         """Return (functions,) the row that gives the heat (W) beyond the film through some faces at a field u."""

@@ -12,7 +12,6 @@ GMRES. K^-1 R is compact where R has fewer derivatives than K, and a few steps d
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -60,8 +59,7 @@ class OfCells:
         # equations of a coarse mesh that have no solution. A field with an error below one half is nowhere so cold.
         self._coldest = max(COLDEST, 0.5 * physics.coldest(domain.scene))
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
-        kinds, self._kind = np.unique(bodies, return_inverse=True)
-        self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in kinds.tolist()]
+        self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in np.unique(bodies).tolist()]
 
     def value(self, rise: np.ndarray) -> np.ndarray:
         """The property at a rise (K)."""
@@ -77,13 +75,6 @@ class OfCells:
         start = np.full_like(rise, self._start)
         return self._made(rise, lambda law, t: law.integral(t) - law.integral(start[: len(t)]) if callable(law) else
                           law * (t - self._start))  # fmt: skip
-
-    def of(self, cells: slice | np.ndarray) -> OfCells:
-        """The same on some of the cells, by their places, with repetition."""
-        some = copy(self)
-        some._kind = self._kind[cells]
-        some._parts = [(np.flatnonzero(some._kind == k), given) for k, (_, given) in enumerate(self._parts)]
-        return some
 
     def _made(self, rise: np.ndarray, evaluate: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
         temperature = np.maximum(self._start + rise, self._coldest)
@@ -136,14 +127,10 @@ class Conduction:
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
-        return self.between(u, u)
-
-    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """(functions,): int (k - k0) grad w . grad v with the conductivity of a field u, in W."""
         flow = np.zeros(self.domain.space.size)
         for on, law, cold, _ in self.parts:
-            if w[on.dofs].any():
-                flow += on.flow((law.value(on.value(u)) - cold) * on.gradient(w))
+            if u[on.dofs].any():
+                flow += on.flow((law.value(on.value(u)) - cold) * on.gradient(u))
         return flow
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:

@@ -26,6 +26,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.sparse import csc_array
 
 from fem3d.problems.assembly import linearized, refine_quadratures
@@ -35,7 +36,7 @@ from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.paths import Potential
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, too_short
-from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON
+from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
 
@@ -71,13 +72,12 @@ class Step(NamedTuple):
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
-        h, x = self.length, min(max((time - self.start) / self.length, 0.0), 1.0)
-        secant = (self.last_rise - self.rise) / h
-        # The cubic with these ends and slopes, by Newton's divided differences.
-        first, second = secant - self.rate, self.last_rate - secant
-        rise = self.rise + h * x * (self.rate + x * (first + (x - 1) * (second - first)))
-        rate = self.rate + 2 * x * first + x * (3 * x - 2) * (second - first)
-        return rise, rate
+        ends, rates = [self.rise, self.last_rise], [self.rate, self.last_rate]
+        cubic, since = (
+            CubicHermiteSpline([0.0, self.length], ends, rates),
+            min(max(time - self.start, 0.0), self.length),
+        )
+        return cubic(since), cubic(since, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +240,7 @@ class _March:
                     steps.append(step)
                     self._limit(step)
                     time, state = stop if at_stop else time + taken, new
-                    self._largest = max(self._largest, _size(new.rise))
+                    self._largest = max(self._largest, largest(new.rise))
                 factor = 0.9 * max(error, 1e-12) ** (-1 / order)
                 if last_error and error <= 1.0:
                     # The error goes on to change as it has (Gustafsson, ACM Trans. Math. Softw. 20, 1994).
@@ -266,7 +266,7 @@ class _March:
 
         def holds(time: float) -> bool:
             rise = step.at(time)[0]
-            return _size(rise) <= HOTTEST and resists(self._conductor, time, rise)
+            return largest(rise) <= HOTTEST and resists(self._conductor, time, rise)
 
         end = step.start + step.length
         if not holds(end):
@@ -293,12 +293,12 @@ class _March:
             self._linearization = None
         return (
             Step(time, length, state.rise, state.rate, new.rise, new.rate), new,
-            _size(error[self._vertices]) / self._allowed(new.rise),
+            largest(error[self._vertices]) / self._allowed(new.rise),
         )  # fmt: skip
 
     def _allowed(self, rise: np.ndarray) -> float:
         """The error (K) that a step may have."""
-        return max(self._tolerance * max(self._largest, _size(rise)), self._rounding)
+        return max(self._tolerance * max(self._largest, largest(rise)), self._rounding)
 
     def _stage(self, base: np.ndarray, rate: np.ndarray, time: float, shift: float, near: _State) -> _State:
         """The state at a time (s) with rise = base + shift * rate at the free nodes, by Newton's method from a rate and
@@ -321,7 +321,7 @@ class _March:
                 self._linearization = _Linearization(*self._linear, state, shift)
             change, count = self._linearization.solve(lack[: heat.free], shift)
             self._inner += count
-            rate, before, size = rate + change, size, shift * _size(change[self._vertices])
+            rate, before, size = rate + change, size, shift * largest(change[self._vertices])
             if number:
                 self._contraction = size / max(before, 1e-300)
             else:
@@ -334,7 +334,3 @@ class _March:
             if number and self._contraction >= 1.0:
                 break
         raise NumericsError("Newton's method does not converge in a step")
-
-
-def _size(values: np.ndarray) -> float:
-    return float(np.abs(values).max(initial=0.0))
