@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.linalg.blas import dsyrk, dtrsm
@@ -18,6 +18,11 @@ LEAF = 120
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST = 0.3
+
+
+Cut = tuple[float, np.ndarray, np.ndarray]
+"""The size of a separator, the criterion of cuts; its nodes, on one side with neighbours on the other; and the nodes on
+the right."""
 
 
 class Ordering:
@@ -167,34 +172,33 @@ def dissection(
     joined: list[list[int]] = []
     side, number = np.zeros(len(places), np.int8), np.zeros(len(places), int)
 
-    def cut(nodes: np.ndarray, along: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> Cut | None:
-        order = np.argsort(along, kind="stable")
-        number[nodes[order]] = np.arange(len(nodes))
-        row = narrowest(along[order], sizes[nodes[order]], number[rows], number[columns])
-        return row and Cut(row.size, nodes[order[row.joins]], nodes[order[row.right]])
+    def cut(nodes: np.ndarray, axis: int, rows: np.ndarray, columns: np.ndarray) -> Cut:
+        order = nodes[np.argsort(places[nodes, axis], kind="stable")]
+        number[order] = np.arange(len(order))
+        size, joins, right = narrowest(places[order, axis], sizes[order], number[rows], number[columns])
+        return size, order[joins], order[right]
 
     # A closure that refers to itself would keep itself in memory: it gets itself as an argument.
     def split(again: Any, nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
-        large = sizes[nodes].sum() > LEAF
-        every = [cut(nodes, places[nodes, d], rows, columns) for d in range(3)] if large else []
-        cuts = [each for each in every if each is not None]
-        if not cuts:
+        whole: Cut = np.inf, nodes[:0], nodes
+        cuts = [cut(nodes, axis, rows, columns) for axis in range(3)] if sizes[nodes].sum() > LEAF else []
+        size, joins, right = min([whole, *cuts], key=lambda each: each[0])
+        if not np.isfinite(size):
             pieces.append(nodes)
             joined.append([])
             return [len(pieces) - 1]
-        best = min(cuts, key=lambda each: each.size)
         side[nodes] = 1
-        side[best.right] = 2
-        side[best.joins] = 3
+        side[right] = 2
+        side[joins] = 3
         halves = []
         for which in (1, 2):
             within = (side[rows] == which) & (side[columns] == which)
             halves.append((nodes[side[nodes] == which], rows[within], columns[within]))
         below = [piece for half in halves if len(half[0]) for piece in again(again, *half)]
-        if not len(best.joins):
+        if not len(joins):
             return below
         # Along the plane, so that the neighbours of a piece are contiguous.
-        pieces.append(best.joins[np.lexsort(places[best.joins].T[np.ptp(places[best.joins], axis=0).argsort()])])
+        pieces.append(joins[np.lexsort(places[joins].T[np.ptp(places[joins], axis=0).argsort()])])
         joined.append(below)
         return [len(pieces) - 1]
 
@@ -202,19 +206,10 @@ def dissection(
     return pieces, joined
 
 
-class Cut(NamedTuple):
-    """Nodes in two halves: the nodes on the ``right``, the separator (``joins``: nodes on one side with neighbours on
-    the other), and the ``size`` of the separator, the criterion of cuts."""
-
-    size: float
-    joins: np.ndarray
-    right: np.ndarray
-
-
-def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.ndarray) -> Cut | None:
+def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.ndarray) -> Cut:
     """Return the cut with the smallest separator between nodes in the order of their places ``along`` an axis (n,), of
-    some sizes (n,), with edges from ``one`` to the ``other``; of equal cuts the nearest to the middle; None where all
-    nodes have one place."""
+    some sizes (n,), with edges from ``one`` to the ``other``; of equal cuts the nearest to the middle; infinitely large
+    where all nodes have one place."""
     count, low, high = len(along), np.minimum(one, other), np.maximum(one, other)
     at, farthest, nearest = np.arange(count), np.arange(count), np.arange(count)
     np.maximum.at(farthest, low, high)
@@ -224,12 +219,10 @@ def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.n
     left, right = np.cumsum(starts - ends), np.cumsum(back - starts)
     off = np.abs(np.cumsum(sizes) / sizes.sum() - 0.5)
     off[~np.append(along[1:] > along[:-1], False)] = np.inf
-    if not np.isfinite(off).any():
-        return None
     least = np.where(off <= max(0.5 - SMALLEST, off.min()), np.minimum(left, right) + off, np.inf)
     k = int(least.argmin())
     joins = at[: k + 1][farthest[: k + 1] > k] if left[k] <= right[k] else at[k + 1 :][nearest[k + 1 :] <= k]
-    return Cut(float(least[k]), joins, at[k + 1 :])
+    return float(least[k]), joins, at[k + 1 :]
 
 
 class Kept:

@@ -22,14 +22,14 @@ from scenes import laws, physics
 from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.sink import Sink, different
 
-EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
 NOT_TRACED = "heat_out_W", "anchor_resistance_K_per_W", "end_flow_W"
 
 
 def study(sink: Sink, part: Symmetry) -> Study:
     """Return the quantities, scales and times of a sink.
 
-    The scale of an error is the steady value of the quantity: the final rise, current, power or heat.
+    The scale of an error is the steady value of the quantity: the final rise, current, power or heat. Traces hold their
+    accuracy from 10 us on.
     """
     rises = goals = over_time = ["peak", "end", "mean"]
     ratios = {"anchor_resistance_K_per_W": "end_rise_K"}
@@ -46,7 +46,7 @@ def study(sink: Sink, part: Symmetry) -> Study:
         return {name: abs(float(v)) for name, v in steady(sink, out).items()}
 
     return Study(
-        part, sink.accuracy, sink.drive.value, sink.end_time, EARLIEST, (),
+        part, sink.accuracy, sink.drive.value, sink.end_time, 1e-5, (),
         {f"{n}_rise_K": n for n in goals}, {f"{n}_K": n for n in goals},
         tuple(f"{n}_rise_K" for n in rises), tuple(f"{n}_K" for n in over_time), ratios,
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out), steady_scales=sizes,
