@@ -30,7 +30,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Kept, Ordering, part
-from fem3d.problems.conductors import SharedReactions
+from fem3d.problems.conductors import share_reactions
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import Rest, storage, terms
 from fem3d.problems.heat import Film, HeatProblem, above
@@ -46,7 +46,7 @@ def assemble(domain: Domain) -> HeatProblem:
     scene, space = domain.scene, domain.space
     sources, generated = _sources(domain)
     films, cooled, loads, rows = _films_and_fluxes(domain)
-    held, values, reactions, contradiction = _given_values(domain)
+    held, values, (shares, edges), contradiction = _given_values(domain)
     order = _numbering(domain, held)
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
     conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
@@ -60,7 +60,7 @@ def assemble(domain: Domain) -> HeatProblem:
     fixed = order[free:]
     return HeatProblem(
         domain.inputs, free, stiffness, mass, (sources + loads)[:, order], values[:, fixed], generated,
-        {name: share[fixed] for name, share in reactions.shares.items()}, part(reactions.edges, fixed),
+        {name: share[fixed] for name, share in shares.items()}, part(edges, fixed),
         {name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order],
         Ordering(space.places), domain, order,
@@ -77,16 +77,6 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
         loads += np.outer(heating, on.load(np.ones((len(cells), 1))))
         generated += heating * on.weights.sum()
     return loads, generated
-
-
-def jumping(domain: Domain) -> csc_array:
-    """(functions, functions): the conductance of contacts, in W/K."""
-    matrix = csc_array((domain.space.size,) * 2)
-    for joint in domain.contacts:
-        if joint.contact.thermal_resistance:
-            jumps = Interface.inside(domain.space, joint.facets).mass()
-            matrix = csc_array(matrix + jumps / joint.contact.thermal_resistance)
-    return matrix
 
 
 def _films_and_fluxes(
@@ -116,11 +106,15 @@ def _films_and_fluxes(
             cooled += h * area
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area
-    matrix = csc_array(jumping(domain) + summed(films, space.size)) if films else jumping(domain)
+    matrix = summed(films, space.size)
+    for joint in domain.contacts:
+        if joint.contact.thermal_resistance:
+            jumps = Interface.inside(space, joint.facets).mass()
+            matrix = csc_array(matrix + jumps / joint.contact.thermal_resistance)
     return matrix, cooled, loads, rows
 
 
-def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, SharedReactions, np.ndarray]:
+def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[dict[str, np.ndarray], csc_array], np.ndarray]:
     """u = g: which functions are fixed (functions,), the rises (channels, functions) in K, whose the heat that enters
     there is, and by how much given temperatures contradict each other (functions,) in K."""
     space, channels = domain.space, domain.inputs
@@ -132,7 +126,7 @@ def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, SharedReactio
         values[:, on] = np.outer(above(channels, b.value, domain.scene.initial_temperature), space.unit[on])
         fixed |= on
     temperatures: list[Any] = [b.value for b in boundaries]
-    reactions = SharedReactions.of([b.name for b in boundaries], temperatures, faces, space.unit)
+    reactions = share_reactions([b.name for b in boundaries], temperatures, faces, space.unit)
     return fixed, values, reactions, _contradiction(temperatures, faces, space.unit)
 
 

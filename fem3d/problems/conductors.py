@@ -12,7 +12,6 @@ possible elsewhere: e minus the M-projection of e on the functions beside the ed
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Any
 
@@ -81,9 +80,9 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
             terminals.append(Terminal(b.name, unit, at, b.series_resistance))
             currents.append(domain.inputs.split(b.value) / (1.0 if b.series_resistance == inf else b.series_resistance))
             voltages[:, unit > 0] = 0.0
-    shared = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
+    shares, _ = share_reactions([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
     voltages = np.column_stack([voltages, *currents])
-    return voltages, fixed, tuple(terminals), shared.shares
+    return voltages, fixed, tuple(terminals), shares
 
 
 def _sections(heat: HeatProblem, along: np.ndarray) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
@@ -165,66 +164,48 @@ def combined(parts: Sequence[Potential], c: np.ndarray) -> np.ndarray:
     return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
 
 
-@dataclass(frozen=True, eq=False)
-class SharedReactions:
-    """``shares``: for each boundary its part (functions,) of the reaction of each function; ``edges`` (functions,
-    functions): a row for each function on an edge where boundaries meet at an angle, the edge's own part."""
+def share_reactions(
+    names: Sequence[str], values: Sequence[Any], faces: Sequence[Any], unit: np.ndarray
+) -> tuple[dict[str, np.ndarray], csc_array]:
+    """Share reactions among boundaries of given values on some faces.
 
-    shares: dict[str, np.ndarray]
-    edges: csc_array
-
-    @staticmethod
-    def of(names: Sequence[str], values: Sequence[Any], faces: Sequence[Any], unit: np.ndarray) -> SharedReactions:
-        """For boundaries of given values on some faces; ``unit`` (functions,) are the coefficients of the constant 1.
-        Where values differ the later boundary gives the value, and takes the reaction."""
-        shares = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
-        edges = csc_array((len(unit),) * 2)
-        count = np.sum([face.functions for face in faces], axis=0) if faces else np.zeros(len(unit))
-        if not (count > 1).any():
-            return SharedReactions(shares, edges)
-        bent = (count > 1) & _at_an_angle(faces)
-        last = np.max([np.where(face.functions, i, -1) for i, face in enumerate(faces)], axis=0)
-        for value in dict.fromkeys(values):
-            group = [i for i, other in enumerate(values) if other == value]
-            if len(group) > 1:
-                projection = _Projection([faces[i] for i in group])
-                for i in group:
-                    shares[names[i]][projection.functions] = projection.coefficients(faces[i].load())
-                edges = csc_array(edges + projection.edges(bent))
-            for i in group:
-                # Beside other given values the remaining shares would not add up to one.
-                shares[names[i]][faces[i].functions & ~np.isin(last, group)] = 0.0
-        return SharedReactions(shares, edges)
-
-
-def _at_an_angle(faces: Sequence[Any]) -> np.ndarray:
-    """(functions,): where the normals of faces sum to less than 0.95 of their lengths: a bend of 36 degrees."""
+    ``unit`` (functions,) are the coefficients of the constant 1. Where values differ the later boundary gives the
+    value, and takes the reaction. Returns for each boundary its part (functions,) of the reaction of each function, and
+    (functions, functions) with a row for each function on an edge where boundaries meet at an angle, the edge's own
+    part.
+    """
+    shares = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
+    edges = csc_array((len(unit),) * 2)
+    count = np.sum([face.functions for face in faces], axis=0) if faces else np.zeros(len(unit))
+    if not (count > 1).any():
+        return shares, edges
+    # The normals of faces sum to less than 0.95 of their lengths: a bend of 36 degrees.
     normals = [face.normals() for face in faces]
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
-    bent: np.ndarray = np.linalg.norm(np.sum(normals, axis=0), axis=1) < 0.95 * lengths
-    return bent
+    bent = (count > 1) & (np.linalg.norm(np.sum(normals, axis=0), axis=1) < 0.95 * lengths)
+    last = np.max([np.where(face.functions, i, -1) for i, face in enumerate(faces)], axis=0)
+    for value in dict.fromkeys(values):
+        group = [i for i, other in enumerate(values) if other == value]
+        if len(group) > 1:
+            functions = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
+            mass = part(csc_array(sum(faces[i].mass() for i in group)), functions)
+            solve = splu(mass).solve
+            for i in group:
+                shares[names[i]][functions] = solve(faces[i].load()[functions])
+            edges = csc_array(edges + _edges(mass, functions, bent))
+        for i in group:
+            # Beside other given values the remaining shares would not add up to one.
+            shares[names[i]][faces[i].functions & ~np.isin(last, group)] = 0.0
+    return shares, edges
 
 
-class _Projection:
-    """Projection on the ``functions`` (n,) of some faces, by their mass matrix."""
-
-    def __init__(self, faces: Sequence[Any]) -> None:
-        self.functions = np.flatnonzero(np.any([face.functions for face in faces], axis=0))
-        self._mass = part(csc_array(sum((face.mass() for face in faces[1:]), faces[0].mass())), self.functions)
-
-    def coefficients(self, load: np.ndarray) -> np.ndarray:
-        """(n,): M^-1 of a load (functions,)."""
-        coefficients: np.ndarray = splu(self._mass).solve(load[self.functions])
-        return coefficients
-
-    def edges(self, bent: np.ndarray) -> csc_array:
-        """(functions, functions): for each function where ``bent`` (functions,) the function as small as
-        possible elsewhere: e minus its projection on the other functions."""
-        on_edge = bent[self.functions]
-        at, rest = np.flatnonzero(on_edge), np.flatnonzero(~on_edge)
-        rows = np.zeros((len(at), len(self.functions)))
-        if len(at):
-            beside = splu(part(self._mass, rest)).solve(csc_array(self._mass[rest])[:, at].toarray())
-            rows[:, at], rows[:, rest] = np.eye(len(at)), -beside.T
-        pairs = np.repeat(self.functions[at], len(self.functions)), np.tile(self.functions, len(at))
-        return csc_array((rows.ravel(), pairs), (len(bent),) * 2)
+def _edges(mass: csc_array, functions: np.ndarray, bent: np.ndarray) -> csc_array:
+    """(all functions, all functions): for each of the ``functions`` where ``bent`` (all functions,) the function as
+    small as possible elsewhere: e minus its projection on the other functions, by their ``mass``."""
+    at, rest = np.flatnonzero(bent[functions]), np.flatnonzero(~bent[functions])
+    rows = np.zeros((len(at), len(functions)))
+    if len(at):
+        beside = splu(part(mass, rest)).solve(csc_array(mass[rest])[:, at].toarray())
+        rows[:, at], rows[:, rest] = np.eye(len(at)), -beside.T
+    pairs = np.repeat(functions[at], len(functions)), np.tile(functions, len(at))
+    return csc_array((rows.ravel(), pairs), (len(bent),) * 2)

@@ -240,16 +240,11 @@ def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndar
 
 def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
     """(times,): heat stored above the initial temperature (J), in the whole structure."""
-    heat = response.heat
-    capacity = heat.mass @ heat.unit
-    if isinstance(response, FullResponse):
-        rises = response.rises(times)
-        stored = rises @ capacity
-        if heat.storage is not None:
-            stored = stored + [heat.storage.heat(u) for u in heat.field(rises)]
-        return np.asarray(symmetry.copies * stored)
-    stored = response.trajectory(times)[0] @ (capacity[: heat.free] @ response.reduced.basis)
-    return np.asarray(symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity)))
+    heat, rises = response.heat, response.rises(times)
+    stored = rises @ (heat.mass @ heat.unit)
+    if heat.storage is not None:
+        stored = stored + [heat.storage.heat(u) for u in heat.field(rises)]
+    return np.asarray(symmetry.copies * stored)
 
 
 def unbalanced(out: Outputs) -> tuple[float, float]:

@@ -39,15 +39,10 @@ class Structure:
     conductor: Conductor
     copies: int
 
-    @property
-    def outside(self) -> int:
-        """The channel of the outer temperature."""
-        return self._channel("outside")
-
-    @property
-    def below(self) -> int:
-        """The channel of the substrate's temperature."""
-        return self._channel(SUBSTRATE)
+    @cached_property
+    def channels(self) -> tuple[int, int]:
+        """The channels of the outer and of the substrate's temperature."""
+        return self._channel("outside"), self._channel(SUBSTRATE)
 
     def _channel(self, boundary: str) -> int:
         # The substrate may be behind a contact or a gas: then its temperature is the ambient of a film.
@@ -67,8 +62,8 @@ class Structure:
         the steady responses exactly, with the local heat at each."""
         heat, conductor, n, patterns = self.heat, self.conductor, self.heat.free, self.patterns
         none = np.zeros(heat.size)
-        lifts = [heat.lifts[channel] for channel in (self.outside, self.below)]
-        below = heat.loads[self.below]
+        lifts = [heat.lifts[channel] for channel in self.channels]
+        below = heat.loads[self.channels[1]]
         loads = [conductor.joule_load(p.density, none) for p in patterns]
         steady = [heat.solve_steady(load[:n]) for load in loads]
         local = [
@@ -87,7 +82,7 @@ class Structure:
         rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
         modal = reduced.changed(modes)
         device, heat, root = self.device, self.heat, np.sqrt(self.copies)
-        channels = [self.outside, self.below]
+        channels = [*self.channels]
         resistance, coefficient, shape, covariance = [], [], [], []
         external: list[np.ndarray] = []
         for e, (pattern, material) in enumerate(zip(patterns, (device.sink.silicon, device.gold), strict=True)):
@@ -119,7 +114,7 @@ class Structure:
             Inlet(rises + inlets @ film, jumps + film, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ film)
             for rises, jumps, channel, film in zip(np.array(external).T, jump, channels, filmed, strict=True)
         )
-        warmed = heat.lifts[self.below] + heat.whole(modal.basis @ (filmed[1] / root))
+        warmed = heat.lifts[self.channels[1]] + heat.whole(modal.basis @ (filmed[1] / root))
         below = replace(below, taken=float(below.flux[0]) + self.to_air(warmed))
         return Modal(
             rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,

@@ -157,7 +157,7 @@ def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
     to_air = 1 - modal.external[:2] - modal.substrate.external[:2]
     assert (to_air > 3e-3).all()
     taken = modal.outside.taken - modal.substrate.flux[0]
-    assert taken == pytest.approx(structure.to_air(structure.heat.lifts[structure.outside]), rel=1e-6)
+    assert taken == pytest.approx(structure.to_air(structure.heat.lifts[structure.channels[0]]), rel=1e-6)
 
 
 @pytest.mark.long
@@ -177,7 +177,7 @@ def test_contacts_of_the_oxide_stand_in_series_with_it(states):
     assert bare(touching) - bare(aired) == pytest.approx(2 * resistance / area, rel=0.15)
 
     structure, modal = touching.structure, touching.fine
-    heat, channel = structure.heat, structure.below
+    heat, channel = structure.heat, structure.channels[1]
     rise = heat.lifts[channel] + heat.whole(heat.solve_steady(heat.loads[channel][: heat.free]))
     films = [film for name, film in heat.films.items() if name.startswith("substrate")]
     entering = structure.copies * sum(float(f.entering[channel] + f.per_kelvin @ rise) for f in films)
