@@ -26,6 +26,7 @@ from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Potential
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
+from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced, Split
 from fem3d.solution.steady import SteadyState
@@ -120,7 +121,7 @@ def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> 
     count = 5  # of order 4 with the cubic rise, as its error
     points = (1 - np.cos(np.linspace(0, np.pi, count))) / 2
     to_legendre = np.linalg.inv(legvander(2 * points - 1, count - 1))
-    which, out = response.number(times), Outputs()
+    which, out = step_at(response.steps, times), Outputs()
     for i in np.unique(which).tolist():
         step, during = response.steps[i], which == i
         if i not in response.outputs:

@@ -8,10 +8,11 @@ Exponential integrators, Acta Numerica 19, 2010, section 2.2 (exponential colloc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import factorial
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
@@ -44,8 +45,7 @@ class Trajectory:
 
     def __call__(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and sources, both (times, r)."""
-        starts = np.array([s.start for s in self.steps])
-        which = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(starts) - 1)
+        which = step_at(self.steps, times)
         states = np.empty((len(times), len(self.rates)))
         sources = np.empty_like(states)
         for i in np.unique(which):
@@ -185,6 +185,11 @@ def runs_away(time: float, accuracy: float = 1e-3) -> str:
     """A sentence with the time (s), in as many digits as a relative ``accuracy`` leaves, at most three."""
     digits = min(max(round(-np.log10(accuracy)), 1), 3)
     return f"the heating runs away at t = {TIME.show(float(f'{time:.{digits}g}'))}"
+
+
+def step_at(steps: Sequence[Any], times: np.ndarray) -> np.ndarray:
+    """Return (times,) the number of the step that each time (s) is in; at a jump the one that follows."""
+    return np.clip(np.searchsorted([step.start for step in steps], times, side="right") - 1, 0, len(steps) - 1)
 
 
 def last_time(holds: Callable[[float], bool], low: float, high: float) -> float:

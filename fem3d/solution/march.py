@@ -35,7 +35,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.paths import Potential
-from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, too_short
+from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, step_at, too_short
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
@@ -101,14 +101,9 @@ class FullResponse:
         """Return the ends (s) of the steps, each cut into equal ``parts``."""
         return [step.start + step.length * n / parts for step in self.steps for n in range(1, parts + 1)]
 
-    def number(self, times: np.ndarray) -> np.ndarray:
-        """Return (times,) the number of the step that each time is in; at a jump that which follows."""
-        starts = np.array([step.start for step in self.steps])
-        return np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(starts) - 1)
-
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
-        return self.steps[int(self.number(np.array([time]))[0])].at(time)
+        return self.steps[int(step_at(self.steps, np.array([time]))[0])].at(time)
 
     def rises(self, times: np.ndarray) -> np.ndarray:
         """Return (times, all nodes) the rise (K)."""
