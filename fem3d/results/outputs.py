@@ -28,7 +28,7 @@ from fem3d.problems.paths import Potential
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
-from fem3d.solution.reduced import Reduced, Split
+from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from meshes.symmetry import Symmetry
@@ -209,18 +209,22 @@ def of_states(
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
             return potential_over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
-        shares, cold, warm = reduced.potentials[probe.name]
-        return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
+        shares, drop = reduced.potentials[probe.name]
+        return g @ shares - np.einsum("ti,ti->t", c, z @ drop.T)
+
+    def joule(tested: np.ndarray) -> np.ndarray:
+        return np.einsum("ti,tj,ijz,tz->t", c, c, tested, z, optimize=True)
 
     c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
+    z = np.concatenate([g, a], axis=1)
     flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
     for name, tested in reduced.at_held.items():
-        flows[name] = flows[name] - joule(tested, c, a, g)
+        flows[name] = flows[name] - joule(tested)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
-    heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
+    heats = {name: joule(tested) for name, tested in reduced.in_box.items()}
     power = sum(heats.values(), np.zeros(len(times)))
     whole = cache(lambda: heat.field(np.concatenate([heat.whole(basis.T), lifts])))
     return _whole(symmetry, heat, times, _Part(
@@ -229,14 +233,6 @@ def of_states(
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
         lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
     ))  # fmt: skip
-
-
-def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
-    """(times,): the Joule heat (W) of a box, or at held nodes, at states a and inputs g for current coefficients c."""
-    cold, warm = tested
-    pairs = c[:, :, None] * c[:, None, :]
-    resistance = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
-    return np.einsum("tij,tij->t", pairs, resistance)
 
 
 def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:

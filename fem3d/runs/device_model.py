@@ -82,20 +82,21 @@ class Structure:
         rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
         modal = reduced.changed(modes)
         device, heat, root = self.device, self.heat, np.sqrt(self.copies)
-        channels = [*self.channels]
+        channels, inputs = [*self.channels], heat.inputs.count
         resistance, coefficient, shape, covariance = [], [], [], []
         external: list[np.ndarray] = []
         for e, (pattern, material) in enumerate(zip(patterns, (device.sink.silicon, device.gold), strict=True)):
             power = self.conductor.product(pattern.density, pattern.density)
             cold, warm = law(material, heat.domain.scene.initial_temperature)
             a = warm / cold
-            mean, given = modal.warm[e, e] / (a * power), modal.cold[channels, e, e] / (a * power)
+            heating, by_rise = modal.heating[e, e] / (a * power), modal.resistance[e, e] / (a * power)
+            mean, given = by_rise[inputs:], by_rise[channels]
             resistance.append(4 / (self.copies * power))  # 1 V is from an end to the middle
             coefficient.append(a)
             shape.append(mean / root)
             external.append(given)
-            local = modal.warm_load[e, e] / (a * power) - np.outer(mean, mean)
-            lifted = modal.cold_load[channels, e, e] / (a * power) - np.outer(given, mean)
+            local = heating[:, inputs:] - np.outer(mean, mean)
+            lifted = heating[:, channels].T - np.outer(given, mean)
             covariance.append((local / self.copies, lifted / root))
         jump = root * modal.inertia[channels]
         film, allowed = [0, 1], DEPARTS * accuracy

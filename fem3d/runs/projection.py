@@ -122,10 +122,10 @@ class Projection:
         heat, reduced = self.heat, self.reduced
         fields, channels = reduced.supply.shape[1], heat.inputs.count
         system = {
-            "A": np.concatenate([np.moveaxis(reduced.cold, 0, -1), reduced.warm], axis=-1),
+            "A": reduced.resistance,
             "S": np.concatenate([reduced.supply.T, np.zeros((fields, reduced.states))], axis=1),
             "F": np.concatenate([reduced.source.T, -reduced.stiffness], axis=1),
-            "Q": _of_pairs(reduced.cold_load, reduced.warm_load),
+            "Q": _of_pairs(reduced.heating),
             "I": np.zeros((reduced.states, channels)) if self.steady else reduced.inertia.T,
         }
         outputs = {}
@@ -156,8 +156,8 @@ class Projection:
         """The row of a probe of no extreme."""
         if probe.quantity == "potential":
             if probe.name in self.reduced.potentials:
-                shares, cold, warm = self.reduced.potentials[probe.name]
-                return self._given(shares) + Row(u=-np.concatenate([cold.T, warm], axis=1))
+                shares, drop = self.reduced.potentials[probe.name]
+                return self._given(shares) + Row(u=-drop)
             # No current passes: it is the voltage of the electrodes that its conductors touch.
             meter = Voltmeter(self.heat.domain, probe)
             still = (meter.mean(unit) * self.heat.inputs.split(voltage) for unit, voltage in meter.still)
@@ -192,10 +192,9 @@ class Projection:
         row = self._along(per_rise) + self._given(-heat.loads @ heat.held_fields[name])
         if not self.steady:
             row += Row(w=(heat.lifts @ per_rate)[1:], r=per_rate[: heat.free] @ reduced.basis)
-        return row + Row(p=-_of_pairs(*reduced.at_held[name])) if name in reduced.at_held else row
+        return row + Row(p=-_of_pairs(reduced.at_held[name])) if name in reduced.at_held else row
 
 
-def _of_pairs(cold: np.ndarray, warm: np.ndarray) -> np.ndarray:
-    """(pairs, ..., z): a Joule heat of pairs of current fields, cold (channels, m, m, ...), warm (m, m, ..., n)."""
-    i, j = np.triu_indices(warm.shape[0])
-    return np.concatenate([np.moveaxis(cold[:, i, j], 0, -1), warm[i, j]], axis=-1)
+def _of_pairs(heat: np.ndarray) -> np.ndarray:
+    """(pairs, ...): a Joule heat (m, m, ...) of pairs of current fields."""
+    return heat[np.triu_indices(len(heat))]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -27,9 +27,6 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Potential
 
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
-Split = tuple[np.ndarray, np.ndarray]
-"""Cold (channels, m, m) and warm (m, m, r): the Joule heat of pairs of current fields at the initial temperature, and
-its change by each temperature field."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +39,12 @@ class Reduced:
     supply : (channels, m), the power that the electrodes would supply to each current field
     drawn, given : (k, m) and (channels, k): where currents are given, drawn @ c = inputs @ given, with the least
         dissipation
-    cold, warm : the matrix A as a `Split`, with resistances before electrodes
-    cold_load, warm_load : (channels, m, m, r) and (m, m, r, r), the same of solids, tested with each field
-    in_box, at_held : the part of each conducting box, and the part at the nodes of a boundary of given temperature
-    potentials : of probes the shares (channels,) of the voltages, and the drop by each current field, cold
-        (channels, m) and warm (m, r)
+    resistance : (m, m, channels + r), the matrix A by what the resistivity follows, inputs and states, with
+        resistances before electrodes
+    heating : (m, m, r, channels + r), the same of solids, tested with each field
+    in_box, at_held : (m, m, channels + r), the part of each conducting box, and the part at the nodes of a boundary of
+        given temperature
+    potentials : of probes the shares (channels,) of the voltages, and the drop by each current field (m, channels + r)
     """
 
     basis: np.ndarray
@@ -56,13 +54,11 @@ class Reduced:
     supply: np.ndarray
     drawn: np.ndarray
     given: np.ndarray
-    cold: np.ndarray
-    warm: np.ndarray
-    cold_load: np.ndarray
-    warm_load: np.ndarray
-    in_box: dict[str, Split]
-    at_held: dict[str, Split]
-    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+    resistance: np.ndarray
+    heating: np.ndarray
+    in_box: dict[str, np.ndarray]
+    at_held: dict[str, np.ndarray]
+    potentials: dict[str, tuple[np.ndarray, np.ndarray]]
 
     @property
     def states(self) -> int:
@@ -71,13 +67,18 @@ class Reduced:
 
     def changed(self, to: np.ndarray) -> Reduced:
         """The same problem, or a part, in other temperature fields, orthonormal sums of these: ``to`` (r, new)."""
+        inputs = len(self.source)
+
+        def turned(parts: np.ndarray) -> np.ndarray:
+            return np.concatenate([parts[..., :inputs], parts[..., inputs:] @ to], axis=-1)
+
         return replace(
             self, basis=self.basis @ to, stiffness=to.T @ self.stiffness @ to, source=self.source @ to,
-            inertia=self.inertia @ to, warm=self.warm @ to, cold_load=self.cold_load @ to,
-            warm_load=np.einsum("ijlk,la,kb->ijab", self.warm_load, to, to, optimize=True),
-            in_box={name: (cold, warm @ to) for name, (cold, warm) in self.in_box.items()},
-            at_held={name: (cold, warm @ to) for name, (cold, warm) in self.at_held.items()},
-            potentials={name: (shares, cold, warm @ to) for name, (shares, cold, warm) in self.potentials.items()},
+            inertia=self.inertia @ to, resistance=turned(self.resistance),
+            heating=np.swapaxes(np.swapaxes(turned(self.heating), -1, -2) @ to, -1, -2),
+            in_box={name: turned(part) for name, part in self.in_box.items()},
+            at_held={name: turned(part) for name, part in self.at_held.items()},
+            potentials={name: (shares, turned(drop)) for name, (shares, drop) in self.potentials.items()},
         )  # fmt: skip
 
     def currents(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
@@ -87,7 +88,7 @@ class Reduced:
         A c - drawn^T u = supply with drawn c = given, u being the unknown potentials of electrodes.
         """
         k, m = self.drawn.shape
-        matrix = _at(self.cold, g) + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
+        matrix = _at(self.resistance, a, g)
         try:
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
@@ -102,13 +103,13 @@ class Reduced:
         """(..., r): the Joule heat tested with each temperature field."""
         m2, r = self.supply.shape[1] ** 2, self.states
         pairs = (c[..., :, None] * c[..., None, :]).reshape(*c.shape[:-1], 1, m2)
-        warm = (a @ self.warm_load.reshape(m2 * r, r).T).reshape(*a.shape[:-1], m2, r)
-        return (pairs @ (_at(self.cold_load, g).reshape(warm.shape) + warm))[..., 0, :]
+        return (pairs @ _at(self.heating.reshape(m2, r, -1), a, g))[..., 0, :]
 
 
-def _at(channels: np.ndarray, g: np.ndarray) -> np.ndarray:
-    """(..., *rest): values per channel (channels, *rest) at inputs g (..., channels)."""
-    return (g @ channels.reshape(len(channels), -1)).reshape(*g.shape[:-1], *channels.shape[1:])
+def _at(parts: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(..., *rest): parts (*rest, channels + r) at states a (..., r) and inputs g (..., channels)."""
+    z = np.concatenate([np.broadcast_to(g, (*a.shape[:-1], g.shape[-1])), a], axis=-1)
+    return (z @ parts.reshape(-1, z.shape[-1]).T).reshape(*z.shape[:-1], *parts.shape[:-1])
 
 
 def project(
@@ -130,20 +131,6 @@ def project(
     return Reduced(basis, stiffness, source, inertia, supply, drawn, given, **joule)
 
 
-class _Body(NamedTuple):
-    """The cells of one conducting body, their points in a row: temperature fields (r, points), and the weights of the
-    quadrature times the resistivity of each channel (channels, points) and times its change per kelvin (points,)."""
-
-    fields: np.ndarray
-    cold: np.ndarray
-    warm: np.ndarray
-
-    def heat(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(channels, ...) and (..., r): the heat of products of current densities (..., points), per channel and per
-        temperature field."""
-        return np.moveaxis(products @ self.cold.T, -1, 0), (products * self.warm) @ self.fields.T
-
-
 def _joule(
     heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential]
 ) -> dict[str, Any]:
@@ -153,57 +140,44 @@ def _joule(
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
-    cold, warm = np.zeros((channels, m, m)), np.zeros((m, m, r))
-    cold_load, warm_load = np.zeros((channels, m, m, r)), np.zeros((m, m, r, r))
-    in_box, at_held = dict[str, Split](), {name: (np.zeros_like(cold), np.zeros_like(warm)) for name in heat.held}
-    potentials = dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]()
+    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + r))
+    in_box, at_held = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.held}
+    potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
     parts = {
-        "cold": cold, "warm": warm, "cold_load": cold_load, "warm_load": warm_load, "in_box": in_box,
-        "at_held": at_held, "potentials": potentials,
+        "resistance": resistance, "heating": heating, "in_box": in_box, "at_held": at_held, "potentials": potentials,
     }  # fmt: skip
     if conductor is None or not patterns:
         return parts
     on = conductor.on
     densities = np.array([p.density for p in patterns])
-    warm_weights = on.weights * conductor.warm
-    weights = np.array([warm_weights * on.value(heat.field(lift)) for lift in heat.lifts])
+    fields = np.array([on.value(u) for u in heat.field(np.concatenate([heat.lifts, heat.whole(basis.T)]))])
+    weights = on.weights * conductor.warm * fields
     weights[0] += on.weights * conductor.cold
-    fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     held = {name: on.value(heat.field(u)) for name, u in heat.held_fields.items()}
     for probe, (shares, _, _) in conductor.influences.items():
-        potentials[probe] = shares, np.zeros((channels, m)), np.zeros((m, r))
+        potentials[probe] = shares, np.zeros((m, channels + r))
     for name in dict.fromkeys(conductor.names.tolist()):
         cells = conductor.names == name
         points = on.weights[cells].size
-        body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], points) for x in (fields, weights, warm_weights)))
+        tests, by = fields[channels:, cells].reshape(r, points), weights[:, cells].reshape(-1, points).T
         currents = densities[:, :, cells].reshape(m, densities.shape[1], points)
         products = np.einsum("idx,jdx->ijx", currents, currents)
-        in_box[name] = body.heat(products)
-        _add((cold, warm), in_box[name])
+        in_box[name] = products @ by
+        resistance += in_box[name]
         for i, j in zip(*np.tril_indices(m), strict=True):
-            of_channels, of_fields = body.heat(products[i, j] * body.fields)
-            cold_load[:, i, j] += of_channels
-            warm_load[i, j] += of_fields
-            if i > j:
-                cold_load[:, j, i] += of_channels
-                warm_load[j, i] += of_fields
+            heating[i, j] += (products[i, j] * tests) @ by
+            heating[j, i] = heating[i, j]
         for boundary, v in held.items():
-            _add(at_held[boundary], body.heat(products * v[cells].ravel()))
+            at_held[boundary] += (products * v[cells].ravel()) @ by
         for probe, (_, density, _) in conductor.influences.items():
-            along = np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1))
-            _add(potentials[probe][1:], body.heat(along))
+            potentials[probe][1][:] += np.einsum("idx,dx->ix", currents, density[:, cells].reshape(-1, points)) @ by
     for t in conductor.terminals:
         if t.conductance:
             through = np.array([p.currents[t.name] for p in patterns])
-            cold[0] += t.resistance * np.outer(through, through)
+            resistance[..., 0] += t.resistance * np.outer(through, through)
             for probe, (_, _, of_terminals) in conductor.influences.items():
-                potentials[probe][1][0] += of_terminals[t.name] * through
+                potentials[probe][1][:, 0] += of_terminals[t.name] * through
     return parts
-
-
-def _add(totals: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> None:
-    for total, part in zip(totals, parts, strict=True):
-        total += part
 
 
 def _given_currents(
