@@ -28,7 +28,6 @@ from scenes.errors import NumericsError
 from scenes.faces import COLDEST
 from scenes.laws import Property
 
-MORE = 1  # points along each axis beyond those of the linear problem; finer quadratures tell what they leave
 MOST_GMRES = 100  # of GMRES, without restarts
 SOLVED = 1e-6  # relative residual of a dual solution
 
@@ -119,7 +118,7 @@ class Conduction:
     ``more`` points along each axis than the linear problem has."""
 
     domain: Domain
-    more: int = MORE
+    more: int = 1
 
     @cached_property
     def parts(self) -> list[Part]:
@@ -170,7 +169,7 @@ class Storage:
     def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
         """As `parts`, with the density (cells, 1) of the cells."""
         density = self.domain.per_cell("density")
-        return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", MORE)]
+        return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", 1)]
 
     def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""

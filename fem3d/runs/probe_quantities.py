@@ -81,8 +81,7 @@ def _at(boundary: Any, out: Outputs) -> np.ndarray:
     return given - boundary.series_resistance * out[f"current:{boundary.name}"]
 
 
-OF_RISE, OF_FLOW = 0.1, 0.01
-FIELD = 0.1  # of the largest rise: aimed error of the field at any node, within a few more levels
+OF_FLOW = 0.01  # of the largest flow, power or current: the least scale of the error of one
 EARLY, LATE = 1e-3, 0.1  # parts of the end time: `_earliest` without requested instants, and its largest value
 
 
@@ -98,7 +97,8 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
         steady=lambda out: values(scene, out, electrodes), traces=lambda out: values(scene, out, electrodes),
         steady_scales=lambda out: scales(scene, out, electrodes),
         trace_scales=lambda out: scales(scene, out, electrodes),
-        field=FIELD if isinstance(scene, Scene) else None, from_start=True,
+        # Of the largest rise: aimed error of the field at any node, within a few more levels.
+        field=0.1 if isinstance(scene, Scene) else None, from_start=True,
     )  # fmt: skip
 
 
@@ -161,7 +161,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
             return _largest(resistance(pairs[probe.name], out)) or 1.0
         largest = _largest(out[f"probe:{probe.name}"])
         return {
-            "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
+            "temperature": max(rises.get(probe.name, 0.0), 0.1 * rise),
             "potential": span,
             "heat_flow": max(largest, OF_FLOW * through, float(out.get("rounding", 0.0))),
             "power": max(largest, OF_FLOW * through),
