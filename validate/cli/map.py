@@ -13,8 +13,8 @@ exit status: 0 finished (points without an answer are rows with the reason), 2 b
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 
+from scenes.checks import OVER_TIME
 from scenes.errors import SceneError, quoted
 from validate.cli import common, sweep
 
@@ -31,30 +31,25 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from scenes.checks import OVER_TIME
     from validate.sweep.design import Design, parse
-    from validate.sweep.point import checked
 
     parts = (arguments.cells or str(CELLS)).split("x")
     if len(parts) > 2:
         raise SceneError(f"--cells {quoted(arguments.cells)} is not allowed: give N, or NxM")
     cells = [common.whole("--cells", part, 2, 1000) for part in parts]
     solves = common.whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
-    base = sweep.scene(arguments)
+    base, asked = sweep.scene(arguments)
     if base.kind != "sink" and not arguments.model:
         raise SceneError(
             f"{quoted(arguments.scene)} has no 1D model, so there is no line to map: give --model, or validate sweep"
         )
     if len(arguments.vary) != 2:
         raise SceneError(f"a map is over two keys, and {len(arguments.vary)} are varied: give --vary KEY=FROM:TO twice")
-    steady = arguments.check not in OVER_TIME
-    check = checked(base, arguments.check, steady, model=arguments.model or "")
-    if arguments.tolerance is not None:
-        setting = f"checks.tolerances.{check}={arguments.tolerance}"
-        base.read(*setting.split("=", 1))
-        base = replace(base, settings=(*base.settings, setting))
     axes = tuple(
         parse(base, text, "range").taken((i + 0.5) / count for i in range(count))
         for text, count in zip(arguments.vary, (cells[0], cells[-1]), strict=True)
     )
-    return sweep.execute(arguments, base, Design(axes), steady, solves)
+    steady = arguments.check not in OVER_TIME
+    return sweep.execute(
+        arguments, base, asked, Design(axes), steady=steady, solves=solves, tolerance=arguments.tolerance
+    )

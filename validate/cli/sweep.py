@@ -17,7 +17,7 @@ import argparse
 import json
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any
 
 from compare.options import SINK, Options, settings
 from scenes.errors import SceneError, quoted
@@ -26,8 +26,7 @@ from validate.cli.common import whole
 from validate.cli.terminal import FINE, INTERRUPTED, NUMERICS, complain, progress, show
 
 if TYPE_CHECKING:
-    from scenes.model import AnyScene
-    from validate.sweep.design import Base, Design
+    from validate.sweep.design import Design
 
 ACCURACY = "1e-2"  # Default relative accuracy of each 3D solution.
 
@@ -66,35 +65,30 @@ OPTIONS = {
 def run(arguments: argparse.Namespace) -> int:
     from validate.sweep.design import MOST, Design, parse
 
-    base = scene(arguments)
+    base, asked = scene(arguments)
     if arguments.sample is None and arguments.seed is not None:
         raise SceneError(f"--seed {quoted(arguments.seed)} is of a sample: give --sample N too")
     sample = None if arguments.sample is None else whole("--sample", arguments.sample, 1, MOST)
     seed = whole("--seed", arguments.seed or "0", 0, 2**31)
     axes = tuple(parse(base, text, "grid" if sample is None else "sample") for text in arguments.vary)
-    return execute(arguments, base, Design(axes, sample, seed), arguments.steady)
+    return execute(arguments, base, asked, Design(axes, sample, seed), steady=arguments.steady)
 
 
-def scene(arguments: argparse.Namespace) -> Base:
-    """The scene with the settings that hold at every point."""
-    from validate.sweep.design import base
+def scene(arguments: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
+    """Return the scene with the settings that hold at every point, and a record of them."""
+    from validate.sweep.design import load
 
-    given = _settings(arguments)
-    keys = {text.partition("=")[0].strip() for text in (*given, *arguments.vary)}
-    if not keys & {"run.accuracy", "accuracy"}:
-        given = [f"run.accuracy={ACCURACY}", *given]
-    scene = base(arguments.scene, given)
-    if scene.kind == "free" and getattr(arguments, "steady", False):
-        scene = base(arguments.scene, [*given, "run.steady=true"])
+    kind = load(arguments.scene)[0].kind
     for option in ("voltage", "reduction"):
-        if getattr(arguments, option, None) and scene.kind == "free":
+        if getattr(arguments, option, None) and kind == "free":
             raise SceneError(f"--{option} is for a sink: set the keys of {quoted(arguments.scene)} with --set")
-    if arguments.model and scene.kind == "sink":
+    if arguments.model and kind == "sink":
         raise SceneError("--model is of a scene of boxes or on a mesh: a sink has --reduction")
-    return scene
+    steady = kind == "free" and getattr(arguments, "steady", False)
+    return load(arguments.scene, [f"run.accuracy={ACCURACY}", *_settings(arguments), *["run.steady=true"] * steady])
 
 
-def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...], str]:
+def _models(arguments: argparse.Namespace, base: Any) -> tuple[tuple[str, ...], str]:
     """Return the names of the models, and the absolute path of the user's own model, if there is one.
 
     Raises SceneError for a name that is no model, as a run does."""
@@ -103,13 +97,12 @@ def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...
 
     if not arguments.model:
         return parse_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])
-
-    source = own_model(cast("AnyScene", base.at(())), Options(model=arguments.model))
+    source = own_model(base, Options(model=arguments.model))
     assert source is not None
     given, folder = str(source[0]), source[1]
-    whole = given if given == "network" else str((Path(folder) / given).resolve())
-    open_model(whole)
-    return (Path(whole).name,), whole
+    path = given if given == "network" else str((Path(folder) / given).resolve())
+    open_model(path)
+    return (Path(path).name,), path
 
 
 def _settings(arguments: argparse.Namespace) -> list[str]:
@@ -117,17 +110,24 @@ def _settings(arguments: argparse.Namespace) -> list[str]:
     return settings(SINK, given, arguments.set)
 
 
-def execute(arguments: argparse.Namespace, base: Base, design: Design, steady: bool, solves: int | None = None) -> int:
-    """Run a sweep or a map and report on it."""
+def execute(
+    arguments: argparse.Namespace, base: Any, asked: dict[str, Any], design: Design, **request: Any
+) -> int:  # fmt: skip
+    """Run a sweep or a map and report on it; ``request`` is for `validate.sweep.design.prepare`."""
     from compare.report.table import wrapped
     from scenes.kinds import Quantity
     from scenes.units import TIME
     from validate.folder import folder_of_sweep
-    from validate.sweep.point import prepare
+    from validate.sweep.design import prepare, read
     from validate.sweep.run import run
     from validate.sweep.store import Store
 
-    job = prepare(base, design, models_of(arguments, base), arguments.check, steady, arguments.blame, solves)
+    fixed = [read(base, *text.split("=", 1))[0] for text in _settings(arguments)]
+    for key in design.keys:
+        if set(fixed) & set(key.split("+")):
+            raise SceneError(f"{key} is varied and set: give it one of the two")
+    models = _models(arguments, base)
+    job = prepare(base, asked, design, models, arguments.check, blame=arguments.blame, **request)
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
     workers = None if arguments.workers is None else whole("--workers", arguments.workers, 1, 256)
@@ -139,10 +139,10 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, steady: b
     words = [f"{name}{value}" for name in options if (value := getattr(arguments, name, None)) is not None]
     words += ["model", arguments.model] if arguments.model else []
     words += ["steady"] * getattr(arguments, "steady", False) + [(arguments.reduction or "").replace(",", "-")]
-    kind = "sweep" if solves is None else "map"
-    folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)
+    named = [*arguments.vary, *_settings(arguments)]
+    folder = common.out(arguments) or folder_of_sweep(base.name, job.asked["kind"], named, *words)
     started = time.monotonic()
-    with Store(folder, job.document(), arguments.fresh) as store:
+    with Store(folder, job.asked, arguments.fresh) as store:
         try:
             with progress(arguments.quiet) as say:
                 table, document = run(
@@ -150,9 +150,9 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, steady: b
                     figures=arguments.figures,
                 )  # fmt: skip
         except KeyboardInterrupt:
-            kept = f"{len(store)} points are stored in {folder}"
+            kept = f"{len(store.rows)} points are stored in {folder}"
             return complain(f"interrupted; {kept}, and the same command goes on", INTERRUPTED)
-    said = f"{document['sentence'][0].upper()}{document['sentence'][1:]}."
+    said = f"{document['sentence']}."
     if arguments.json:
         show(json.dumps(document, indent=1))
     elif arguments.quiet:

@@ -1,128 +1,107 @@
-"""Designs of a sweep: a scene, its varied keys, and the points of a grid or a sample."""
+"""The request of a sweep or a map: a scene, its varied keys, the points of a grid or a sample, and their results."""
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from scenes import free
-from scenes.errors import SceneError, quoted
-from scenes.free import schema_of
-from scenes.keys import DEVICE, SINK
-from scenes.kinds import Count, Quantity
-from scenes.loading import check, document, known_names, type_of_file, written
-from scenes.model import AnyScene
-from scenes.parameters import SECTION, Names
+from compare.kinds import kind_of
+from compare.kinds.free import varies
+from compare.options import Options, whole
+from compare.verdict import PAPERS
+from scenes import loading
+from scenes.checks import OF_THE_PAPER, SINK_CHECKS
+from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.free import schema_of_scene
+from scenes.keys import TYPES, type_of
+from scenes.kinds import Quantity
+from scenes.loading import document, known_names, overridden, refuse_unused, written
+from scenes.model import OVER_TIME
+from scenes.parameters import SECTION
 from scenes.schema import Schema, locate, override
-from scenes.sink import Sink
 from scenes.units import UnitError, dimension_of, parse_quantity
+from validate import __version__
 
 Value = float | str
+Row = dict[str, Any]
+"""The columns of a point by name, and its number ``point``."""
+Task = tuple["Scope", int, list[str]]
+"""The scope of a point, its number, and its settings."""
 MOST = 1_000_000  # the most points of a sweep
+FORMS = {"grid": "KEY=FROM:TO:COUNT[:log] or KEY=a,b,c", "sample": "KEY=FROM:TO[:log] or KEY=a,b,c",
+         "range": "KEY=FROM:TO[:log]"}  # fmt: skip
+"""The forms of --vary of a sweep, a sample and a map."""
 
 
-@dataclass(frozen=True)
-class Base:
-    """The scene that a sweep varies, in a form that other processes can read: the ``document`` of its file and the
-    ``settings`` ("KEY=VALUE") over it; its mesh lies in ``folder``."""
-
-    kind: Literal["sink", "free"]
-    name: str
-    document: Mapping[str, Any]
-    folder: str = ""
-    settings: tuple[str, ...] = ()
-
-    @property
-    def set(self) -> frozenset[str]:
-        """The keys that are set, by their full names."""
-        read = [self.read(*(part.strip() for part in text.split("=", 1)))[0] for text in self.settings]
-        return frozenset(key for joined in read for key in joined.split("+"))
-
-    @property
-    def schema(self) -> Schema:
-        return SINK.schema if self.kind == "sink" else schema_of(self.document)
-
-    def at(self, settings: Sequence[str]) -> Sink | AnyScene:
-        """The scene with more settings, checked; raises SceneError."""
-        if self.kind == "free":
-            return free.from_dict(self.document, self.name, self.folder, (*self.settings, *settings))
-        # Expected differences of checks hold for the scene in the file alone.
-        read = {"scene.name": self.name} | self._read(settings) | {"checks.expect_differs": None}
-        return check(SINK.schema.apply(read, SINK.default))
-
-    def read(self, key: str, text: str) -> tuple[str, Value]:
-        """Return the full name of a key, or of keys that move together ("+"), and the value in SI units or as a word.
-
-        Raises SceneError for an unknown key and a value outside its range; the whole scene is not checked.
-        """
-        if "+" in key:
-            read = [self.read(part.strip(), text) for part in key.split("+")]
-            return "+".join(name for name, _ in read), read[0][1]
-        self._read([f"{key}={text}"])
-        if key.partition(".")[0] not in self.schema.lists:
-            key = ".".join(filter(None, locate(key, text, self.schema, self._flat(()))))
-        try:
-            return key, parse_quantity(text)[0]
-        except UnitError:
-            return key, text
-
-    def text(self, key: str, value: Value) -> str:
-        """A value of a key as a setting has it: a parameter's number with its SI unit."""
-        if isinstance(value, str):
-            return value
-        unit = self.unit(key) if key.startswith(f"{SECTION}.") else ""
-        return f"{repr(value).lower()} {unit}".rstrip()
-
-    def counts(self, key: str) -> bool:
-        return isinstance(self._kind(key), Count)
-
-    def unit(self, key: str) -> str:
-        """Return the SI unit of a key, "" without one."""
-        section, _, name = key.partition("+")[0].partition(".")
-        if section == SECTION:
-            return dimension_of(Names(self._flat(())[SECTION])[name].powers).unit
-        kind = self._kind(key)
-        # A point has coordinates, and a value over time has a quantity.
-        kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
-        return kind.dimension.unit if isinstance(kind, Quantity) else ""
-
-    def _kind(self, key: str) -> Any:
-        """The kind of a key's values, or of the first of several that move together; ``None`` without one."""
-        key = key.partition("+")[0]
-        if key in self.schema.paths:
-            return self.schema.paths[key].kind
-        table, *inner, last = key.split(".")
-        kinds = self.schema.lists.get(table, {})
-        return kinds.get(last) or (kinds.get(inner[-1]) if inner and last in "xyz" else None)
-
-    def _read(self, settings: Sequence[str]) -> dict[str, Any]:
-        """The values of the document with all settings, by path."""
-        return self.schema.read(self._flat(settings))
-
-    def _flat(self, settings: Sequence[str]) -> dict[str, Any]:
-        return override(self.schema.flatten(self.document), (*self.settings, *settings), self.schema)
+def load(source: Any, settings: Sequence[str] = ()) -> tuple[Any, dict[str, Any]]:
+    """Return a scene, by its name, its file or as it is, with settings, and a record of them. Raises SceneError."""
+    if isinstance(source, str | Path):
+        content, _, folder = document(source, known_names())
+        # Workers find the mesh beside the file from any folder.
+        scene = loading.load(Path(source).absolute() if folder else source, settings)
+    else:
+        content, scene = written(source), overridden(source, settings)
+    if scene.kind not in ("sink", "free"):
+        raise SceneError(f"{quoted(scene.name)} is a device, which has no 3D model to sweep: give another scene")
+    described = {"name": scene.name, "kind": scene.kind, "document": content}
+    return scene, {"scene": described, "settings": list(settings)}
 
 
-def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
-    """Return the base of a scene, of its name or of its file. Raises SceneError."""
-    if not isinstance(source, str | Path):
-        given: Any = source
-        given_folder = getattr(getattr(given, "model", None), "folder", "") or getattr(given, "folder", "")
-        return Base(given.kind, given.name, written(given), str(Path(given_folder).resolve()), tuple(settings))
-    content, name, folder = document(source, known_names())
-    scene_type = type_of_file(content)
-    if scene_type is DEVICE:
-        said = f"{quoted(str(source))} is a device, which has no 3D model to sweep: give a sink or a scene of boxes"
-        raise SceneError(said)
-    folder = str(Path(folder).resolve()) if folder else ""
-    return Base("free" if scene_type is None else "sink", name, content, folder, tuple(settings))
+def read(scene: Any, key: str, text: str) -> tuple[str, Value]:
+    """Return the full name of a key, or of keys that move together ("+"), and the value in SI units or as a word.
+
+    Raises SceneError for an unknown key and a value outside its range; the whole scene is not checked.
+    """
+    if "+" in key:
+        names, values = zip(*(read(scene, part.strip(), text) for part in key.split("+")), strict=True)
+        return "+".join(names), values[0]
+    schema = _schema(scene)
+    flat = schema.flatten(written(scene))
+    schema.read(override(flat, [f"{key}={text}"], schema))
+    if key.partition(".")[0] not in schema.lists:
+        key = ".".join(filter(None, locate(key, text, schema, flat)))
+    try:
+        return key, parse_quantity(text)[0]
+    except UnitError:
+        return key, text
+
+
+def settings(scene: Any, keys: Sequence[str], point: Sequence[Value]) -> list[str]:
+    """Return a point as settings of its scene; keys that move together are joined by "+"."""
+    pairs = zip(keys, point, strict=True)
+    return [f"{part}={_text(scene, key, value)}" for key, value in pairs for part in key.split("+")]
+
+
+def _text(scene: Any, key: str, value: Value) -> str:
+    """A value of a key as a setting has it: a parameter's number with its SI unit."""
+    if isinstance(value, str):
+        return value
+    return f"{str(value).lower()} {unit(scene, key) if key.startswith(SECTION) else ''}".rstrip()
+
+
+def unit(scene: Any, key: str) -> str:
+    """Return the SI unit of a key, or of the first of several that move together; "" without one."""
+    schema, first = _schema(scene), key.partition("+")[0]
+    table, *inner, last = first.split(".")
+    if table == SECTION:
+        return dimension_of(scene.parameters.measures[last].powers).unit
+    kinds = schema.lists.get(table, {})
+    kind: Any = schema.paths[first].kind if first in schema.paths else kinds.get(last) or kinds.get(inner[-1])
+    # A point has coordinates, and a value over time has a quantity.
+    kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
+    return kind.dimension.unit if isinstance(kind, Quantity) else ""
+
+
+def _schema(scene: Any) -> Schema:
+    return type_of(scene).schema if scene.kind in TYPES else schema_of_scene(scene)
 
 
 @dataclass(frozen=True)
@@ -136,8 +115,8 @@ class Axis:
     range: bool = False
 
     def at(self, place: float) -> Value:
-        """The value at a place in [0, 1): of a list of values, or within a range, there to twelve digits, so that 20 um
-        is 20 um and no plane of a scene misses another by rounding."""
+        """Return the value at a place in [0, 1): of a list of values, or within a range. The latter has twelve digits:
+        20 um is 20 um, and no plane of a scene misses another by rounding."""
         if not self.range:
             return self.values[min(int(place * len(self.values)), len(self.values) - 1)]
         low, high = (float(value) for value in self.values)
@@ -145,85 +124,61 @@ class Axis:
         return min(max(float(f"{value:.12g}"), low), high)
 
     def taken(self, places: Iterable[float]) -> Axis:
+        """Return the axis of the values at some places."""
         return Axis(self.key, tuple(self.at(place) for place in places), self.log)
 
 
-def parse(base: Base, text: str, form: str) -> Axis:
-    """Return the axis of a command's text: of the form "grid", "range", or "sample", which takes a range or a list.
+def parse(scene: Any, text: str, form: str) -> Axis:
+    """Return the axis of a text of one of the `FORMS`.
 
-    Raises SceneError for another form, an unknown key, values outside its range, an empty range, a logarithm over zero
+    Raises SceneError for another form, an unknown key, a value outside its range, an empty range, a logarithm over zero
     and a count out of range.
     """
-    key, equals, given = (part.strip() for part in text.partition("="))
-    wanted = "give KEY=FROM:TO[:log], such as sink.width=10um:200um"
-    if form == "grid":
-        wanted = "give KEY=FROM:TO:COUNT[:log] or KEY=a,b,c, such as sink.width=10um:200um:20"
-    if not (key and equals and given):
-        raise SceneError(f"--vary {quoted(text)} varies nothing: {wanted}")
-    if ":" not in given:
-        if form == "range":
-            raise SceneError(f"--vary {quoted(text)} is no range: {wanted}")
-        return listed(base, key, [part.strip() for part in given.split(",")])
+    key, _, given = (part.strip() for part in text.partition("="))
     parts = [part.strip() for part in given.split(":")]
     log = parts[-1] == "log"
-    ends, counts = parts[:2], parts[2 : len(parts) - log]
-    if form != "grid" and counts:
-        why = "--sample says how many points there are" if form == "sample" else "--cells says how many cells there are"
-        raise SceneError(f"--vary {quoted(text)} has a count, and {why}: {wanted}")
-    if len(counts) != (form == "grid"):
-        raise SceneError(f"--vary {quoted(text)} has {'no' if not counts else 'more than one'} count: {wanted}")
-    axis = _range(base, key, ends, log)
-    if form != "grid":
-        return axis
-    (count,) = counts
-    if not count.isascii() or not count.isdigit() or not 1 <= int(count) <= MOST:
-        raise SceneError(f"the count of {key}, {quoted(count)}, is not allowed: give a whole number from 1 to {MOST}")
-    return axis.taken(i / max(int(count) - 1, 1) for i in range(int(count)))
-
-
-def listed(base: Base, key: str, given: Sequence[Any]) -> Axis:
-    """Return the axis of values given one by one: texts with units, words or SI numbers."""
-    read = [base.read(key, base.text(key, value)) for value in given]
-    if not read:
-        raise SceneError(f"{key} is varied over no values: give at least one")
-    name, values = read[0][0], tuple(value for _, value in read)
-    if len(set(values)) < len(values):
-        again = next(value for n, value in enumerate(values) if value in values[:n])
-        raise SceneError(f"{name} is given {quoted(again)} twice: give each value once")
-    return Axis(name, values)
-
-
-def _range(base: Base, key: str, ends: Sequence[str], log: bool) -> Axis:
-    (name, low), (_, high) = (base.read(key, end) for end in ends)
-    shown = f"{name} from {ends[0]} to {ends[1]}"
+    if key and given and ":" not in given and form != "range":
+        return listed(scene, key, [part.strip() for part in given.split(",")])
+    if not key or len(parts) - log != (3 if form == "grid" else 2):
+        raise SceneError(f"--vary {quoted(text)} is not allowed here: give {FORMS[form]}")
+    (name, low), (_, high) = (read(scene, key, end) for end in parts[:2])
+    shown = f"{name} from {parts[0]} to {parts[1]}"
     if isinstance(low, str) or isinstance(high, str):
         raise SceneError(f"{shown} is no range of numbers: give them one by one, as {name}=a,b,c")
-    if base.counts(name):
-        raise SceneError(f"{name} takes whole numbers, and {shown} has others: give them one by one, as {name}=1,2,3")
     if not low < high:
         raise SceneError(f"{shown} is an empty range: give the smaller end first")
     if log and low <= 0:
         raise SceneError(f"{shown} has no logarithm: give ends above zero, or leave out :log")
-    return Axis(name, (low, high), log, range=True)
+    axis = Axis(name, (low, high), log, range=True)
+    if form != "grid":
+        return axis
+    return axis.taken(np.linspace(0.0, 1.0, whole(f"the count of {name}", parts[2], 1, MOST)))
+
+
+def listed(scene: Any, key: str, given: Sequence[Any]) -> Axis:
+    """Return the axis of values given one by one: texts with units, words or SI numbers. Raises SceneError."""
+    if not given:
+        raise SceneError(f"{key} is varied over no values: give at least one")
+    names, values = zip(*(read(scene, key, _text(scene, key, value)) for value in given), strict=True)
+    return Axis(names[0], values)
 
 
 @dataclass(frozen=True)
 class Design:
     """The product of the axes' values, or ``sample`` points drawn with a ``seed``. Points have numbers from 0 on, the
-    last axis varying fastest."""
+    last axis varying fastest. Raises SceneError for no axes, a key that is varied twice, and too many points."""
 
     axes: tuple[Axis, ...]
     sample: int | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Raises SceneError for no axes, a key that is varied twice, and more points than MOST."""
         if not self.axes:
-            raise SceneError("nothing is varied: give --vary KEY=FROM:TO:COUNT, such as sink.width=10um:200um:20")
+            raise SceneError(f"nothing is varied: give --vary {FORMS['grid']}")
         for key in self.keys:
             if self.keys.count(key) > 1:
                 raise SceneError(f"{key} is varied twice: give it one --vary")
-        if not 1 <= self.count <= MOST:
+        if self.count > MOST:
             raise SceneError(f"{self.count} points are too many: give counts whose product is at most {MOST}")
 
     @property
@@ -254,18 +209,101 @@ class Design:
         return tuple(axis.values[int(i)] for axis, i in zip(self.axes, places, strict=True))
 
     def columns(self, numbers: Iterable[int]) -> dict[str, np.ndarray]:
-        points = [self.point(number) for number in numbers]
-        return {key: array([point[i] for point in points]) for i, key in enumerate(self.keys)}
-
-
-def settings(base: Base, keys: Sequence[str], point: Sequence[Value]) -> list[str]:
-    """A point as settings of its scene; keys that move together are joined by "+"."""
-    texts = (base.text(key, value) for key, value in zip(keys, point, strict=True))
-    return [f"{part}={text}" for key, text in zip(keys, texts, strict=True) for part in key.split("+")]
+        """Return the values of each key at some points."""
+        points = zip(*map(self.point, numbers), strict=True)
+        return {key: array(values) for key, values in zip(self.keys, points, strict=True)}
 
 
 def array(column: Sequence[Any]) -> np.ndarray:
-    """Numbers as such with NaN for none; words with "" for none."""
+    """Return numbers with NaN for None, or words with "" for None."""
     if any(isinstance(value, str) for value in column):
         return np.array(["" if value is None else value for value in column], object)
     return np.array([np.nan if value is None else value for value in column], float)
+
+
+@dataclass(frozen=True)
+class Scope:
+    """The scene that a sweep varies, and the results that every point should have.
+
+    The difference of the ``check`` is split by assumption if ``blame``. An open verdict of ``all_checks``, or of the
+    ``check`` alone, is solved again more accurately. The ``model`` is the path of the user's own one, whose name is
+    then the only one of the ``reductions``.
+    """
+
+    scene: Any
+    reductions: tuple[str, ...] = ("paper",)
+    steady: bool = False
+    check: str = "fig4"
+    blame: bool = True
+    all_checks: bool = True
+    model: str = ""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A request: a ``design``, the ``scope`` of each point, and what was ``asked`` as JSON types.
+
+    The design of a map is the cells, of which about ``solves`` are solved.
+    """
+
+    scope: Scope
+    design: Design
+    asked: dict[str, Any]
+    solves: int | None = None
+
+    def task(self, number: int, blamed: bool = True) -> Task:
+        """Return the task of a point, its difference split where the request and ``blamed`` want it."""
+        scope, design = self.scope, self.design
+        point = settings(scope.scene, design.keys, design.point(number))
+        return replace(scope, blame=scope.blame and blamed), number, point
+
+
+def prepare(
+    scene: Any, asked: dict[str, Any], design: Design, models: tuple[tuple[str, ...], str], check: str | None = None,
+    steady: bool = False, blame: bool = True, solves: int | None = None, tolerance: str | None = None,
+) -> Job:  # fmt: skip
+    """Return the request of a sweep, or of a map for a number of ``solves``.
+
+    ``models`` are the names of the 1D models, and the path of the user's own one; ``tolerance`` is of the check. Raises
+    SceneError for a check that the scene, the first model or every design lacks.
+    """
+    keys = {key for joined in design.keys for key in joined.split("+")}
+    scope = Scope(scene, models[0], steady, "", blame, solves is None, models[1])
+    scope = replace(scope, check=_checked(scope, check, keys))
+    if scene.kind == "sink":
+        refuse_unused(keys, scene)
+    given = [] if tolerance is None else [f"checks.tolerances.{scope.check}={tolerance}"]
+    scope = replace(scope, scene=overridden(scene, given))
+    vary = {axis.key: {"values": axis.values, "log": axis.log, "range": axis.range} for axis in design.axes}
+    document = {
+        "program": __version__, "kind": "sweep" if solves is None else "map", **asked,
+        "settings": [*asked["settings"], *given], "vary": vary,
+        **({} if design.sample is None else {"sample": design.sample, "seed": design.seed}),
+        **{name: value for name, value in vars(scope).items() if name != "scene"},
+        **({} if solves is None else {"solves": solves}),
+    }  # fmt: skip
+    return Job(scope, design, json.loads(json.dumps(document, default=str)), solves)
+
+
+def _checked(scope: Scope, given: str | None, varied: Collection[str]) -> str:
+    """The name of the check that a request gives, or of the usual one. Raises SceneError where no point has it."""
+    scene, reason = scope.scene, ""
+    if scene.kind == "free":
+        known = [probe.name for probe in scene.probes]
+        if scope.model and not scene.steady:
+            over_time = [f"{name}{OVER_TIME}" for name in known]
+            known = over_time if varies(scene) else [*known, *over_time]
+            # A probe's name will do where it is judged over time alone.
+            given = f"{given}{OVER_TIME}" if given not in known and f"{given}{OVER_TIME}" in known else given
+    else:
+        kind, options, given = kind_of(scene), Options(steady=scope.steady), given or "fig4"
+        skipped = kind.skipped(scene, options)
+        reason = f" ({skipped[given]})" if given in skipped else ""
+        possible = SINK_CHECKS if "sink.spans" in varied else kind.needs(scene, options)
+        others = skipped if scope.reductions[0] in PAPERS else {*skipped, *OF_THE_PAPER}
+        known = [name for name in possible if name not in others]
+    if given is not None and given not in known:
+        raise SceneError(
+            f"there is no check {quoted(given)} here{reason}: give {', '.join(known)}{did_you_mean(given, known)}"
+        )
+    return given or next(iter(known), "")

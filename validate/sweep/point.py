@@ -1,233 +1,196 @@
-"""The request of a sweep, and its points: each is solved to a row of numbers, or to the reason why it has none."""
+"""Solve the points of a sweep, by processes on this machine or by the workers of a Dask cluster.
+
+A row has the columns of points.csv by name; without an answer its status is a word, and because a sentence.
+"""
 
 from __future__ import annotations
 
-import json
+import logging
 import math
-from collections.abc import Collection
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from compare import hottest
+from compare.blame import budget
+from compare.kinds import kind_of
+from compare.kinds.free import probed
 from compare.options import Options
+from compare.outcome import Outcome
+from compare.verdict import Check
+from compare.worker import EndedError, Worker, pool, share
+from fem3d.runs import scene as scene_run
+from reduced1d.ladder import solve as solve_1d
+from reduced1d.ladder.levels import Levels
 from scenes import physics
-from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
-from scenes.loading import refuse_unused
-from scenes.model import OVER_TIME
+from scenes.checks import OF_THE_REDUCTION
+from scenes.errors import NumericsError, RunawayError, SceneError, printable, quoted
+from scenes.loading import overridden
+from scenes.result import Result
 from scenes.sink import Sink
-from validate.sweep.design import Base, Design, Value
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from compare.verdict import Check
-    from reduced1d.ladder.levels import Levels
-    from scenes.result import Result
+from validate.report.summary import version
+from validate.sweep.design import Row, Scope, Task
 
 FINEST = 1e-4
 """The accuracy down to which points with an open verdict are solved again; finer ones take seconds to minutes."""
+OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
+"""The difference in `compare.blame` of checks over time; the steady peak stands for the others."""
+ANSWERS_WITHIN = 10.0  # Seconds that a scheduler has to answer.
+ATTEMPTS = 3  # How often a point is tried whose process dies, before the point is taken to be at fault.
 
-BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
-          "fig7_current": ("transient", "current")}  # fmt: skip
-"""The difference in `compare.blame` of each check of a reduction."""
-OF_A_CHECK = ("difference", "u_num", "verdict")
+Outcomes = Iterator[tuple[Task, Future[Row]]]
+Solver = Callable[[Iterable[Task]], Iterator[Row]]
 
 
-@dataclass(frozen=True)
-class Scope:
-    """The results that every point should have.
+@contextmanager
+def solver(workers: int, scheduler: str | None, seconds: float | None) -> Iterator[Solver]:
+    """Provide a function that yields the rows of points as they come, solved by ``workers`` processes here or by the
+    workers of a ``scheduler``, with some ``seconds`` for each point.
 
-    Attributes
-    ----------
-    reductions : names of the 1D models
-    steady : whether the steady state alone is solved
-    check : the check whose difference is split by assumption
-    blame : whether it is split
-    all_checks : whether every open verdict is solved again more accurately, or the verdict of ``check`` alone
-    model : path of the user's own model, whose name is then the only one of the ``reductions``
+    A point whose process dies is tried again; if it dies each time, its row says so. The function raises
+    NumericsError where the workers are gone.
     """
-
-    reductions: tuple[str, ...] = ("paper",)
-    steady: bool = False
-    check: str = "fig4"
-    blame: bool = True
-    all_checks: bool = True
-    model: str = ""
-
-
-@dataclass(frozen=True)
-class Row:
-    """The result of a point: the ``status`` is "ok" or a word, then ``because`` is a sentence. ``values`` are by the
-    columns' names; ``parts`` are the contributions of the assumptions to the check's relative difference."""
-
-    point: int
-    status: str
-    because: str
-    seconds: float
-    values: dict[str, Any]
-    parts: dict[str, float] | None = None
+    with ExitStack() as stack:
+        if scheduler is None:
+            processes = stack.enter_context(pool(workers))
+            yield partial(_rows, lambda tasks: share(processes, solve, tasks, seconds, ATTEMPTS), seconds)
+        else:
+            yield partial(_rows, partial(_share_on, _connect(stack, scheduler), seconds), seconds)
 
 
-@dataclass(frozen=True)
-class Work:
-    """A point to solve: its ``number`` and the values of the ``keys``."""
-
-    base: Base
-    scope: Scope
-    keys: tuple[str, ...]
-    number: int
-    point: tuple[Value, ...]
-
-
-@dataclass(frozen=True)
-class Job:
-    """A request: a ``design`` of a ``base``, and the ``scope`` of each point. The design of a map is the cells, of
-    which about ``solves`` are solved."""
-
-    base: Base
-    design: Design
-    scope: Scope
-    solves: int | None = None
-
-    def document(self) -> dict[str, Any]:
-        """Return the request as JSON types, to compare with a folder's earlier run."""
-        from validate.report.summary import version
-
-        base, design = self.base, self.design
-        document = {
-            "program": version(),
-            "kind": "sweep" if self.solves is None else "map",
-            "scene": {"name": base.name, "kind": base.kind, "document": base.document},
-            "settings": base.settings,
-            "vary": {axis.key: {"values": axis.values, "log": axis.log, "range": axis.range} for axis in design.axes},
-            **({} if design.sample is None else {"sample": design.sample, "seed": design.seed}),
-            **asdict(self.scope),
-            **({} if self.solves is None else {"solves": self.solves}),
-        }
-        return json.loads(json.dumps(document, default=str))
-
-    def work(self, number: int, blamed: bool = True) -> Work:
-        """Return the task of a point."""
-        scope = replace(self.scope, blame=self.scope.blame and blamed)
-        return Work(self.base, scope, self.design.keys, number, self.design.point(number))
+def _rows(
+    hand_out: Callable[[Iterable[Task]], Outcomes], seconds: float | None, tasks: Iterable[Task]
+) -> Iterator[Row]:
+    try:
+        for (_, number, _), outcome in hand_out(tasks):
+            failed = {"point": number, "status": "crashed", "because": "its processes died", "seconds": seconds or 0.0}
+            try:
+                yield outcome.result()
+            except TimeoutError:
+                yield failed | {"status": "timeout", "because": f"it took more than {seconds:g} s (--point-timeout)"}
+            except Exception as error:
+                if not isinstance(error, EndedError) and type(error).__name__ != "KilledWorker":  # Dask's
+                    raise
+                yield failed
+    except Exception as error:
+        raise NumericsError(
+            f"the workers are gone ({_shorten(error)}): what is solved is stored, and the same command goes on"
+        ) from None
 
 
-def prepare(
-    base: Base, design: Design, models: tuple[tuple[str, ...], str], check: str | None = None, steady: bool = False,
-    blame: bool = True, solves: int | None = None,
-) -> Job:  # fmt: skip
-    """Return the request of a sweep, or of a map for a number of ``solves``.
-
-    ``models`` are the names of the 1D models, and the path of the user's own one. Raises SceneError for a check that
-    the scene, the first model or every design lacks, and for a key that is varied and set.
-    """
-    base.at(())
-    for key in design.keys:
-        if base.set & set(key.split("+")):
-            raise SceneError(f"{key} is varied and set: give it one of the two")
-    names, model = models
-    check = checked(base, check, steady, design.keys, names[0], model)
-    return Job(base, design, Scope(names, steady, check, blame, solves is None, model), solves)
-
-
-def checked(
-    base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper", model: str = ""
-) -> str:
-    """Return the check of a sweep over the ``varied`` keys.
-
-    Raises SceneError for a check that the scene, the ``reduction`` or every design lacks.
-    """
-    from compare.kinds import kind_of
-    from compare.verdict import PAPERS
-    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
-
-    scene: Any = base.at(())
-    free = base.kind == "free"
-    known = [probe.name for probe in scene.probes] if free else [*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES]
-    if model and free:
-        from compare.kinds.free import varies
-
-        at_rest, over_time = known, [f"{name}{OVER_TIME}" for name in known]
-        known = at_rest if scene.steady else over_time if varies(scene) else [*at_rest, *over_time]
-        # A probe's name will do where it is judged over time alone.
-        given = f"{given}{OVER_TIME}" if given in at_rest and given not in known else given
-    if given is not None and given not in known:
-        what = "probe of the scene" if free else "check"
-        raise SceneError(f"{quoted(given)} is no {what}: give {', '.join(known)}{did_you_mean(given, known)}")
-    if free:
-        return given or next(iter(known), "")
-    keys = {key for joined in varied for key in joined.split("+")}
-    refuse_unused(base.set | keys, replace(scene, current=1.0) if "drive.current" in keys else scene)
-    check = given or "fig4"
-    kind = kind_of(scene)
-    here = kind.needs(scene, Options(steady=steady))
-    if check not in here and "sink.spans" not in varied:
-        allowed = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
+def _connect(stack: ExitStack, scheduler: str) -> Any:
+    """Return a client of a cluster, closed with the stack. Raises SceneError where the cluster cannot be used."""
+    try:
+        from distributed import Client
+    except ImportError:
         raise SceneError(
-            f"there is no check {quoted(check)} here: it is one of {allowed}, and sink.spans = {scene.spans}"
-        )
-    if check in OF_THE_PAPER and reduction not in PAPERS:
-        allowed = ", ".join(name for name in here if name in OF_THE_REDUCTION)
+            "--scheduler needs Dask: pip install 'heated-microstructure-validation[cluster]', or leave it out"
+        ) from None
+    logging.disable()  # sentences here report the failures
+    stack.callback(logging.disable, logging.NOTSET)
+    try:
+        client = stack.enter_context(Client(scheduler, timeout=ANSWERS_WITHIN))
+        if others := set(client.run(version).values()) - {version()}:
+            raise ValueError(f"its workers have version {', '.join(others)}")
+    except Exception as error:
         raise SceneError(
-            f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {allowed}, or "
-            "--reduction paper"
-        )
-    skipped = kind.skipped(scene, Options(steady=steady))
-    if check in skipped:
-        raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
-    return check
+            f"no scheduler whose workers have version {version()} of this program answers at {quoted(scheduler)} "
+            f"({_shorten(error)}): give --scheduler the address that dask scheduler prints, such as tcp://127.0.0.1:8786"
+        ) from None
+    return client
 
 
-def columns(scene: Any, scope: Scope) -> tuple[dict[str, Any], dict[str, float] | None]:
-    """Return the columns of a scene, solved again more finely while a verdict is open, and the parts of its difference.
+def _solve_in_time(seconds: float | None, *task: Any) -> Row:
+    """Return the row of a point on a cluster, in a process that can be ended where there is a limit of time."""
+    if seconds is None:
+        return solve(*task)
+    ((_, outcome),) = share([Worker()], solve, [task], seconds)
+    row: Row = outcome.result()
+    return row
 
-    A scene with probes has each of them, at the end where it is over time.
+
+def _share_on(client: Any, seconds: float | None, tasks: Iterable[Task]) -> Outcomes:
+    """Yield each task with its outcome; workers come and go."""
+    from distributed import as_completed
+
+    running = {client.submit(_solve_in_time, seconds, *task, pure=False): task for task in tasks}
+    for future in as_completed(list(running)):
+        yield running.pop(future), future
+
+
+def _shorten(error: Exception) -> str:
+    """The first line of an error's message."""
+    return printable(str(error).strip().split("\n")[0] or type(error).__name__, 120)
+
+
+def solve(scope: Scope, number: int, settings: list[str]) -> Row:
+    """Return the row of a point; never raise for what a scene can cause."""
+    started, because, row = time.perf_counter(), "", dict[str, Any]()
+    try:
+        row = columns(overridden(scope.scene, settings), scope)
+        status = "ok"
+    except Exception as error:
+        words = {SceneError: "refused", RunawayError: "runaway", Exception: "failed"}
+        status = next(word for kind, word in words.items() if isinstance(error, kind))
+        because = str(error) if isinstance(error, (SceneError, ArithmeticError)) else f"{type(error).__name__}: {error}"
+    took = round(time.perf_counter() - started, 4)
+    return {"point": number, "status": status, "because": " ".join(because.split()), "seconds": took} | row
+
+
+def columns(scene: Any, scope: Scope) -> Row:
+    """Return the columns of a scene, solved again more finely while a verdict is open.
+
+    A scene with probes has each of them, at the end where it is over time. The ``parts`` are the contributions of the
+    assumptions to the relative difference of the check.
     """
-    from compare.kinds import kind_of
-    from compare.kinds.free import probed
-    from fem3d.runs import scene as scene_run
-    from reduced1d.ladder.levels import Levels
-
-    sink, judged = scene.kind == "sink", scene.kind == "sink" or bool(scope.model)
-    values: dict[str, Any] = {}
-    if not sink:
-        scene = probed(scene)
-    if not judged:
-        fem3d = scene_run.solve(scene)
-    while judged:
+    first, *others = scope.reductions
+    sink, options = scene.kind == "sink", Options(steady=scope.steady, reduction=first, model=scope.model)
+    scene = scene if sink else probed(scene)
+    while True:
+        if sink or scope.model:
+            outcome = kind_of(scene).compare(scene, options)
+        else:
+            outcome = Outcome(scene, options, {"fem3d": scene_run.solve(scene)})
         # The coarser models of the ladder tell the largest part; a reduction that stands on it needs both.
-        levels = Levels(scene, scope.reductions == ("paper",)) if sink else cast("Levels", None)
-        options = Options(steady=scope.steady, reduction=scope.reductions[0], model=scope.model)
-        outcome = kind_of(scene).compare(scene, options)
-        fem3d, results = outcome.solved, {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
-        for name in scope.reductions[1:]:
-            results[name] = _of_another(outcome, name, levels)
-        checks = [check for each, _ in results.values() for check in each]
+        levels: Any = Levels(scene, scope.reductions == ("paper",)) if sink else None
+        answers = {first: (outcome.checks, outcome.reduced1d)}
+        answers |= {name: _of_another(outcome, name, levels) for name in others}
+        judged = [c for checks, _ in answers.values() for c in checks if scope.all_checks or c.id == scope.check]
         finer = max(scene.accuracy / 10, FINEST)
-        open_ = any(c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check) for c in checks)
-        if not open_ or finer >= scene.accuracy:
+        if finer >= scene.accuracy or all(check.verdict != "unresolved" for check in judged):
             break
         scene = replace(scene, accuracy=finer)
-    if sink or scene.steady or fem3d.traces is None:
+    fem3d = outcome.solved
+    values = _of_3d(scene, fem3d)
+    for name, (checks, reduced1d) in answers.items():
+        prefix, model = ("", "reduced1d_") if name == first else (f"{name}_", f"{name}_")
+        values |= {f"{model}{quantity}": e.value for quantity, e in (reduced1d.steady if reduced1d else {}).items()}
+        values |= {
+            f"{prefix}{c.id}_{part}": getattr(c, part) for c in checks for part in ("difference", "u_num", "verdict")
+        }
+    parts = _parts(scene, scope, fem3d, levels) if sink and scope.blame and not scope.model else {}
+    hot = _too_hot(scene, fem3d)
+    return values | hot | _blame(parts) | {"accuracy": scene.accuracy, "parts": parts}
+
+
+def _of_3d(scene: Any, fem3d: Result) -> dict[str, Any]:
+    """The steady 3D quantities with their errors; of a free scene the probes, at the end where it is over time."""
+    if scene.kind == "sink" or scene.steady or fem3d.traces is None:
         read = {name: (each.value, each.error) for name, each in fem3d.steady.items()}
     else:
-        traces = fem3d.traces
-        read = {name: (float(traces.values[name][-1]), float(traces.errors[name])) for name in traces.values}
-    for name in read if sink else [probe.name for probe in scene.probes]:
-        values |= {f"fem3d_{name}": read[name][0], f"fem3d_{name}_error": read[name][1]}
-    for n, (name, (made, reduced)) in enumerate(results.items() if judged else ()):
-        prefix, model = (f"{name}_", f"{name}_") if n else ("", "reduced1d_")
-        values |= {f"{model}{quantity}": each.value for quantity, each in (reduced.steady if reduced else {}).items()}
-        values |= {f"{prefix}{c.id}_{part}": getattr(c, part) for c in made for part in OF_A_CHECK}
-    parts = _parts(scene, scope, fem3d, levels) if sink and scope.blame and not scope.model else None
-    values |= blame(parts) if judged else {}
-    return values | _too_hot(scene, fem3d) | {"accuracy": scene.accuracy}, parts
+        read = {name: (float(v[-1]), float(fem3d.traces.errors[name])) for name, v in fem3d.traces.values.items()}
+    names = read if scene.kind == "sink" else [probe.name for probe in scene.probes]
+    return {f"fem3d_{name}{end}": read[name][n] for name in names for n, end in enumerate(("", "_error"))}
 
 
 def _too_hot(scene: Any, fem3d: Result) -> dict[str, Any]:
     """The material that gets hotter than its valid_to, "" for none, and the excess (K)."""
-    from compare import hottest
-
     if scene.kind == "sink":
         # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
         top = scene.room_temperature + fem3d.steady["peak_rise_K"].value
@@ -242,10 +205,6 @@ def _too_hot(scene: Any, fem3d: Result) -> dict[str, Any]:
 
 def _of_another(outcome: Outcome[Any], name: str, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
     """The checks of another reduction against the same 3D result; none where it has no answer."""
-    from compare.kinds import kind_of
-    from reduced1d.ladder import solve as solve_1d
-    from scenes.checks import OF_THE_REDUCTION
-
     sink, options, fem3d = outcome.scene, outcome.options.but(reduction=name), outcome.solved
     times = fem3d.traces.time if fem3d.traces is not None else None
     try:
@@ -256,28 +215,23 @@ def _of_another(outcome: Outcome[Any], name: str, levels: Levels) -> tuple[tuple
     return tuple(check for check in checks if check.id in OF_THE_REDUCTION), result
 
 
-def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:
-    """The difference that the check is of, split by assumption."""
-    from compare.blame import budget
-
-    kind, quantity = BLAMED.get(scope.check, ("steady", "peak"))
-    if kind == "steady":
-        fem3d = replace(fem3d, traces=None)
+def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float]:
+    """The difference that the check is of, split by assumption; empty where it cannot be split."""
+    quantity = OVER_TIME.get(scope.check, "")
     try:
-        causes = budget(sink, scope.reductions[0], fem3d, levels)
+        causes = budget(sink, scope.reductions[0], fem3d if quantity else replace(fem3d, traces=None), levels)
     except RunawayError:
-        return None
-    split = next((s for s in getattr(causes, kind) if s.quantity == quantity and s.scale), None)
+        return {}
+    splits = causes.transient if quantity else causes.steady
+    split = next((split for split in splits if split.quantity == (quantity or "peak") and split.scale), None)
     if split is None:
-        return None
+        return {}
     # A part within its own error is no ground to blame anything on.
     return {part.blame: part.value / split.scale if abs(part.value) > part.error else 0.0 for part in split.parts}
 
 
-def blame(parts: dict[str, float] | None) -> dict[str, Any]:
-    """The assumption with the largest part, and that part's share of the sum of all, taken without their signs."""
-    total = sum(abs(part) for part in parts.values()) if parts else 0.0
-    if not parts or not total:
-        return {"blame": "", "blame_share": None}
-    name = max(parts, key=lambda n: abs(parts[n]))
-    return {"blame": name, "blame_share": abs(parts[name]) / total}
+def _blame(parts: dict[str, float]) -> Row:
+    """The assumption with the largest part, and its share of the sum of all, taken without their signs."""
+    name = max(parts, key=lambda name: abs(parts[name]), default="")
+    total = sum(map(abs, parts.values()))
+    return {"blame": name, "blame_share": abs(parts[name]) / total} if total else {"blame": "", "blame_share": None}

@@ -166,4 +166,4 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady, bent, tm
     assert (rows[40.0]["tip_verdict"], rows[50.0]["tip_verdict"]) == ("differs", "agrees")
     assert float(rows[50.0]["reduced1d_tip"]) == pytest.approx(400.0)
     said = json.loads((tmp_path / "s" / "sweep.json").read_text(encoding="utf-8"))["sentence"]
-    assert said.startswith("the model bent.py:asleep is within 5 % of 3D at tip in 1 of 3 designs")
+    assert said.startswith("The model bent.py:asleep is within 5 % of 3D for tip in 1 of 3 designs")

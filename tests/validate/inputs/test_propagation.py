@@ -21,7 +21,6 @@ from scenes.sink import Sink
 from scenes.uncertain import Uncertain, read
 from scenes.varied import varied
 from validate.sweep import monte_carlo as samples_of
-from validate.sweep.monte_carlo import drawn
 
 GIVEN = ["materials.silicon.thermal_conductivity=2%", "materials.oxide.thermal_conductivity=2%", "sink.width=2%",
          "pad_length=2%", "oxide_thickness=2%"]  # fmt: skip
@@ -68,13 +67,13 @@ def samples():
 
 def test_u_input_is_what_samples_spread_by(samples):
     found, drawn = samples
-    spread = samples_of.spreads(drawn, found, {}, 0)
-    for own in (spread.fem3d, spread.reduced1d):
+    for model, linear in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
         for name in ("peak_rise_K", "end_rise_K", "mean_rise_K", "anchor_resistance_K_per_W"):
+            spread = samples_of.spread(drawn[f"{model}_{name}"], linear[name])
             # A stratified sample spreads no wider than a plain one, whose standard error this is; at 2 % the second
             # order is below it.
-            assert own[name].deviation == pytest.approx(own[name].linear, abs=2 * own[name].standard_error), name
-            assert not own[name].off
+            assert spread["deviation"] == pytest.approx(spread["linear"], abs=2 * spread["standard_error"]), name
+            assert not samples_of.is_off(spread)
 
 
 def test_what_both_share_moves_them_together(samples):
@@ -98,13 +97,12 @@ def test_correlations_count(samples):
     assert np.abs(np.corrcoef(deviations.T)[0, 1:]).max() < 0.1
 
 
-def test_where_it_is_not_linear_is_said():
-    off = samples_of.Spread(1.0, 2.0, 0.1, 1.0)
-    assert "+100 %" in samples_of.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
-    assert samples_of.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
+def test_spread_is_off_beyond_chance_and_rounding():
+    off = {"mean": 1.0, "deviation": 2.0, "standard_error": 0.1, "linear": 1.0}
+    assert samples_of.is_off(off)
+    assert not samples_of.is_off(off | {"deviation": 1.2})
     # Rounding does not follow the inputs.
-    rounding = samples_of.Spread(1861.76, 1e-8, 1e-10, 2e-8)
-    assert samples_of.Sampled(10, 0, {}, {"anchor_resistance_K_per_W": rounding}, {}).warnings() == ()
+    assert not samples_of.is_off({"mean": 1861.76, "deviation": 1e-8, "standard_error": 1e-10, "linear": 2e-8})
 
 
 @pytest.mark.long
@@ -175,7 +173,8 @@ def test_spans_against_one_alone():
 def test_the_offset_of_a_centred_oxide_is_sampled_about_the_centre():
     """As its derivative has it: by the pad's length the centre moves, and by its own key the oxide off it."""
     keys = ("anchor.pad_length", "anchor.oxide_offset")
-    pad, offset = drawn(Sink(), Uncertain(dict.fromkeys(keys, 0.02)), 400).T
+    sinks = samples_of.samples(Sink(), Uncertain(dict.fromkeys(keys, 0.02)), 400)
+    pad, offset = np.array([(sink.pad_length, sink.oxide_offset) for sink in sinks]).T
     off = offset / ((pad - Sink().oxide_length) / 2)
     assert off.std() == pytest.approx(0.02, rel=0.1)
     assert abs(np.corrcoef(off, pad)[0, 1]) < 0.15

@@ -21,7 +21,7 @@ from scenes.result import Result
 from scenes.sink import Sink
 from scenes.uncertain import read
 from scenes.varied import varied
-from validate.sweep.design import base, parse
+from validate.sweep.design import parse, unit
 
 TIMES, FEWER = np.linspace(2e-4, 0.02, 60), np.linspace(2e-4, 0.02, 40)
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
@@ -190,14 +190,10 @@ def mine(tmp_path):
     return tmp_path / "mine.toml"
 
 
-def test_what_a_map_and_a_sample_are_made_of(mine):
-    of = base(mine)
-    axis = parse(of, "parameters.w=20um:200um", "range")
-    assert (axis.key, axis.values, of.unit(axis.key)) == ("parameters.w", (20e-6, 200e-6), "m")
-    sink = of.at(["parameters.w=2e-05 m"])
-    assert (sink.width, sink.oxide_width) == (20e-6, 10e-6)
-    again = base(load(mine)).at(["parameters.w=2e-05 m"])
-    assert again == sink
+def test_parameter_is_varied_in_its_unit(mine):
+    sink = load(mine)
+    axis = parse(sink, "parameters.w=20um:200um", "range")
+    assert (axis.key, axis.values, unit(sink, axis.key)) == ("parameters.w", (20e-6, 200e-6), "m")
 
 
 def test_a_parameter_is_fitted(mine):
