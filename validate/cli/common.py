@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
+from importlib import import_module
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -106,9 +107,7 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     options = read(kind, chosen, scene, arguments.command_line)
     scene = KINDS[kind].completed(scene, options)
     if options.monte_carlo:
-        from validate.sweep.monte_carlo import register
-
-        register()
+        import_module("validate.sweep.monte_carlo")  # which adds its analysis
     KINDS[kind].refuse(scene, options)
     names = overrides if kind == FREE else arguments.set
     folder = named or folder_name(kind, chosen, options, scene, names)

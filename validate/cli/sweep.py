@@ -119,8 +119,7 @@ def execute(
     from scenes.units import TIME
     from validate.folder import folder_of_sweep
     from validate.sweep.design import prepare, read
-    from validate.sweep.run import run
-    from validate.sweep.store import Store
+    from validate.sweep.run import Store, run
 
     fixed = [read(base, *text.split("=", 1))[0] for text in _settings(arguments)]
     for key in design.keys:

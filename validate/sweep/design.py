@@ -19,7 +19,7 @@ from compare.options import Options, whole
 from compare.verdict import PAPERS
 from scenes import loading
 from scenes.checks import OF_THE_PAPER, SINK_CHECKS
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import SceneError, quoted, unknown
 from scenes.free import schema_of_scene
 from scenes.keys import TYPES, type_of
 from scenes.kinds import Quantity
@@ -51,8 +51,8 @@ def load(source: Any, settings: Sequence[str] = ()) -> tuple[Any, dict[str, Any]
         content, scene = written(source), overridden(source, settings)
     if scene.kind not in ("sink", "free"):
         raise SceneError(f"{quoted(scene.name)} is a device, which has no 3D model to sweep: give another scene")
-    described = {"name": scene.name, "kind": scene.kind, "document": content}
-    return scene, {"scene": described, "settings": list(settings)}
+    asked = {"name": scene.name, "kind": scene.kind, "document": content}
+    return scene, {"scene": asked, "settings": list(settings)}
 
 
 def read(scene: Any, key: str, text: str) -> tuple[str, Value]:
@@ -72,12 +72,6 @@ def read(scene: Any, key: str, text: str) -> tuple[str, Value]:
         return key, parse_quantity(text)[0]
     except UnitError:
         return key, text
-
-
-def settings(scene: Any, keys: Sequence[str], point: Sequence[Value]) -> list[str]:
-    """Return a point as settings of its scene; keys that move together are joined by "+"."""
-    pairs = zip(keys, point, strict=True)
-    return [f"{part}={_text(scene, key, value)}" for key, value in pairs for part in key.split("+")]
 
 
 def _text(scene: Any, key: str, value: Value) -> str:
@@ -131,8 +125,7 @@ class Axis:
 def parse(scene: Any, text: str, form: str) -> Axis:
     """Return the axis of a text of one of the `FORMS`.
 
-    Raises SceneError for another form, an unknown key, a value outside its range, an empty range, a logarithm over zero
-    and a count out of range.
+    Raises SceneError for another form, an unknown key, and values or a count out of range.
     """
     key, _, given = (part.strip() for part in text.partition("="))
     parts = [part.strip() for part in given.split(":")]
@@ -142,13 +135,9 @@ def parse(scene: Any, text: str, form: str) -> Axis:
     if not key or len(parts) - log != (3 if form == "grid" else 2):
         raise SceneError(f"--vary {quoted(text)} is not allowed here: give {FORMS[form]}")
     (name, low), (_, high) = (read(scene, key, end) for end in parts[:2])
-    shown = f"{name} from {parts[0]} to {parts[1]}"
-    if isinstance(low, str) or isinstance(high, str):
-        raise SceneError(f"{shown} is no range of numbers: give them one by one, as {name}=a,b,c")
-    if not low < high:
-        raise SceneError(f"{shown} is an empty range: give the smaller end first")
-    if log and low <= 0:
-        raise SceneError(f"{shown} has no logarithm: give ends above zero, or leave out :log")
+    if isinstance(low, str) or isinstance(high, str) or not low < high or (log and low <= 0):
+        shown = f"{name} from {parts[0]} to {parts[1]} is no range"
+        raise SceneError(f"{shown}: give numbers, the smaller one first, and above zero for :log")
     axis = Axis(name, (low, high), log, range=True)
     if form != "grid":
         return axis
@@ -253,9 +242,9 @@ class Job:
 
     def task(self, number: int, blamed: bool = True) -> Task:
         """Return the task of a point, its difference split where the request and ``blamed`` want it."""
-        scope, design = self.scope, self.design
-        point = settings(scope.scene, design.keys, design.point(number))
-        return replace(scope, blame=scope.blame and blamed), number, point
+        scope, values = self.scope, zip(self.design.keys, self.design.point(number), strict=True)
+        settings = [f"{part}={_text(scope.scene, key, value)}" for key, value in values for part in key.split("+")]
+        return replace(scope, blame=scope.blame and blamed), number, settings
 
 
 def prepare(
@@ -298,12 +287,10 @@ def _checked(scope: Scope, given: str | None, varied: Collection[str]) -> str:
     else:
         kind, options, given = kind_of(scene), Options(steady=scope.steady), given or "fig4"
         skipped = kind.skipped(scene, options)
-        reason = f" ({skipped[given]})" if given in skipped else ""
+        reason = f"{skipped[given]}: " if given in skipped else ""
         possible = SINK_CHECKS if "sink.spans" in varied else kind.needs(scene, options)
         others = skipped if scope.reductions[0] in PAPERS else {*skipped, *OF_THE_PAPER}
         known = [name for name in possible if name not in others]
     if given is not None and given not in known:
-        raise SceneError(
-            f"there is no check {quoted(given)} here{reason}: give {', '.join(known)}{did_you_mean(given, known)}"
-        )
+        raise unknown(f"{reason}there is no check", given, known)
     return given or next(iter(known), "")

@@ -22,13 +22,12 @@ from validate.sweep.table import TITLES, Table
 
 def draw(table: Table) -> dict[str, Figure]:
     """Return the figures that a sweep of so many keys has, by their names."""
-    names, words = table.job.scope.reductions, any(values.dtype == object for values in table.keys.values())
-    if not table.ok.any():
+    series, words = table.series(), any(values.dtype == object for values in table.keys.values())
+    if not table.ok.any() or not series:
         return {}
-    if not table.map and (len(table.keys) != 2 or not table.relative or words):
-        return {"figure_lines": _lines(table)}
-    known = [name for name in (names[:1] if table.map else names) if table.job.scope.check in table.series(name)]
-    return {"_".join(["figure_map", *[name] * (name != names[0])]): _map(table, name) for name in known}
+    if len(table.keys) == 2 and not words and table.relative and table.job.scope.check in series:
+        return {"figure_map": _map(table)}
+    return {"figure_lines": _lines(table)}
 
 
 def _lines(table: Table) -> Figure:
@@ -54,8 +53,9 @@ def _lines(table: Table) -> Figure:
             if check in (found := table.series(name)):
                 values, errors = (factor * each[order] for each in found[check])
                 ax.errorbar(x[order], values, errors, color=colour, fmt="o-" if one else "o", ms=3, label=name)
-        if check in table.tolerances:
-            ax.axhspan(-100 * table.tolerances[check], 100 * table.tolerances[check], color="#e8e8e8", zorder=0)
+        if table.relative:
+            most = 100 * scope.scene.tolerance(check)
+            ax.axhspan(-most, most, color="#e8e8e8", zorder=0)
         unanswered = x[~table.ok]
         ax.plot(unanswered, np.full(len(unanswered), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
         ax.set_title(check, fontsize=10)
@@ -67,22 +67,22 @@ def _lines(table: Table) -> Figure:
     return figure
 
 
-def _map(table: Table, reduction: str) -> Figure:
+def _map(table: Table) -> Figure:
     """|1D/3D - 1| over two keys: the tolerance is a bold line, solved points are dots, points without an answer are
     crosses; beside it the assumption to blame beyond the tolerance."""
     scope, ok, rows = table.job.scope, table.ok, table.map or table.columns
-    tolerance = 100 * table.tolerances[scope.check]
+    tolerance = 100 * scope.scene.tolerance(scope.check)
     x, y = (_shown(table, key, values) for key, values in table.keys.items())
     across, up = (_shown(table, key, table.map.get(key, values)) for key, values in table.keys.items())
-    size = 100 * np.abs(rows["difference"] if table.map else table.series(reduction)[scope.check][0])
+    size = 100 * np.abs(rows["difference"] if table.map else table.series()[scope.check][0])
     known, most = np.isfinite(size), float(np.nanmax(size))
-    words = np.where(known & (size > tolerance), rows["blame"] if reduction == scope.reductions[0] else "", "")
+    words = np.where(known & (size > tolerance), rows["blame"], "")
     names = sorted({*words} - {""})
     several = len(names) > 1  # one assumption alone needs a word, not a panel of one colour
     net = Triangulation(across, up)
     net.set_mask(~known[net.triangles].all(axis=1))
     percents = np.where(known, size, 0.0)
-    title = f"{scope.scene.name}: |1D/3D - 1| of {TITLES.get(scope.check, scope.check)}, {reduction}"
+    title = f"{scope.scene.name}: |1D/3D - 1| of {TITLES.get(scope.check, scope.check)}, {scope.reductions[0]}"
     figure = new_figure(10.4 if several else 6.0, 4.7, title, [], bottom=0.95)
     axes = figure.subplots(1, 1 + several, squeeze=False)[0]
     levels = MaxNLocator(10).tick_values(0.0, most or 1.0)
@@ -128,8 +128,7 @@ def _axis(ax: Axes, side: str, table: Table, key: str) -> None:
     """An axis over a key, logarithmic where the key is so spaced."""
     called = "" if table.keys[key].dtype == object else _scale(table, key)[1]
     label = with_mu(f"{key} ({called})" if called else key)
-    room = 30  # characters of the smallest panel's side
-    ax.set(**{f"{side}label": label if len(label) <= room else ".\n".join(label.rsplit(".", 1))})
+    ax.set(**{f"{side}label": label if len(label) <= 30 else ".\n".join(label.rsplit(".", 1))})
     if any(axis.log for axis in table.job.design.axes if axis.key == key):
         logarithmic(ax, side)
         getattr(ax, f"{side}axis").set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

@@ -21,23 +21,16 @@ VERDICTS = ("agrees", "differs", "unresolved")
 FIRST = 9  # Cells along either key that are solved first, the corners of the map among them.
 ROUND = 16  # Cells of a round: a quarter where interpolations disagree most, the others where the verdict is open.
 LOOKS = 2  # Rounds that only look for disagreement, before verdicts rely on the error.
-ENOUGH = 0.01
-"""The part of the cells that may stay unresolved; each of the last ones would need a solution."""
+ENOUGH = 0.01  # The part of the cells that may stay unresolved; each of the last ones would need a solution.
 NEXT = 3  # Solved cells that a cell is next to, as a triangle has corners.
 
 
 class Map:
-    """The map of a check over two keys, interpolated between solved cells. Arrays have an entry for each cell.
+    """The map of a check over two keys, interpolated between the ``solved`` cells; arrays have an entry for each cell.
 
-    Attributes
-    ----------
-    solved : rows of the solved cells by number
-    places : (cells, 2), in parts of the map
-    refused : whether the design can't be built
-    value : difference, NaN where no solved cell next to it has an answer
-    error : error bound of ``value``, infinite where one of these cells has no answer
-    solved_error : the part of the error bound that the solved cells have themselves
-    verdicts : "agrees", "differs" or "unresolved"; where there is no answer the status of the nearest solved cell
+    The ``value`` is NaN where no solved cell next to it has an answer, and the ``error`` infinite where one has none;
+    the solved cells' own part of the error is ``solved_error``. Verdicts are "agrees", "differs", "unresolved",
+    "refused" or, without an answer, the status of the nearest solved cell.
     """
 
     def __init__(self, job: Job, solved: dict[int, Row], refused: np.ndarray) -> None:

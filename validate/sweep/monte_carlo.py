@@ -24,8 +24,6 @@ from scenes.varied import is_word, varied
 from validate.sweep.design import Scope
 from validate.sweep.point import solver
 
-Spread = dict[str, float]
-"""The mean of samples, their standard deviation, its standard error, and the deviation by linear propagation."""
 COLUMNS = {"fem3d": "fem3d_{}", "reduced1d": "reduced1d_{}", "checks": "{}_difference"}
 """The columns of points.csv with the quantities of both models and with the differences of the checks."""
 
@@ -47,12 +45,9 @@ class MonteCarlo(Analysis[dict[str, Any]]):
                 rows += [row] * (row["status"] == "ok")
                 progress(f"{done} of {count} samples")
         if len(rows) < SAMPLES[0]:
-            raise SceneError(
-                f"--monte-carlo {count}: only {len(rows)} samples have an answer: give smaller uncertainties"
-            )
+            raise SceneError(f"only {len(rows)} of {count} samples have an answer: give smaller uncertainties")
         linear = {"fem3d": propagated.fem3d, "reduced1d": propagated.reduced1d}
-        rounding = 1e-9
-        linear["checks"] = {c.id: c.u_input for c in outcome.checks if c.u_input is not None and c.u_input > rounding}
+        linear["checks"] = {c.id: c.u_input for c in outcome.checks if c.u_input is not None and c.u_input > 1e-9}
         found: dict[str, Any] = {"count": count, "failed": count - len(rows)}
         for model, column in COLUMNS.items():
             values = {n: [row[column.format(n)] for row in rows] for n in linear[model] if column.format(n) in rows[0]}
@@ -74,12 +69,6 @@ class MonteCarlo(Analysis[dict[str, Any]]):
 
     def document(self, found: dict[str, Any], outcome: Outcome[Any]) -> dict[str, Any]:
         return found
-
-
-def register() -> None:
-    """Add the analysis to the analyses of a run, once."""
-    if not any(isinstance(analysis, MonteCarlo) for analysis in ANALYSES):
-        ANALYSES.append(MonteCarlo())
 
 
 def samples(sink: Sink, uncertain: Uncertain, count: int) -> Iterator[Sink]:
@@ -110,14 +99,17 @@ def draw(uncertain: Uncertain, count: int) -> np.ndarray:
     return np.clip(normal.random(count) * scale, -furthest, furthest)
 
 
-def spread(values: list[float], linear: float) -> Spread:
+def spread(values: list[float], linear: float) -> dict[str, float]:
     """Return the spread of samples beside their deviation by linear propagation."""
     deviation = float(np.std(values, ddof=1))
     error = deviation / np.sqrt(2 * (len(values) - 1))
     return {"mean": float(np.mean(values)), "deviation": deviation, "standard_error": error, "linear": linear}
 
 
-def is_off(spread: Spread) -> bool:
+def is_off(spread: dict[str, float]) -> bool:
     """Return whether linear propagation is off by more than chance (3 standard errors) and rounding, and by 5 %."""
     least = max(3 * spread["standard_error"], 0.05 * spread["linear"], 1e-9 * abs(spread["mean"]))
     return abs(spread["deviation"] - spread["linear"]) > least
+
+
+ANALYSES.append(MonteCarlo())

@@ -37,8 +37,7 @@ from scenes.sink import Sink
 from validate.report.summary import version
 from validate.sweep.design import Row, Scope, Task
 
-FINEST = 1e-4
-"""The accuracy down to which points with an open verdict are solved again; finer ones take seconds to minutes."""
+FINEST = 1e-4  # The accuracy down to which points with an open verdict are solved again; finer takes minutes.
 OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
 """The difference in `compare.blame` of checks over time; the steady peak stands for the others."""
 ANSWERS_WITHIN = 10.0  # Seconds that a scheduler has to answer.
@@ -86,22 +85,18 @@ def _rows(
 
 def _connect(stack: ExitStack, scheduler: str) -> Any:
     """Return a client of a cluster, closed with the stack. Raises SceneError where the cluster cannot be used."""
-    try:
-        from distributed import Client
-    except ImportError:
-        raise SceneError(
-            "--scheduler needs Dask: pip install 'heated-microstructure-validation[cluster]', or leave it out"
-        ) from None
-    logging.disable()  # sentences here report the failures
+    logging.disable()  # the sentence here reports the failure
     stack.callback(logging.disable, logging.NOTSET)
     try:
+        from distributed import Client
+
         client = stack.enter_context(Client(scheduler, timeout=ANSWERS_WITHIN))
         if others := set(client.run(version).values()) - {version()}:
-            raise ValueError(f"its workers have version {', '.join(others)}")
+            raise ValueError(f"its workers have version {', '.join(others)} of this program and not {version()}")
     except Exception as error:
         raise SceneError(
-            f"no scheduler whose workers have version {version()} of this program answers at {quoted(scheduler)} "
-            f"({_shorten(error)}): give --scheduler the address that dask scheduler prints, such as tcp://127.0.0.1:8786"
+            f"--scheduler {quoted(scheduler)} cannot be used ({_shorten(error)}): give the address that dask scheduler "
+            "prints, and install this program with Dask here and there: '.[cluster]'"
         ) from None
     return client
 
@@ -175,8 +170,7 @@ def columns(scene: Any, scope: Scope) -> Row:
             f"{prefix}{c.id}_{part}": getattr(c, part) for c in checks for part in ("difference", "u_num", "verdict")
         }
     parts = _parts(scene, scope, fem3d, levels) if sink and scope.blame and not scope.model else {}
-    hot = _too_hot(scene, fem3d)
-    return values | hot | _blame(parts) | {"accuracy": scene.accuracy, "parts": parts}
+    return values | _too_hot(scene, fem3d) | _blame(parts) | {"accuracy": scene.accuracy, "parts": parts}
 
 
 def _of_3d(scene: Any, fem3d: Result) -> dict[str, Any]:

@@ -1,24 +1,112 @@
-"""Run a sweep, or the map of a tolerance's line, from the request to the folder of results."""
+"""Run a sweep, or the map of a tolerance's line, in its folder: store each row, then write the files."""
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
+import re
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any, TextIO
 
 from compare.processes import processors
-from scenes.errors import SceneError
+from scenes.errors import SceneError, quoted, reason
+from scenes.model import AnyScene
 from scenes.sink import Sink
-from validate.sweep.design import Design, Job, Task, listed, load, parse, prepare
-from validate.sweep.store import SUMMARY, Store
+from validate.folder import check_room
+from validate.sweep.design import Design, Job, Row, Task, listed, load, parse, prepare
+from validate.sweep.mapping import VERDICTS, refine
+from validate.sweep.table import Table, read
 
-if TYPE_CHECKING:
-    from scenes.model import AnyScene
-    from validate.sweep.table import Table
+ROWS, SUMMARY = "points.jsonl", "sweep.json"
+_OLD = re.compile(r"(points|map)\.csv|report\.html|figure_\w+\.(png|svg)")
+
+
+class Store:
+    """A context that locks a folder, reads the ``rows`` of an earlier run, by point, and appends further ones.
+
+    The file of rows has a line for each; a line that a kill has torn, or that is no row, is ignored.
+    """
+
+    def __init__(self, folder: Path, request: Mapping[str, Any], fresh: bool = False) -> None:
+        self.folder, self._given, self._request, self._fresh = Path(os.path.realpath(folder)), folder, request, fresh
+        self.rows: dict[int, Row] = {}
+
+    def __enter__(self) -> Store:
+        """Raises SceneError for a folder that can't be written, holds something else, or is in use."""
+        shown = quoted(self._given)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            names = {path.name for path in self.folder.iterdir() if not path.name.startswith(".")}
+            if names - {ROWS} and SUMMARY not in names:
+                raise ValueError("it has files that are not a sweep, and is left as it is")
+            self._file = (self.folder / ROWS).open("a+b")
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise SceneError(f"{shown} is in use by another sweep or map: wait for it, or give another --out") from None
+        except (OSError, ValueError) as error:
+            raise SceneError(f"folder {shown} cannot be written ({reason(error)}): give another with --out") from None
+        try:
+            self._begin()
+        except BaseException as error:
+            self.__exit__(None, error)
+            raise
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object = None) -> None:
+        try:
+            check_room(error, self.folder, self._given, "and the same command goes on: what is solved is stored")
+        finally:
+            with suppress(OSError):  # the buffer still holds unwritten bytes
+                self._file.close()
+
+    def append(self, row: Row) -> None:
+        """Write a row, which is on disk when this returns."""
+        self.rows[row["point"]] = row
+        self._file.write((json.dumps(row) + "\n").encode())
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    @contextmanager
+    def writing(self, name: str) -> Iterator[TextIO]:
+        """Open a file that is put into the folder at the end, whole or not at all."""
+        partial = self.folder / f".{name}"
+        with partial.open("w", encoding="utf-8", newline="") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(self.folder / name)
+
+    def _begin(self) -> None:
+        """Read the rows of an earlier run of the same request; refuse another, or remove it for a fresh start."""
+        summary, earlier = self.folder / SUMMARY, dict[str, Any]()
+        if self._fresh or not summary.exists():
+            self._file.truncate(0)
+            for path in self.folder.iterdir():
+                if _OLD.fullmatch(path.name):
+                    path.unlink()
+        else:
+            with suppress(ValueError, KeyError, TypeError):  # of a file that somebody changed
+                earlier = dict(json.loads(summary.read_text(encoding="utf-8"))["asked"])
+            if earlier != self._request:
+                key = next((key for key, value in self._request.items() if earlier.get(key) != value), "request")
+                held = f"{quoted(self._given)} holds another sweep (its {key.replace('_', ' ')} differs)"
+                raise SceneError(f"{held}: give another folder with --out, or --fresh to start over")
+        with self.writing(SUMMARY) as file:
+            json.dump({"schema": 1, "asked": self._request, "finished": False}, file)
+        self._file.seek(0)
+        line = b"\n"
+        for line in self._file:
+            with suppress(ValueError, TypeError, KeyError):
+                row = json.loads(line)
+                self.rows[row["point"]] = row
+        if not line.endswith(b"\n"):
+            self._file.write(b"\n")
 
 
 def run(
@@ -30,9 +118,7 @@ def run(
     ``workers`` processes here (default: one a processor) or a ``scheduler``'s solve, with ``seconds`` for each point.
     Raises SceneError for an unusable scheduler, and NumericsError.
     """
-    from validate.sweep.mapping import refine
     from validate.sweep.point import solver
-    from validate.sweep.table import read
 
     started, count = time.monotonic(), job.design.count
     say("starting the workers")
@@ -55,12 +141,10 @@ def run(
 
 def _write(store: Store, table: Table, figures: bool, seconds: float) -> dict[str, Any]:
     """Write the files; return the content of sweep.json."""
-    from compare.report.table import Section
-    from compare.report.table import Table as Tabular
+    from compare.report import table as report
     from validate.report import page
     from validate.report.output import write_columns
     from validate.report.summary import as_json, provenance
-    from validate.sweep.mapping import VERDICTS
 
     columns, asked = table.columns, table.job.asked
     counts: dict[str, Any] = {"points": len(table), **Counter(columns["status"].tolist())}
@@ -93,9 +177,7 @@ def _write(store: Store, table: Table, figures: bool, seconds: float) -> dict[st
         }
     )
     rows = [[check, *(str(n.get(word, 0)) for word in VERDICTS)] for check, n in document["verdicts"].items()]
-    request = [f"{key}: {value}" for key, value in {**asked, **counts}.items() if key not in ("scene", "vary")]
-    checks = Section("Checks", [Tabular(("check", *VERDICTS), rows)] if rows else [])
-    sections = [checks, Section("Request and counts", [[f"varied: {', '.join(table.keys)}", *request]])]
+    sections = [report.Section("Checks", [report.Table(("check", *VERDICTS), rows)] if rows else [])]
     with store.writing("report.html") as file:
         said, content = f"{table.sentence}.", document | {"scene": asked["scene"]["document"]}
         file.write(page.page(store.folder, asked["scene"]["name"], said, sections, content))

@@ -16,9 +16,6 @@ from validate.sweep.mapping import VERDICTS, Map
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
 
-Series = tuple[np.ndarray, np.ndarray]
-"""Values and their numerical errors, each (points,)."""
-
 
 @dataclass(frozen=True, eq=False)
 class Table:
@@ -54,13 +51,11 @@ class Table:
             return {}
         return self.job.design.columns(range(self.job.design.count)) | self.cells.columns()
 
-    @cached_property
-    def tolerances(self) -> dict[str, float]:
-        """The tolerance of each check."""
-        return {check: self.job.scope.scene.tolerance(check) for check in self.series()} if self.relative else {}
+    def series(self, reduction: str = "") -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Return the differences of a reduction (default: the first) by check, or the probes, with their errors.
 
-    def series(self, reduction: str = "") -> dict[str, Series]:
-        """Return the differences of a reduction (default: the first) by check, or the probes, the sweep's own first."""
+        The sweep's own check is the first.
+        """
         others = self.job.scope.reductions[1:]
         prefix = f"{reduction}_" if reduction in others else "" if self.relative else "fem3d_"
         value, error = ("_difference", "_u_num") if self.relative else ("", "_error")
@@ -77,9 +72,7 @@ class Table:
         """The result in one sentence."""
         rows, what = (self.map, "cells") if self.map else (self.columns, "designs")
         words: list[str] = rows["verdict" if self.map else "status"].tolist()
-        said = (
-            self._of_models(what, len(words)) if self.relative else [f"{self.ok.sum()} of {len(self)} designs solved"]
-        )
+        said = self._of_models(what, len(words)) if self.relative else [f"{self.ok.sum()} of {len(self)} solved"]
         if not self.relative and (series := self.series()):
             name, (values, _) = next(iter(series.items()))
             said.append("{} is up to {:.5g} (at {})".format(name, *self._largest(values)))
@@ -104,7 +97,7 @@ class Table:
             column = check if name == first else f"{name}_{check}"
             verdicts = self.map["verdict"] if self.map else self.columns[f"{column}_verdict"]
             subject = "the paper's reduction" if name == "paper" else f"the model {name}"
-            tolerance, title = f"{100 * self.tolerances[check]:g} %", TITLES.get(check, check)
+            tolerance, title = f"{100 * scope.scene.tolerance(check):g} %", TITLES.get(check, check)
             within = f"{(verdicts == 'agrees').sum()} of {total} {what}"
             difference, place = self._largest(series[0])
             largest = f"largest {percent(difference, 3, sign=True)} at {place}"
@@ -132,7 +125,6 @@ def read(job: Job, stored: Mapping[int, Row], cells: Map | None) -> Table:
     """Return the columns of all rows, by point, in the order of points.csv."""
     rows = [stored[point] for point in sorted(stored)]
     last = ("too_hot", "past_valid_to_K", "blame", "blame_share", "accuracy")
-    names = [name for row in rows for name in row if name not in ("point", "parts")]
-    names = sorted(dict.fromkeys(names), key=lambda name: name in last)
-    columns = {name: array([row.get(name) for row in rows]) for name in names}
+    names = sorted({name: 0 for row in rows for name in row}, key=lambda name: name in last)
+    columns = {name: array([row.get(name) for row in rows]) for name in names if name not in ("point", "parts")}
     return Table(job, job.design.columns(sorted(stored)), columns, cells)

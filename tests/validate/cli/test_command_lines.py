@@ -182,11 +182,11 @@ REFUSED = {
     "device nothing.toml": "the built-in device", "device --3d --accuracy 1e-9": "run.accuracy_3d",
     # sweeps and maps
     "sweep sink --vary sink.widht=10um:200um:3": 'did you mean "sink.width"?',
-    "sweep sink --vary sink.width=20um:10um:3": "from 20um to 10um is an empty range",
+    "sweep sink --vary sink.width=20um:10um:3": "from 20um to 10um is no range",
     "sweep sink --vary drive.voltage=1,2 --set drive.current=3mA": "give one of them",
     "sink --voltage 1 --set current=3mA": "give one of them", "device --set voltage=1": "controllers drive it",
-    "sweep sink --vary sink.width=10um,20um --steady --check islands_mean": "give eq12",
-    "sweep sink --vary environment.convection_coefficient=0:10:3:log": "has no logarithm",
+    "sweep sink --vary sink.width=10um,20um --steady --check islands_mean": "give \"eq12\"",
+    "sweep sink --vary environment.convection_coefficient=0:10:3:log": "above zero for :log",
     "sweep sink --vary sink.width=10um:20um:0": 'the count of sink.width is "0"',
     "sweep sink --vary sink.width=10um:20um:1000001": "from 1 to 1000000",
     "sweep sink --vary sink.width=10um:20um:2000 --vary sink.length=1mm:2mm:2000": "4000000 points",
@@ -207,7 +207,7 @@ REFUSED = {
     f"sweep bridge {MOVED} --voltage 2": "--voltage is for a sink", f"map sink {TWO}": "--check",
     "map sink --vary sink.width=10um:200um --check fig4": "a map is over two keys, and 1 are varied",
     f"map sink {TWO} --check fig9": "there is no check",
-    f"map sink {TWO} --check eq14 --reduction plate": "give fig4",
+    f"map sink {TWO} --check eq14 --reduction plate": 'give "fig4"',
     f"map sink {TWO} --check fig4 --tolerance 5V": "is a voltage, not a plain number",
     f"map sink {TWO} --check fig4 --cells 1": "from 2 to 1000",
     f"map sink {VARIED} --vary sink.length=1mm:2mm --check fig4": "give KEY=FROM:TO",
@@ -262,7 +262,7 @@ REFUSED = {
     "sink --reduction network --set emissivity=0.7": "radiates",
     "sweep sink --model own.py:tip --vary sink.width=10um,20um": "--reduction",
     "sweep sink --reduction paper,own.py:tip --vary sink.width=10um,20um": "is judged alone",
-    "sweep sink --reduction network --check eq14 --vary sink.width=10um": "give fig4, fig6_peak",
+    "sweep sink --reduction network --check eq14 --vary sink.width=10um": 'give "fig4", "fig6_peak"',
 }  # fmt: skip
 
 LINES: dict[str, int | str] = (

@@ -18,7 +18,7 @@ from statespace import export
 from validate import folder as module
 from validate.cli import main
 from validate.folder import MODEL, RUN, Folder
-from validate.sweep.store import Store
+from validate.sweep.run import Store
 
 SUMMARY = json.dumps({"schema": 1, "plan": []})
 

@@ -11,7 +11,7 @@ from scenes.errors import SceneError
 from scenes.loading import load, overridden
 from validate.sweep.design import Axis, Design, Job, Row, Scope, Task
 from validate.sweep.mapping import Map, refine
-from validate.sweep.store import Store
+from validate.sweep.run import Store
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
 SINK = load("sink", ["checks.tolerances.fig4=0.05"])

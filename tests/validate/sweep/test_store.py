@@ -6,7 +6,7 @@ import pytest
 from scenes.errors import SceneError
 from scenes.loading import load
 from validate.sweep.design import Design, Row, parse
-from validate.sweep.store import ROWS, Store
+from validate.sweep.run import ROWS, Store
 
 SUMMARY = {"kind": "sweep", "vary": {"a": [1, 2]}}
 

@@ -186,7 +186,7 @@ def test_a_cluster_that_is_there_gives_the_same_table(undisturbed, tmp_path, cap
     assert_same(tmp_path / "there", undisturbed)
     monkeypatch.setattr(points, "ANSWERS_WITHIN", 0.5)
     assert main([*alone, "--scheduler", "tcp://127.0.0.1:9", "--out", str(tmp_path / "gone")]) == 2
-    assert 'answers at "tcp://127.0.0.1:9"' in capsys.readouterr().err
+    assert '--scheduler "tcp://127.0.0.1:9" cannot be used' in capsys.readouterr().err
 
 
 def test_points_without_an_answer_are_rows_that_say_why(tmp_path):
