@@ -102,10 +102,10 @@ class Map:
         return between
 
 
-def refine(job: Job, rows: Mapping[int, Row], gather: Callable[[Iterable[Task], int, str], None]) -> Map:
+def refine(job: Job, rows: Mapping[int, Row], gather: Callable[[Iterable[Task], str], None]) -> Map:
     """Solve cells until few are unresolved, or the limit of solutions is reached; refused designs don't count.
 
-    ``gather`` solves cells and adds their ``rows``; its other arguments are the limit and a remark for the progress.
+    ``gather`` solves cells and adds their ``rows``; its other argument is a remark for the progress.
     Refused cells are surrounded by others; these need no solution.
     """
     from scipy.ndimage import binary_dilation
@@ -116,7 +116,7 @@ def refine(job: Job, rows: Mapping[int, Row], gather: Callable[[Iterable[Task], 
     solved: dict[int, Row] = {}
     refused, rounds, remark = np.zeros(job.design.count, bool), 0, ""
     while True:
-        gather((job.task(n, rounds == 0) for n in wanted if n not in rows), limit, remark)
+        gather((job.task(n, rounds == 0) for n in wanted if n not in rows), remark)
         solved |= {n: rows[n] for n in wanted}
         found = [n for n in wanted if solved[n]["status"] == "refused"]
         while found:

@@ -124,14 +124,14 @@ def run(
     say("starting the workers")
     with solver(min(workers or processors(), max(count - len(store.rows), 1)), scheduler, seconds) as solve:
 
-        def gather(tasks: Iterable[Task], total: int, more: str = "") -> None:
+        def gather(tasks: Iterable[Task], remark: str) -> None:
             for row in solve(tasks):
                 store.append(row)
-                say(f"{len(store.rows)} of {total} points{more}")
+                say(f"{len(store.rows)} points{remark}")
 
         cells = None
         if job.solves is None:
-            gather((job.task(number) for number in range(count) if number not in store.rows), count)
+            gather((job.task(number) for number in range(count) if number not in store.rows), f" of {count}")
         else:
             cells = refine(job, store.rows, gather)
     say("writing the results")

@@ -25,7 +25,7 @@ class Formulas:
     def __init__(self, formula: Formula, store: Store) -> None:
         self.formula, self.store, self.solved = formula, store, 0
 
-    def __call__(self, tasks: Iterable[Task], total: int, said: str) -> None:
+    def __call__(self, tasks: Iterable[Task], said: str) -> None:
         for _, number, point in tasks:
             self.solved += 1
             value = float(self.formula(*np.array([text.split("=")[1] for text in point], float)))
@@ -93,7 +93,7 @@ def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path
     oxide, pad = (values.ravel() for values in np.meshgrid(*(axis.values for axis in axes), indexing="ij"))
     with Store(tmp_path / "m", job.asked) as store:
 
-        def gather(tasks: Iterable[Task], total: int, said: str) -> None:
+        def gather(tasks: Iterable[Task], said: str) -> None:
             for task in tasks:
                 store.append(solve_formula(*task))
 
