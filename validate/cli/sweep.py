@@ -76,16 +76,17 @@ def run(arguments: argparse.Namespace) -> int:
 
 def scene(arguments: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
     """Return the scene with the settings that hold at every point, and a record of them."""
+    from scenes.loading import document, known_names, type_of_file
     from validate.sweep.design import load
 
-    kind = load(arguments.scene)[0].kind
+    free = type_of_file(document(arguments.scene, known_names())[0]) is None
     for option in ("voltage", "reduction"):
-        if getattr(arguments, option, None) and kind == "free":
+        if getattr(arguments, option, None) and free:
             raise SceneError(f"--{option} is for a sink: set the keys of {quoted(arguments.scene)} with --set")
-    if arguments.model and kind == "sink":
+    if arguments.model and not free:
         raise SceneError("--model is of a scene of boxes or on a mesh: a sink has --reduction")
-    steady = kind == "free" and getattr(arguments, "steady", False)
-    return load(arguments.scene, [f"run.accuracy={ACCURACY}", *_settings(arguments), *["run.steady=true"] * steady])
+    steady = ["run.steady=true"] if free and getattr(arguments, "steady", False) else []
+    return load(arguments.scene, [f"run.accuracy={ACCURACY}", *_settings(arguments), *steady])
 
 
 def _models(arguments: argparse.Namespace, base: Any) -> tuple[tuple[str, ...], str]:

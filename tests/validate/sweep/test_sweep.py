@@ -287,6 +287,10 @@ def test_steady_is_taken_as_solve_takes_it():
     command = ["sweep", "plate.toml", "--vary", "run.accuracy=0.01,0.02"]
     assert not scene(parse(command))[0].steady
     assert scene(parse([*command, "--steady"]))[0].steady
+    # A scene that says nothing of time is one only with the option.
+    lines = [line for line in text.splitlines() if not line.startswith(("end_time", "output_times"))]
+    Path("plate.toml").write_text("\n".join(lines), encoding="utf-8")
+    assert scene(parse([*command, "--steady"]))[0].steady
 
 
 def stuck(scope: Scope, number: int, settings: list[str]) -> Row:
