@@ -12,10 +12,11 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
 from signal import SIGKILL, Signals
 from threading import Lock, Thread
 from typing import Any, TypeVar
@@ -36,8 +37,12 @@ _serve(int(sys.argv[1]), int(sys.argv[2]))"""
 """The program of a process. Modules of Python's are imported before the path has other folders."""
 
 
-class EndedError(Exception):
-    """A process ended before its task, with an exit status."""
+class EndedError(SceneError):
+    """A process ended before its task."""
+
+
+class OverdueError(SceneError):
+    """A task took longer than its limit, and its process was ended."""
 
 
 class Worker:
@@ -46,63 +51,43 @@ class Worker:
     ``name`` begins the sentences about it. A ``quiet`` process prints nothing, others to standard error.
     """
 
-    def __init__(self, name: str = "", quiet: bool = True) -> None:
+    def __init__(self, name: str = "its process", quiet: bool = True) -> None:
         self._name, self._quiet, self._one = name, quiet, Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self.until = math.inf
 
     def run(self, seconds: float, function: Callable[..., T], *arguments: object) -> T:
         """Return ``function(*arguments)``, computed in the process, or raise the function's exception.
 
-        Raises SceneError after so many seconds, and where the process ends.
+        Raises OverdueError so many seconds after the process has the task, and EndedError where the process ends.
         """
         with self._one:
-            ((_, outcome),) = share([self], function, [arguments], seconds)
-        try:
-            value: T = outcome.result()
-        except TimeoutError:
-            raise SceneError(f"{self._name} has not answered in {seconds / 60:.2g} minutes, and was ended") from None
-        except EndedError as error:
-            status = error.args[0] or 0
-            how = f", with the signal {Signals(-status).name}" if status < 0 else ""
-            raise SceneError(f"{self._name} failed: it ended its process{how}") from None
+            if self._process is None or self._process.poll() is not None:
+                self._start()
+            try:
+                self._pipe.send((function, arguments))
+                # The first message, None, says that the task has arrived: a process takes a second to start.
+                outcome: tuple[T, BaseException | None] = self._receive(math.inf) or self._receive(seconds)
+            except (EOFError, OSError):
+                status = self.stop() or 0
+                how = f", with the signal {Signals(-status).name}" if status < 0 else ""
+                raise EndedError(f"{self._name} failed: it ended its process{how}") from None
+            except BaseException:
+                self.stop()
+                raise
+        value, error = outcome
+        if error is not None:
+            raise error
         return value
 
-    def begin(self, function: Callable[..., object], arguments: tuple[object, ...], seconds: float) -> None:
-        """Give the process a task, which may take so many seconds from when the process has it."""
-        if self._process is not None and self._process.poll() is not None:
-            self.stop()
-        if self._process is None:
-            self._start()
-        self.until, self._seconds = math.inf, seconds
-        with suppress(BrokenPipeError):  # of a process that has ended meanwhile: the outcome will be that
-            self.pipe.send((function, arguments))
-
-    def outcome(self) -> Future[Any] | None:
-        """Return the outcome of the task: its value or exception, TimeoutError, or EndedError; None for none yet."""
-        assert self._process is not None
-        value, error = None, None
-        try:
-            if self.pipe.poll():
-                if (answer := self.pipe.recv()) is None:  # the task has arrived
-                    self.until = time.monotonic() + self._seconds
-                    return None
-                value, error = answer
-            elif time.monotonic() > self.until:
-                self.stop()
-                error = TimeoutError()
-            elif self._process.poll() is None:
-                return None
-            else:  # its children may still have its end of the pipe
-                error = EndedError(self.stop())
-        except (EOFError, ConnectionError):
-            error = EndedError(self.stop())
-        future: Future[Any] = Future()
-        if error is None:
-            future.set_result(value)
-        else:
-            future.set_exception(error)
-        return future
+    def _receive(self, seconds: float) -> Any:
+        """Return the next message. Raises EOFError where the process ends, and OverdueError."""
+        process, until = self._process, time.monotonic() + seconds
+        while not self._pipe.poll(min(max(until - time.monotonic(), 0.0), 1.0)):
+            if process is None or process.poll() is not None:  # its children may still have its end of the pipe
+                raise EOFError
+            if time.monotonic() >= until:
+                raise OverdueError(f"{self._name} has not answered in {seconds / 60:.2g} minutes, and was ended")
+        return self._pipe.recv()
 
     def stop(self) -> int | None:
         """End the process at once, and return its exit status."""
@@ -115,7 +100,7 @@ class Worker:
     def _start(self) -> None:
         """Start the process with one thread, in a group of its own: an interrupt from the keyboard is left to this
         one."""
-        self.pipe, theirs = Pipe()
+        self._pipe, theirs = Pipe()
         code = _CODE.format([*map(str, sys.path)])
         command = [sys.executable, "-P", "-c", code, str(theirs.fileno()), str(os.getpid())]
         streams = subprocess.DEVNULL if self._quiet else 2
@@ -124,15 +109,14 @@ class Worker:
             env=os.environ | ONE_THREAD, process_group=0,
         )  # fmt: skip
         theirs.close()
-        self._end = finalize(self, _end, self._process, self.pipe)
+        self._end = finalize(self, _end, self._process)
 
 
-def _end(process: subprocess.Popen[bytes], pipe: Connection) -> None:
+def _end(process: subprocess.Popen[bytes]) -> None:
     """End a process and the programs that it started, which are in its group."""
     with suppress(ProcessLookupError):
         os.killpg(process.pid, SIGKILL)
     process.wait()
-    pipe.close()
 
 
 @contextmanager
@@ -147,37 +131,41 @@ def pool(count: int) -> Iterator[list[Worker]]:
 
 
 def share(
-    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float | None = None,
+    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf,
     attempts: int = 1,
 ) -> Iterator[tuple[Task, Future[Any]]]:  # fmt: skip
-    """Yield the arguments of each task with the outcome, as `Worker.outcome` has it, as they come.
+    """Yield the arguments of each task with its value, or its exception as `Worker.run` has it, as they come.
 
     Each task may take some seconds. A task whose process dies is tried again, up to some attempts.
     """
-    waiting, idle, busy = iter(tasks), list(workers), dict[Worker, tuple[Task, int]]()
-    most = math.inf if seconds is None else seconds
-    try:
-        while True:
-            while idle and (task := next(waiting, None)) is not None:
-                busy[idle[-1]] = task, 1
-                idle.pop().begin(function, task, most)
-            if not busy:
-                return
-            left = min(worker.until for worker in busy) - time.monotonic()
-            wait([worker.pipe for worker in busy], min(max(left, 0.0), 1.0))
-            for worker in list(busy):
-                if (outcome := worker.outcome()) is None:
-                    continue
-                task, attempt = busy.pop(worker)
-                if attempt < attempts and isinstance(outcome.exception(), EndedError):
-                    busy[worker] = task, attempt + 1
-                    worker.begin(function, task, most)
-                else:
-                    idle.append(worker)
-                    yield task, outcome
-    finally:
-        for worker in busy:
-            worker.stop()
+    idle = SimpleQueue[Worker]()
+    for worker in workers:
+        idle.put(worker)
+
+    def perform(task: Task) -> object:
+        worker, attempt = idle.get(), 1
+        try:
+            while True:
+                try:
+                    return worker.run(seconds, function, *task)
+                except EndedError:
+                    if attempt >= attempts:
+                        raise
+                    attempt += 1
+        finally:
+            idle.put(worker)
+
+    with ThreadPoolExecutor(len(workers)) as threads:
+        running = {threads.submit(perform, task): task for task in tasks}
+        try:
+            for future in as_completed(list(running)):
+                yield running.pop(future), future
+        finally:
+            attempts = 0
+            for future in running:
+                future.cancel()
+            for worker in workers if running else ():
+                worker.stop()
 
 
 def map_tasks(

@@ -5,6 +5,7 @@ It has a process of its own because VTK without a working OpenGL may end it.
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.worker import EndedError, Worker, share
+from compare.worker import EndedError, Worker
 from scenes.errors import SceneError, quoted
 from scenes.model import Scene
 from validate.viewer.source import KEYS, QUANTITIES, Source, View, find, present
@@ -38,18 +39,15 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
             instead = "" if "parts" in request else " or --movie FILE, or open the run's report.html"
             raise NoGraphicsError(f"there is no display to open a window on: give --screenshot FILE{instead}")
     progress("starting the viewer")
-    worker, notes = Worker(), list[str]()
+    worker, notes = Worker("the viewer"), list[str]()
     for task in (get_ready, draw) if "parts" in request else (get_ready, read, draw):
-        ((_, outcome),) = share([worker], task, [(request,)])
         try:
-            notes += outcome.result()
+            notes += worker.run(math.inf, task, request)
         except EndedError as error:
-            status = error.args[0] or 0
-            why = f"its process ended by signal {-status}" if status < 0 else f"its process ended with status {status}"
             if task is not read:
-                raise _no_graphics(why) from None
+                raise _no_graphics(str(error)) from None
             raise SceneError(
-                f"{quoted(Path(request['path']))} cannot be read: VTK ended at it ({why}); is the file whole?"
+                f"{quoted(Path(request['path']))} cannot be read: VTK ended at it ({error}); is the file whole?"
             ) from None
         except ImportError as error:
             raise _no_graphics(str(error)) from None
