@@ -276,7 +276,8 @@ def follow(
     from compare.models.sampling import make_question
 
     def at(key: str, step: float) -> Mapping[str, np.ndarray]:
-        return model.answer(make_question(neighbour(scene, key, step) if step else scene, fem3d), times).values
+        question = make_question(neighbour(scene, key, step) if step else scene, fem3d)
+        return model.answer(question, times).at(times).values
 
     slopes, base, h = Course(), at("", 0.0), BESIDE[0] if model.exact else BESIDE[1]
     for key in keys:

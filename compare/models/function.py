@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -74,7 +75,7 @@ class FileFunction(Model):
         self.name = f"{path.name}:{function}"
         self._key = str(path), function, saved
         self._worker = Worker(f"--model {self.name}", quiet=False)
-        self._worker.run(LONGEST, _ask, self._key, os.getcwd(), None, None)
+        self._worker.run(LONGEST, _ask, self._key, os.getcwd())
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
         return self._worker.run(LONGEST, _ask, self._key, os.getcwd(), question, times)
@@ -92,14 +93,12 @@ def open_model(given: str, folder: str) -> FileFunction:
 _open = lru_cache(maxsize=1)(FileFunction)
 
 
-def _ask(
-    key: tuple[str, str, int], folder: str, question: Question | None, times: np.ndarray | None
-) -> Answer:  # fmt: skip
+def _ask(key: tuple[str, str, int], folder: str, *question: Any) -> Answer:
     """Return the answer of a file's function, which finds other files from ``folder``; without a question load the
     function alone. For a process of its own."""
     os.chdir(folder)
     function = _function(*key)
-    return Answer({}) if question is None else function.answer(question, times)
+    return function.answer(*question) if question else Answer({})
 
 
 @lru_cache(maxsize=1)
@@ -133,10 +132,5 @@ def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
         where = f"{Path(mine[-1].filename).name}, line {mine[-1].lineno}: " if mine else ""
         if isinstance(error, SyntaxError) and error.lineno is not None:
             where = f"{Path(error.filename or name).name}, line {error.lineno}: "
-        try:
-            said = f"{type(error).__name__}: {printable(str(error), 200)}".rstrip(": ")
-        except Exception:  # of an exception's own __str__
-            said = type(error).__name__
-        if isinstance(error, TypeError) and when and not mine:
-            said += "; it is called as f(scene, times)"
+        said = printable(traceback.format_exception_only(error)[-1].strip(), 200)
         raise SceneError(f"--model {name} failed{when}: {where}{said}") from None

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 LONGEST = 600.0
 """s by the clock that a model may take for one answer; 3D itself takes minutes at most."""
+STEPS = (500, 2000)
+"""The least number of steps of the two runs of a simulation, each with a relative tolerance of 0.01 over that."""
 
 
 @dataclass(frozen=True)
@@ -43,29 +45,65 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """Values by quantity, (times,) or in the steady state one number each, and the estimated errors of some of them."""
+    """The values of a model.
+
+    Attributes
+    ----------
+    values : by quantity, in the steady state one number each, over time one for each time
+    errors : estimated errors of some of them, in the unit of the values
+    time : (rows,) times (s) of the values where a model has rows of its own; None where they are the requested times
+    """
 
     values: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, float] = field(default_factory=dict)
+    time: NDArray[np.float64] | None = None
+
+    def at(self, times: NDArray[np.float64] | None) -> Answer:
+        """Return the values at the requested times (s), linear between the model's own rows."""
+        if self.time is None or times is None:
+            return self
+        return Answer({name: np.interp(times, self.time, v) for name, v in self.values.items()}, self.errors)
 
 
 class Model(ABC):
-    """A 1D or lumped model of a scene.
-
-    ``rows`` are times (s) between which the model itself is interpolated; ``exact`` models repeat their answers to
-    rounding.
-    """
+    """A 1D or lumped model of a scene; ``exact`` models repeat their answers to rounding."""
 
     name: str
-    rows = np.empty(0)
     exact = False
 
     @abstractmethod
     def answer(self, question: Question, times: NDArray[np.float64] | None) -> Answer:
-        """Return the values at ascending ``times`` (n,) in s, or for None in the steady state. Raises SceneError."""
+        """Return the values at ascending ``times`` (n,) in s, or at own rows up to the last of these, or for None in
+        the steady state. Raises SceneError."""
 
     def __repr__(self) -> str:
         return f"<model {self.name}>"
+
+
+class Simulation(Model):
+    """A model that a program solves in time steps of its own, a netlist or an FMU.
+
+    Over time it runs twice; the difference of the two runs estimates the error.
+    """
+
+    def answer(self, question: Question, times: NDArray[np.float64] | None) -> Answer:
+        if times is None:
+            return self.settle(question)
+        end = float(times[-1])
+        coarse, fine = (self.simulate(question, end, steps) for steps in STEPS)
+        # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
+        # but its part of the long one, and right after the jump the short one is off by all of it.
+        share, between = STEPS[1] / (STEPS[1] - STEPS[0]), coarse.at(fine.time).values
+        errors = {name: share * float(np.abs(v - between[name]).max()) for name, v in fine.values.items()}
+        return Answer(fine.values, errors, fine.time)
+
+    @abstractmethod
+    def settle(self, question: Question) -> Answer:
+        """Return the steady state."""
+
+    @abstractmethod
+    def simulate(self, question: Question, end: float, steps: int) -> Answer:
+        """Return one run to an end (s) with at least so many steps, at its own rows."""
 
 
 def find_file(given: str, folder: str, example: str) -> Path:
@@ -107,9 +145,9 @@ def match_outputs(
     return outputs
 
 
-def check_parameters(model: str, noun: str, question: Question, own: Collection[str]) -> None:
+def check_parameters(model: str, noun: str, parameters: Collection[str], own: Collection[str]) -> None:
     """Raise SceneError for a parameter of [model.parameters] that the model does not have."""
-    for name in question.parameters:
+    for name in parameters:
         if name not in own:
             has = listed(sorted(own)) or "none"
             raise SceneError(f"--model {model} has no {noun} {quoted(name)}: it has {has}{did_you_mean(name, own)}")

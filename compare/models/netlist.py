@@ -19,16 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.data import raw
-from compare.models.model import (
-    LONGEST,
-    Answer,
-    Model,
-    Question,
-    check_parameters,
-    find_file,
-    match_outputs,
-    plain_name,
-)
+from compare.models.model import LONGEST, Answer, Question, Simulation, check_parameters, find_file, match_outputs
 from scenes.errors import SceneError, printable, quoted
 
 _REFUSED = {
@@ -43,13 +34,9 @@ _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens",
         ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
 """Analyses and output commands, which are replaced."""
 _BY_ZERO = 1e25  # what is larger is divided by zero: ngspice then divides by 1e-32
-_OUTPUT = "model_output_"
-_TOLERANCES = (1e-4, 1e-6)
-_STEPS = (500, 2000)
-"""The least number of steps of each of the two runs over time, with the relative tolerances above."""
 
 
-class Netlist(Model):
+class Netlist(Simulation):
     """A netlist's ``lines`` without its title, each whole.
 
     Over time it starts ``from_ic``, the initial values that it states, or else from its operating point.
@@ -57,48 +44,40 @@ class Netlist(Model):
 
     def __init__(self, name: str, lines: tuple[str, ...], from_ic: bool) -> None:
         self.name, self._lines, self._from_ic = name, lines, from_ic
-        self._runs: dict[object, dict[str, np.ndarray]] = {}
 
-    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
-        if times is None:
-            run = self._run(question, question.steady, ".op", _TOLERANCES[-1])
-            return Answer({name: values[-1] for name, values in run.items() if name != "time"})
-        end, courses = float(times[-1]), []
-        for tolerance, steps in zip(_TOLERANCES, _STEPS, strict=True):
-            analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
-            run = self._run(question, question.over_time, analysis, tolerance)
-            courses.append({n: np.interp(times, run["time"], v) for n, v in run.items() if n != "time"})
-        coarse, fine = courses
-        return Answer(fine, {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine})
+    def settle(self, question: Question) -> Answer:
+        values = self._run(question, question.steady, ".op", 1e-6)
+        return Answer({name: v[-1] for name, v in values.items() if name != "time"})
+
+    def simulate(self, question: Question, end: float, steps: int) -> Answer:
+        analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
+        values = self._run(question, question.over_time, analysis, 1e-2 / steps)
+        time = values.pop("time")
+        return Answer(values, time=time)
 
     def _run(
         self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float
     ) -> dict[str, np.ndarray]:
         """The quantities that the netlist has, by name, with the "time" of a transient."""
-        key = (analysis, tolerance, *question.parameters.items())
-        if key in self._runs:
-            return self._runs[key]
         params = (line for line in self._lines if line.lower().startswith(".param"))
         names = {name.lower() for line in params for name in _PARAM.findall(line)}
         lower = {name.lower(): value for name, value in question.parameters.items()}
-        check_parameters(self.name, ".param", replace(question, parameters=lower), names)
+        check_parameters(self.name, ".param", lower, names)
         lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
-        outputs = {name: f"{_OUTPUT}{n}" for n, name in enumerate(wanted) if name in question.outputs}
+        outputs = {name: f"model_output_{n}" for n, name in enumerate(wanted) if name in question.outputs}
         lines += [f"B{o} {o} 0 V={_circuit(self.name, question.outputs[name])}" for name, o in outputs.items()]
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
         vectors = _solve(self.name, text, "transient" if analysis.startswith(".tran") else "operating point")
-        own = [
-            name for name in vectors if name != "time" and (not name.startswith(_OUTPUT) or name in outputs.values())
-        ]
-        nodes = match_outputs(self.name, "node", replace(question, outputs=outputs), wanted, own)
-        run = {name: vectors[node] for name, node in nodes.items()}
-        for name, values in run.items():
-            if np.abs(values).max(initial=0.0) > _BY_ZERO:
-                largest = values[np.abs(values).argmax()]
+        time = {"time": vectors.pop("time")} if "time" in vectors else {}
+        question = replace(question, outputs={name: f"v({node})" for name, node in outputs.items()})
+        nodes = match_outputs(self.name, "node", question, wanted, vectors)
+        values = {name: vectors[node] for name, node in nodes.items()}
+        for name, course in values.items():
+            if np.abs(course).max(initial=0.0) > _BY_ZERO:
+                largest = course[np.abs(course).argmax()]
                 raise SceneError(f"--model {self.name}: {quoted(name)} is {largest:.2g}: an expression divides by zero")
-        self._runs[key] = run | {name: vectors[name] for name in ("time",) if name in vectors}
-        return self._runs[key]
+        return values | time
 
 
 def open_model(given: str, folder: str) -> Netlist:
@@ -159,4 +138,4 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
             wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
             why = f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
             raise SceneError(f"--model {name}: ngspice has no {plot}{why}") from None
-    return {plain_name(column.name): column.values for column in columns}
+    return {column.name: column.values for column in columns}

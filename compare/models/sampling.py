@@ -20,8 +20,6 @@ from scenes.sink import Sink
 from scenes.units import PLAIN, UnitError, parse_unit
 from scenes.varied import of_free
 
-BENDS = 0.1
-"""Straight lines between a model's values may be off by this part of the accuracy."""
 ROUNDS = 8
 """How often intervals that are too long are halved."""
 
@@ -48,9 +46,9 @@ def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Questi
 def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
     """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
     names = {} if scene.parameters is None else dict(scene.parameters.measures)
-    keys = dict(_numbers(document)) if any(isinstance(given, str) for given in own_model.parameters.values()) else {}
-    varied = of_free(scene) if keys else {}
-    values = {}
+    if not own_model.parameters:
+        return {}
+    keys, varied, values = dict(_numbers(document)), of_free(scene), dict[str, float]()
     for name, given in own_model.parameters.items():
         if not isinstance(given, str):
             values[name] = given
@@ -65,11 +63,10 @@ def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, obj
                 known[f"key_{n}_"] = Measure.from_float(keys[key], powers)
         try:
             values[name] = measured(text, known)[0]
-        except UnitError as error:
-            reason = "" if text == given else f" ({error})"
+        except UnitError:
             raise SceneError(
                 f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a "
-                f'number, nor made of its parameters{reason}: give such as "300 ohm", "box.beam.upper.y", or "w/2"'
+                f'number, nor made of its parameters: give such as "300 ohm", "box.beam.upper.y", or "w/2"'
             ) from None
     return values
 
@@ -123,48 +120,37 @@ def solve(
         estimates = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
     if fem3d.traces is not None:
         traces = _sample(model, question, fem3d.traces, accuracy)
-    if not estimates and (traces is None or not traces.values):
-        alone = " in the steady state, which alone is solved" if len(model.rows) and fem3d.traces is None else ""
-        wanted = [*question.units(None if steady else np.empty(0))]
-        raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}{alone}: give at least one of them")
-    names = {*(question.steady if steady else ()), *(question.over_time if traces else ())}
-    silent = [n for n in dict.fromkeys([*question.steady, *question.over_time]) if n in names and n not in estimates]
-    silent = [n for n in silent if traces is None or n not in traces.values]
+    over_time = {} if traces is None else traces.values
+    names = {**(question.steady if steady else {}), **({} if traces is None else question.over_time)}
+    if not estimates and not over_time:
+        raise SceneError(f"--model {model.name} says nothing of {listed(list(names))}: give at least one of them")
+    silent = [name for name in names if name not in estimates and name not in over_time]
     return Result(model.name, estimates, traces, {"silent": silent})
 
 
 def _sample(model: Model, question: Question, fem3d: Traces, accuracy: float) -> Traces:
-    """Return the model's traces at the times of 3D, at its own rows, and halfway wherever it bends between these."""
-    if not accuracy:
-        answer = ask(model, question, fem3d.time)
-        return Traces(fem3d.time, dict(answer.values), {name: answer.errors.get(name, 0.0) for name in answer.values})
+    """Return the model's traces at the times of 3D, and halfway wherever straight lines are off by a tenth of the
+    accuracy; their errors have the largest change between answers at the same times, the noise."""
     # Of two equal times, between which something jumps, the first is taken a hair earlier: the later value holds.
-    doubled = np.flatnonzero(np.diff(fem3d.time) <= 0)
     once = fem3d.time.copy()
+    doubled = np.flatnonzero(np.diff(once) <= 0)
     once[doubled] = np.nextafter(once[doubled], -np.inf)
-    given = dict(zip(once[doubled].tolist(), fem3d.time[doubled].tolist(), strict=True))
-    once = np.unique(once)
-    times = np.union1d(once, model.rows[(model.rows > once[0]) & (model.rows < once[-1])])
-    answer = ask(model, question, times)
-    values, noise = dict(answer.values), dict.fromkeys(answer.values, 0.0)
-    for _ in range(ROUNDS):
-        halfway = (times[1:] + times[:-1]) / 2
-        every = np.union1d(times, halfway)
-        # A model that repeats its answers need not answer twice, but each run has to end with the last time.
-        asked = np.union1d(halfway, times[-1:]) if model.exact else every
-        answer = ask(model, question, asked)
-        at, again, bent = np.searchsorted(every, asked), np.isin(every, times), np.zeros(len(every), bool)
-        for name in values.keys() & answer.values.keys():
-            line = np.interp(every, times, values[name])
-            values[name] = line.copy()
-            values[name][at] = answer.values[name]
-            off = np.abs(values[name] - line)
+    times, answer = once, ask(model, question, once)
+    values = dict(answer.at(times).values)
+    errors = {name: answer.errors.get(name, 0.0) for name in values}
+    noise = dict.fromkeys(values, 0.0)
+    for _ in range(ROUNDS if accuracy else 0):
+        every = np.union1d(times, (times[1:] + times[:-1]) / 2)
+        kept = again = np.isin(every, times)
+        finer = (ask(model, question, every) if answer.time is None else answer).at(every).values
+        values = {name: before for name, before in values.items() if name in finer}
+        for name, before in values.items():
+            off = np.abs(finer[name] - np.interp(every, times, before))
             noise[name] = max(noise[name], float(off[again].max()))
-            least = accuracy * BENDS * max(float(np.ptp(values[name])), float(np.ptp(fem3d.values[name])))
-            bent |= ~again & (off > least + noise[name])
-        values = {name: course[again | bent] for name, course in values.items()}
-        times = every[again | bent]
-        if not bent.any():
+            least = 0.1 * accuracy * max(float(np.ptp(before)), float(np.ptp(fem3d.values[name])))
+            kept = kept | (off > least + noise[name])
+        times, values = every[kept], {name: finer[name][kept] for name in values}
+        if (kept == again).all():
             break
-    errors = {name: answer.errors.get(name, 0.0) + noise[name] for name in values}
-    return Traces(np.array([given.get(t, t) for t in times.tolist()]), values, errors)
+    times[np.searchsorted(times, once)] = fem3d.time
+    return Traces(times, values, {name: errors[name] + noise[name] for name in values})

@@ -18,44 +18,38 @@ from scenes.units import parse_unit
 
 
 class Table(Model):
-    """Columns by their names without units: of one ``steady`` value each, or over ``rows`` (s)."""
+    """Columns by their names without units: over ``rows`` (s), or of one steady value each without rows."""
 
-    def __init__(
-        self, name: str, steady: Mapping[str, Column], rows: np.ndarray, columns: Mapping[str, Column]
-    ) -> None:
-        self.name, self.rows, self._steady, self._columns = name, rows, steady, columns
+    def __init__(self, name: str, columns: Mapping[str, Column], rows: np.ndarray | None = None) -> None:
+        self.name, self._columns, self._rows = name, columns, rows
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
-        """Return the values, linear between the rows, with the error of that."""
-        if times is None:
-            return Answer({n: self._si(n, c, question.steady.get(n, ""))[0] for n, c in self._steady.items()})
-        if len(self.rows) and self.rows[-1] < times[-1] * (1 - 1e-9):
-            last = quantity(float(self.rows[-1]), "s")
+        """Return the values; those of rows have the error of straight lines between them."""
+        rows, units = self._rows, question.units(times)
+        if (times is None) != (rows is None):
+            return Answer({})
+        if rows is not None and times is not None and rows[-1] < times[-1] * (1 - 1e-9):
+            last = quantity(float(rows[-1]), "s")
             raise SceneError(
                 f"--model {self.name} ends at {last}, the run at {quantity(float(times[-1]), 's')}: give rows up to "
                 f'there, or --end-time "{last}"'
             )
-        values: dict[str, np.ndarray] = {}
-        errors: dict[str, float] = {}
-        if not self._columns:
-            return Answer(values)
-        outputs = {name: own.lower() for name, own in question.outputs.items()}
-        question = replace(question, outputs=outputs)
-        for name, column in match_outputs(self.name, "column", question, question.over_time, self._columns).items():
-            course = self._si(name, self._columns[column], question.over_time[name])
-            values[name] = np.interp(times, self.rows, course)
-            errors[name] = float(bends(self.rows, course).max(initial=0.0))
-        return Answer(values, errors)
+        question = replace(question, outputs={name: own.lower() for name, own in question.outputs.items()})
+        names = match_outputs(self.name, "column", question, units, self._columns)
+        values = {name: self._si(name, self._columns[column], units[name]) for name, column in names.items()}
+        if rows is None:
+            return Answer({name: v[0] for name, v in values.items()})
+        return Answer(values, {name: float(bends(rows, v).max(initial=0.0)) for name, v in values.items()}, rows)
 
     def _si(self, name: str, column: Column, unit: str) -> np.ndarray:
         """Return the column of a quantity in SI units."""
         gaps = np.flatnonzero(~np.isfinite(column.values))
         if gaps.size:
-            at = f" at {quantity(float(self.rows[gaps[0]]), 's')}" if len(self.rows) else ""
+            at = "" if self._rows is None else f" at {quantity(float(self._rows[gaps[0]]), 's')}"
             raise SceneError(
                 f"--model {self.name}: {quoted(column.name)} has no number{at}: give one, or leave that row out"
             )
-        if column.powers is not None and unit and column.powers != parse_unit(unit).powers:
+        if column.powers is not None and column.powers != parse_unit(unit).powers:
             raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
         return column.si
 
@@ -66,7 +60,7 @@ def open_model(given: str, folder: str) -> Table:
     content = text.read_bytes(path, "--model")
     with refusing(f"--model {quoted(path)}"):
         if pairs := text.read_pairs(content):
-            return Table(path.name, {column.name: column for column in pairs}, np.empty(0), {})
+            return Table(path.name, {column.name.lower(): column for column in pairs})
         _, columns = text.read(content)
     clock = next((c for c in columns if c.is_time or c.name.lower() in ("time", "t", "time_s")), None)
     if clock is None:
@@ -78,4 +72,4 @@ def open_model(given: str, folder: str) -> Table:
         raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
     others = [c for c in columns if c is not clock]
     names = {c.plain.lower(): c for c in others} | {c.name.lower(): c for c in others}
-    return Table(path.name, {}, rows, names)
+    return Table(path.name, names, rows)

@@ -3,13 +3,11 @@
 import json
 import sys
 from typing import Any
-from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
 
 import compare
-from compare.models import open_model
 from compare.models.sampling import make_question
 from scenes import load
 from scenes.errors import SceneError
@@ -151,17 +149,6 @@ class Lump(Fmi2Slave):
     assert (tmp_path / "o/summary.json").exists()
 
 
-def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path, monkeypatch):
-    with ZipFile(tmp_path / "bomb.fmu", "w", ZIP_DEFLATED) as archive:
-        archive.writestr("resources/zeros", bytes(100_000))
-    monkeypatch.setattr("compare.models.fmu.LARGEST", 1e4)
-    with pytest.raises(SceneError, match="unpacks to"):
-        open_model(str(tmp_path / "bomb.fmu"))
-    monkeypatch.setattr("compare.models.fmu.LARGEST", 1e6)
-    with pytest.raises(SceneError, match="no FMU that can be read"):
-        open_model(str(tmp_path / "bomb.fmu"))
-
-
 def test_a_function_imports_what_lies_beside_it(steady, tmp_path):
     """At the top of its file, and when it is called."""
     (tmp_path / "top_of_it.py").write_text("VALUE = 300.0\n", encoding="utf-8")
@@ -232,7 +219,7 @@ def test_a_models_parameters_are_made_of_the_scenes():
     mixed = ["model.parameters.arm=box.beam.upper.y/2 + w", "model.parameters.V=2*boundary.left electrode.voltage"]
     parameters = make_question(load("bridge", [*mixed, "parameters.w=12um"])).parameters
     assert (parameters["arm"], parameters["V"]) == (pytest.approx(112e-6), 2.0)
-    with pytest.raises(SceneError, match=r"has a length \+ a temperature|neither a quantity"):
+    with pytest.raises(SceneError, match="neither a quantity"):
         make_question(load("bridge", ["model.parameters.odd=w + boundary.substrate.temperature"]))
     assert make_question(load("bridge")).document["parameters"]["gap"] == 2e-6
     with pytest.raises(SceneError, match="nor made of its parameters"):

@@ -61,13 +61,13 @@ FAILED = [
     ("lumped.py:shape", "has 2 numbers: give one number"),
     ("lumped.py:empty", "is not a finite number"),
     ("lumped.py:masked", "is not a finite number"),
-    ("lumped.py:alone", "2 were given; it is called as f(scene, times)"),
-    ("lumped.py:mute", "lumped.py, line 29: Mute"),
+    ("lumped.py:alone", "2 were given"),
+    ("lumped.py:mute", "lumped.py, line 29: model_lumped.Mute"),
     ("lumped.py:yes", "no real numbers"),
     ("lumped.py:tuple_", 'returned "tuple"'),
-    ("stranger.csv", "not asked for"),
+    ("stranger.csv", "no column called as a probe"),
     ("unit.csv", "is not in K"),
-    ("traces.csv", "in the steady state, which alone is solved"),
+    ("traces.csv", "says nothing of"),
 ]
 ENDED = [
     ("exits.py:bar", "exits.py:bar failed: it ended its process"),

@@ -181,7 +181,7 @@ def test_a_picture_and_a_film(run, tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("dies", "said"),
     [
-        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "signal 11"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "the signal SIGSEGV"),
         ("raise ImportError('no libGL')", "no lib"),
     ],
 )
