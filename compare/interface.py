@@ -12,7 +12,7 @@ from compare import pipeline
 from compare.analyses.sensitivities import Propagated
 from compare.kinds import KINDS, kind_of
 from compare.kinds.free import probed
-from compare.options import FREE, check, of_kind, read, settings
+from compare.options import FREE, check, of_kind, read, settings, texts
 from compare.outcome import Outcome
 from compare.pipeline import plugin
 from compare.processes import single_threaded
@@ -206,11 +206,13 @@ for _function, _kind in ((run, "sink"), (solve, FREE), (device, "device")):
 
 def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, options: dict[str, Any]) -> Run:
     """Load, solve, and write into a folder where one is given."""
-    chosen = {name: value for name, value in options.items() if value is not None and value is not False}
+    repeated = {option.key for option in of_kind(kind) if option.repeats}
+    chosen = {
+        name: texts(value) if name in repeated else str(value) if isinstance(value, Path) else value
+        for name, value in options.items() if value is not None and value is not False
+    }  # fmt: skip
     check(kind, chosen)
-    items = overrides.items() if isinstance(overrides, Mapping) else ()
-    texts = [f"{k}={str(v).lower() if isinstance(v, bool) else v}" for k, v in items] or list(overrides)
-    listed = settings(kind, chosen, texts)
+    listed = settings(kind, chosen, texts(overrides))
     scene = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
     if scene.kind != kind:
         raise SceneError(f"{quoted(scene.name)} is no scene for {KINDS[kind].call}: use {kind_of(scene).call}")

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
-MOST_STATES = 400  # The largest number that --states takes; a model has no more states than its structure needs.
 SAMPLES = 10, 100_000  # Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name.
 
 Given = Mapping[str, Any]
@@ -48,8 +47,9 @@ class Option:
     read : makes the value of the text; without it the text is the value
     needs : flags of options that must be given too
     excludes : flags, perhaps with a value, "--only 1d", of options that must not be given too
-    in_name : its part of the folder's name, with {} for the text; empty for none; or a function
+    in_name : its part of the folder's name, with {} for the text; empty for none
     keyword : name in Python and of the value; empty for the terminal alone
+    otherwise : the value where the option is not given, unless that follows from the flag
     """
 
     flag: str
@@ -59,8 +59,9 @@ class Option:
     read: Reader | None = None
     needs: Sequence[str] = ()
     excludes: Sequence[str] = ()
-    in_name: str | Callable[[Any], list[str]] | None = None
+    in_name: str | None = None
     keyword: str | None = None
+    otherwise: Any = None
 
     @property
     def name(self) -> str:
@@ -83,14 +84,12 @@ class Option:
     @property
     def default(self) -> Any:
         """The value where the option is not given."""
-        return () if self.repeats else self.name.startswith("--no-") if self.switch else None
+        return () if self.repeats else self.name.startswith("--no-") if self.switch else self.otherwise
 
-    def words(self, text: Any, value: Any) -> list[str]:
+    def words(self, text: Any) -> list[str]:
         """Return its words in a folder's name: the name and the text, unless `in_name` differs."""
         if text == self.default or text in (None, False) or self.in_name == "":
             return []
-        if callable(self.in_name):
-            return self.in_name(value)
         texts = [str(part) for part in text] if self.repeats else [str(text)] * (not self.switch)
         if self.in_name is not None:
             return [self.in_name.format(part) for part in texts]
@@ -113,35 +112,33 @@ def whole(option: str, given: Any, least: int, most: int) -> int:
     return int(text)
 
 
+def texts(given: Any) -> tuple[str, ...]:
+    """Return the texts of an option that repeats, also of one text, or of a mapping: {"sink.width": "1%"}."""
+    if isinstance(given, Mapping):
+        items = {key: str(value).lower() if isinstance(value, bool) else str(value) for key, value in given.items()}
+        return tuple(f"{key}={value}" if value else key for key, value in items.items())
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
 def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
     """A 1D model of this program by its canonical name, or the user's own as ``model``."""
     from compare.models import parse_reduction
 
-    name, model = parse_reduction(str(given) if isinstance(given, Path) else given)
+    name, model = parse_reduction(given)
     return {"reduction": name, "model": model}
 
 
-def _uncertain(given: Any, scene: Any, values: Given) -> Uncertain:
-    """Standard uncertainties: texts KEY=U, or {"sink.width": "1%"} and {"sink.width,sink.length": 0.9}."""
-    pairs = list(values.get("correlated") or ())
-    if isinstance(given, Mapping):
-        pairs += [f"{key}={value}" for key, value in given.items() if "," in key]
-        given = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
-    return read_uncertain(scene, list(given), pairs)
+def _uncertain(given: Sequence[str], scene: Any, values: Given) -> Uncertain:
+    """Standard uncertainties, KEY=U, and in Python also correlations, KEY,KEY=R."""
+    pairs = [text for text in given if "," in text.partition("=")[0]]
+    return read_uncertain(scene, [text for text in given if text not in pairs], [*values.get("correlated", ()), *pairs])
 
 
 def _data(given: Any, scene: Any, values: Given) -> Data:
     """The user's own data, read before anything is solved."""
     from compare.data import read
 
-    columns = values.get("columns") or ()
-    if isinstance(columns, Mapping):
-        columns = [f"{name}={column}" for name, column in columns.items()]
-    return read(Path(given), scene, columns, _listed(values.get("data_uncertainty")))
-
-
-def _listed(given: Any) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given or ())
+    return read(Path(given), scene, values.get("columns", ()), values.get("data_uncertainty", ()))
 
 
 def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
@@ -149,10 +146,6 @@ def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
     kind = Quantity(TIME, 0.0, scene.end_time, note=", the end of the run")
     texts = given.split(",") if isinstance(given, str) else given
     return tuple(kind.read("--field-times", part.strip() if isinstance(part, str) else part) or 0.0 for part in texts)
-
-
-def _shown_times(times: Sequence[float]) -> list[str]:
-    return [TIME.show(time).replace(" ", "") for time in times]
 
 
 def _export(given: Any, scene: Any, values: Given) -> Export:
@@ -170,13 +163,13 @@ def _export(given: Any, scene: Any, values: Given) -> Export:
             raise SceneError(
                 f"--model-accuracy {wanted} is below what the solution is known, {solved:g}: give --accuracy, too"
             )
-    return Export(Path(given), accuracy, None if states is None else whole("--states", states, 1, MOST_STATES))
+    return Export(Path(given), accuracy, None if states is None else whole("--states", states, 1, 400))
 
 
 def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
     """Figures of a device in their order: 9 or "figure9"."""
     known = [f"figure{number}" for number in range(9, 15)]
-    wanted = {f"figure{str(name).removeprefix('figure')}" for name in _listed(given)}
+    wanted = {f"figure{str(name).removeprefix('figure')}" for name in given}
     if unknown := sorted(wanted - set(known)):
         raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(known)}")
     return tuple(name for name in known if name in wanted)
@@ -199,20 +192,22 @@ TABLE = (
     Option("--only {3d,1d}", "one model only", (SINK,), in_name="{}"),
     Option("--reduction R", "the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]; or one "
            "of your own, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or network", (SINK,), read=_reduction,
-           excludes=["--only 3d"], in_name="{}"),
+           excludes=["--only 3d"], in_name="{}", otherwise="paper"),
     Option("--model M", "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, "
            "network (lines made of the boxes, as by hand), or scene for the scene's own [model]", (FREE,),
-           read=lambda given, *_: str(given) if isinstance(given, Path) else given),
+           otherwise=""),
     Option("--3d", "in 3D too, and how far 1D is off", (DEVICE,), keyword="in_3d"),
     Option("--figure {9,10,11,12,13,14} ...", "this figure and its checks only, as often as needed", (DEVICE,),
            read=_figures, in_name="figure{}", keyword="about"),
     Option("--scheme {accurate,paper}", "the accurate scheme (default), or the paper's own and how far it is off",
-           (DEVICE,), in_name="{}"),
+           (DEVICE,), in_name="{}", otherwise="accurate"),
     Option("--meter {PXI-4070,MAX1367}", "round the resistances to what a meter resolves", (DEVICE,), in_name="{}"),
     Option("--max-voltage V", "the sensor's largest voltage, for the range: 100mV", (DEVICE,), in_name="max{}",
-           excludes=["--figure", "--scheme paper"], read=partial(_limit, "VOLTAGE"), keyword="largest_voltage"),
+           excludes=["--figure", "--scheme paper"], read=partial(_limit, "VOLTAGE"), keyword="largest_voltage",
+           otherwise=float("inf")),
     Option("--max-power W", "the sensor's largest power, for the range: 20mW", (DEVICE,), in_name="max{}",
-           excludes=["--figure", "--scheme paper"], read=partial(_limit, "POWER"), keyword="largest_power"),
+           excludes=["--figure", "--scheme paper"], read=partial(_limit, "POWER"), keyword="largest_power",
+           otherwise=float("inf")),
     Option("--steady", "the steady state only, no transient", (SINK, FREE), sets="run.steady"),
     Option("--why", "split the 1D model's differences from 3D by its assumptions, or by the joints of --model network",
            (SINK, FREE), excludes=["--only"]),
@@ -225,17 +220,16 @@ TABLE = (
            needs=["--uncertain"]),
     Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
            (SINK,), read=lambda given, *_: whole("--monte-carlo", given, *SAMPLES),
-           needs=["--uncertain"], excludes=["--only"]),
+           needs=["--uncertain"], excludes=["--only"], otherwise=0),
     Option("--against FILE", "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
            (SINK, FREE), read=_data),
     Option("--column NAME=COLUMN ...", "the meaning of a column of that file, where its name does not show it: "
            'peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', (SINK, FREE),
            needs=["--against"], keyword="columns"),
     Option("--data-uncertainty U ...", 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
-           (SINK, FREE), needs=["--against"], read=lambda given, *_: _listed(given)),
+           (SINK, FREE), needs=["--against"]),
     Option("--calibrate KEY ...", "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
-           (SINK, FREE), needs=["--against", "--data-uncertainty"],
-           read=lambda given, *_: _listed(given)),
+           (SINK, FREE), needs=["--against", "--data-uncertainty"]),
     Option("--export DIR", "write a compact model of a few states with its error, and a device's controllers, to "
            "DIR: JSON, Python, SPICE, FMU", read=_export, in_name="",
            excludes=["--only 1d", "--scheme paper", "--meter"]),
@@ -246,8 +240,7 @@ TABLE = (
     Option("--fields", "write the 3D temperature fields (fem3d.pvd with .vtu files)", (SINK, FREE),
            excludes=["--only 1d"]),
     Option("--field-times T,T...", "with --fields, times to store beside the usual ones: 0.1ms,2ms", (SINK,),
-           read=_times, needs=["--fields"], excludes=["--steady"],
-           in_name=_shown_times),
+           read=_times, needs=["--fields"], excludes=["--steady"], in_name="{}", otherwise=()),
     Option("--out DIR", "the results folder; a run that is there is replaced", in_name="", keyword=""),
     Option("--no-figures", "no figures", in_name=""),
     Option("--explain", "print first what will be solved and what is skipped, and why; then run", in_name="",
@@ -271,10 +264,7 @@ class Options(SimpleNamespace):
     """Values by keyword (``options.steady``); options that are not given have their defaults."""
 
     def __init__(self, **values: Any) -> None:
-        defaults = {option.key: option.default for option in TABLE}
-        defaults |= {"reduction": "paper", "model": "", "scheme": "accurate", "monte_carlo": 0, "command": ""}
-        defaults |= {"largest_voltage": float("inf"), "largest_power": float("inf"), "uncertain": None}
-        defaults |= {"field_times": ()}
+        defaults = {option.key: option.default for option in TABLE} | {"command": "", "uncertain": None}
         if unknown := values.keys() - defaults.keys():
             raise TypeError(f"no option {', '.join(sorted(unknown))}")
         super().__init__(**defaults | values)
@@ -309,7 +299,7 @@ def check(kind: str, given: Given) -> None:
         if name not in by_flag:
             return ""
         option = by_flag[name]
-        value = given.get(option.key, option.default)
+        value = given.get(option.key)
         if value in (None, False, "", ()) or value == [] or (wanted and value != wanted):
             return ""
         if option.switch or option.repeats or not isinstance(value, (str, int, float)):
@@ -335,10 +325,7 @@ def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
         key = option.sets + ("_3d" if option.name == "--accuracy" and given.get("in_3d") else "")
         text = "true" if value is True else value if isinstance(value, str) else repr(float(value))
         for setting in overrides:
-            # By the key's path, the end of that, or as an item of its section.
-            override, _, said = (part.strip() for part in setting.partition("="))
-            item = key.removeprefix(f"{override}.")
-            if override == key or key.endswith(f".{override}") or (item != key and item in said):
+            if f".{key}".endswith(f".{setting.partition('=')[0].strip()}"):
                 raise SceneError(
                     f"{option.name} {text} and --set {printable(setting)} both set {key}: give one of them"
                 )
@@ -355,24 +342,25 @@ def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
             continue
         if option.read is not None:
             value = option.read(value, scene, given)
+        elif option.repeats:
+            value = tuple(value)
         values |= value if isinstance(value, dict) else {option.key: value}
     return Options(**values)
 
 
-def folder_name(kind: str, given: Given, options: Options, scene: Any, overrides: Sequence[str]) -> Path:
+def folder_name(kind: str, given: Given, scene: Any, overrides: Sequence[str]) -> Path:
     """Return the usual folder of a run, "results/sink-2V-width20um-steady".
 
     ``overrides`` are the settings of the scene, of a free scene with the keys that options stand for.
     """
     # A key of the scene is in the name by the scene, or by the overrides; a sink has no key for --steady.
     named = [option for option in of_kind(kind) if not option.sets or (kind == SINK and option.name == "--steady")]
-    words = [word for option in named for word in option.words(given.get(option.key), getattr(options, option.key))]
+    words = [word for option in named for word in option.words(given.get(option.key))]
     if kind == FREE:
         return safe_folder(scene.name, *setting_words(overrides), *words)
     # Overrides of tolerances, which the scene's own text leaves out.
-    matches = (re.match(r"\s*(?:checks\.)?(tolerances|expect_differs)\b\.?(.*)", setting) for setting in overrides)
-    of_checks = [(match[2] or match[1]).replace("=", "") for match in matches if match]
-    return safe_folder(scene.name, distinguishes(scene), *words, *of_checks)
+    of_checks = [setting for setting in overrides if re.match(r"\s*(checks\.)?(tolerances|expect_differs)\b", setting)]
+    return safe_folder(scene.name, distinguishes(scene), *words, *setting_words(of_checks))
 
 
 def setting_words(settings: Sequence[str]) -> list[str]:

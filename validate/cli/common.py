@@ -110,7 +110,7 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
         import_module("validate.sweep.monte_carlo")  # which adds its analysis
     KINDS[kind].refuse(scene, options)
     names = overrides if kind == FREE else arguments.set
-    folder = named or folder_name(kind, chosen, options, scene, names)
+    folder = named or folder_name(kind, chosen, scene, names)
     planned = plan(scene, options) if arguments.explain or arguments.dry_run else None
     if planned is not None:
         if arguments.dry_run and named:
