@@ -101,12 +101,12 @@ class Fmu(Simulation):
         """Return a run to an end (s), which may take some seconds, in SI units."""
         check_parameters(self.name, "parameter or input", question.parameters, self._settable)
         outputs = match_outputs(self.name, "variable", question, wanted, self._readable)
-        for name, variable in outputs.items():
-            declared = self._known(variable, self._readable)
-            if declared.powers not in (None, parse_unit(wanted[name]).powers):
+        read = {name: self._known(variable, self._readable) for name, variable in outputs.items()}
+        for name, unit in read.items():
+            if unit.powers not in (None, parse_unit(wanted[name]).powers):
                 raise SceneError(
-                    f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {wanted[name]}, as "
-                    f"{quoted(name)} is"
+                    f"--model {self.name}: {quoted(outputs[name])} is in {quoted(unit.name)}, not in {wanted[name]}, "
+                    f"as {quoted(name)} is"
                 )
         units = {name: self._known(name, self._settable) for name in question.parameters}
         start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
@@ -122,7 +122,6 @@ class Fmu(Simulation):
                 f"--model {self.name} stops at {quantity(rows['time'][-1], 's')} of {quantity(end, 's')}: a step of it "
                 "says that it failed"
             )
-        read = {name: self._readable[variable] for name, variable in outputs.items()}
         values = {name: rows[outputs[name]] * unit.factor + unit.offset for name, unit in read.items()}
         return Answer(values, time=rows["time"])
 

@@ -76,9 +76,6 @@ class Model(ABC):
         """Return the values at ascending ``times`` (n,) in s, or at own rows up to the last of these, or for None in
         the steady state. Raises SceneError."""
 
-    def __repr__(self) -> str:
-        return f"<model {self.name}>"
-
 
 class Simulation(Model):
     """A model that a program solves in time steps of its own, a netlist or an FMU.

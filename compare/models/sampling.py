@@ -11,7 +11,6 @@ from compare.models.model import Answer, Model, Question
 from compare.verdict import unit_of
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.expressions import Measure, measured
-from scenes.formats import quantity
 from scenes.free import as_dict
 from scenes.loading import as_dict as parametric_as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
@@ -97,10 +96,7 @@ def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
                 f"{did_you_mean(name, units)}"
             )
         if not np.isfinite(values).all():
-            at = ""
-            if times is not None:
-                at = f" at {quantity(float(times[np.flatnonzero(~np.isfinite(values))[0]]), 's', 3)}"
-            raise SceneError(f"--model {model.name}: {quoted(name)} {when} is not a finite number{at}")
+            raise SceneError(f"--model {model.name}: {quoted(name)} {when} is not a finite number")
     return answer
 
 

@@ -24,7 +24,7 @@ from compare.kinds.free import probed
 from compare.options import Options
 from compare.outcome import Outcome
 from compare.verdict import Check
-from compare.worker import EndedError, Worker, pool, share
+from compare.worker import EndedError, OverdueError, Worker, pool, share
 from fem3d.runs import scene as scene_run
 from reduced1d.ladder import solve as solve_1d
 from reduced1d.ladder.levels import Levels
@@ -58,7 +58,8 @@ def solver(workers: int, scheduler: str | None, seconds: float | None) -> Iterat
     with ExitStack() as stack:
         if scheduler is None:
             processes = stack.enter_context(pool(workers))
-            yield partial(_rows, lambda tasks: share(processes, solve, tasks, seconds, ATTEMPTS), seconds)
+            limit = seconds or math.inf
+            yield partial(_rows, lambda tasks: share(processes, solve, tasks, limit, ATTEMPTS), seconds)
         else:
             yield partial(_rows, partial(_share_on, _connect(stack, scheduler), seconds), seconds)
 
@@ -71,7 +72,7 @@ def _rows(
             failed = {"point": number, "status": "crashed", "because": "its processes died", "seconds": seconds or 0.0}
             try:
                 yield outcome.result()
-            except TimeoutError:
+            except OverdueError:
                 yield failed | {"status": "timeout", "because": f"it took more than {seconds:g} s (--point-timeout)"}
             except Exception as error:
                 if not isinstance(error, EndedError) and type(error).__name__ != "KilledWorker":  # Dask's
@@ -105,9 +106,7 @@ def _solve_in_time(seconds: float | None, *task: Any) -> Row:
     """Return the row of a point on a cluster, in a process that can be ended where there is a limit of time."""
     if seconds is None:
         return solve(*task)
-    ((_, outcome),) = share([Worker()], solve, [task], seconds)
-    row: Row = outcome.result()
-    return row
+    return Worker().run(seconds, solve, *task)
 
 
 def _share_on(client: Any, seconds: float | None, tasks: Iterable[Task]) -> Outcomes:

@@ -7,7 +7,6 @@ from zipfile import ZipFile
 import pytest
 
 import compare
-from compare.models import open_model
 from scenes import load
 from scenes.errors import SceneError
 
@@ -163,10 +162,6 @@ def test_the_end_value_is_independent_of_the_scale_of_time(steady, tmp_path, rat
 def test_an_fmu_without_a_steady_state_is_refused(steady, tmp_path, rate):
     with pytest.raises(SceneError, match="does not come to rest"):
         compare.solve(steady, model=build(tmp_path, rate))
-
-
-def test_a_model_prints_as_its_file(tmp_path):
-    assert repr(open_model(build(tmp_path))) == "<model Lump.fmu>"
 
 
 @pytest.mark.usefixtures("few_ends")
