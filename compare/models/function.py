@@ -49,23 +49,17 @@ class Function(Model):
 
     def _numbers(self, name: str, value: object, shape: tuple[int, ...], when: str) -> np.ndarray:
         """Return a value as real numbers of a shape; masked ones are not numbers."""
-        needed = f"{shape[0]} numbers, one for each time" if shape else "one number"
         try:
             numbers: np.ma.MaskedArray = np.ma.asarray(value)
             if numbers.dtype.kind not in "fiu":
                 raise TypeError
+            array: np.ndarray = np.ma.filled(numbers.astype(float), np.nan)
+            return np.broadcast_to(array.reshape(()) if array.size == 1 else array, shape).astype(float)
         except (TypeError, ValueError):
+            needed = f"{shape[0]} real numbers, one for each time" if shape else "one real number"
             raise SceneError(
-                f"--model {self.name}: {quoted(name)} {when} is {quoted(type(value).__name__)} that holds no real "
-                f"numbers: give {needed}"
+                f"--model {self.name}: {quoted(name)} {when} is {quoted(repr(value))}: give {needed}"
             ) from None
-        array: np.ndarray = np.ma.filled(numbers.astype(float), np.nan)
-        if array.size == 1:
-            return np.broadcast_to(array.reshape(()), shape).astype(float)
-        if array.shape != shape:
-            size = " x ".join(map(str, array.shape))
-            raise SceneError(f"--model {self.name}: {quoted(name)} {when} has {size} numbers: give {needed}")
-        return array
 
 
 class FileFunction(Model):
@@ -113,9 +107,8 @@ def _function(file: str, name: str, saved: int) -> Function:
         return Function(call, f"{path.name}:{name}", path)
     defined = [n for n, each in names.items() if callable(each) and getattr(each, "__module__", None) == loaded]
     functions = [n for n in defined if not n.startswith("_")]
-    fault = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
     has = f"give {listed(functions)}" if functions else "it has none"
-    raise SceneError(f"--model {path.name}:{name}: {path.name} {fault}: {has}{did_you_mean(name, functions)}")
+    raise SceneError(f"--model {path.name} has no function {quoted(name)}: {has}{did_you_mean(name, functions)}")
 
 
 @contextmanager

@@ -46,19 +46,15 @@ class Netlist(Simulation):
         self.name, self._lines, self._from_ic = name, lines, from_ic
 
     def settle(self, question: Question) -> Answer:
-        values = self._run(question, question.steady, ".op", 1e-6)
-        return Answer({name: v[-1] for name, v in values.items() if name != "time"})
+        values = self._run(question, question.steady, ".op", 1e-6).values
+        return Answer({name: v[-1] for name, v in values.items()})
 
     def simulate(self, question: Question, end: float, steps: int) -> Answer:
         analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
-        values = self._run(question, question.over_time, analysis, 1e-2 / steps)
-        time = values.pop("time")
-        return Answer(values, time=time)
+        return self._run(question, question.over_time, analysis, 1e-2 / steps)
 
-    def _run(
-        self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float
-    ) -> dict[str, np.ndarray]:
-        """The quantities that the netlist has, by name, with the "time" of a transient."""
+    def _run(self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float) -> Answer:
+        """Return the quantities that the netlist has, at the rows of an analysis."""
         params = (line for line in self._lines if line.lower().startswith(".param"))
         names = {name.lower() for line in params for name in _PARAM.findall(line)}
         lower = {name.lower(): value for name, value in question.parameters.items()}
@@ -69,7 +65,7 @@ class Netlist(Simulation):
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
         vectors = _solve(self.name, text, "transient" if analysis.startswith(".tran") else "operating point")
-        time = {"time": vectors.pop("time")} if "time" in vectors else {}
+        time = vectors.pop("time", None)
         question = replace(question, outputs={name: f"v({node})" for name, node in outputs.items()})
         nodes = match_outputs(self.name, "node", question, wanted, vectors)
         values = {name: vectors[node] for name, node in nodes.items()}
@@ -77,7 +73,7 @@ class Netlist(Simulation):
             if np.abs(course).max(initial=0.0) > _BY_ZERO:
                 largest = course[np.abs(course).argmax()]
                 raise SceneError(f"--model {self.name}: {quoted(name)} is {largest:.2g}: an expression divides by zero")
-        return values | time
+        return Answer(values, time=time)
 
 
 def open_model(given: str, folder: str) -> Netlist:
