@@ -62,14 +62,6 @@ class Columns(dict[str, "np.ndarray"]):
         rows = len(next(iter(self.values()), ()))
         return f"<traces, {rows} rows: {', '.join(self)}>" if self else "<no traces: no transient was solved>"
 
-    def to_dataframe(self) -> Any:
-        """Return a pandas DataFrame; ImportError where pandas is not installed."""
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_dataframe needs pandas: pip install pandas") from None
-        return pandas.DataFrame(dict(self))
-
 
 class Run:
     """A run of a scene of any kind. ``outcome`` has everything; the rest are short ways.

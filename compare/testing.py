@@ -103,11 +103,9 @@ def assert_traces_agree(
     """
     __tracebackhide__ = True
     loaded: Any = load(scene) if isinstance(scene, (str, Path)) else scene
-    options: dict[str, Any] = {"accuracy": accuracy, "against": file, "columns": columns}
-    options["data_uncertainty"] = data_uncertainty
     allowed = _read(tolerances, tuple(quantities.of(loaded).names))
     solve = partial(compare.run, voltage=voltage) if loaded.kind == "sink" else compare.solve
-    run: compare.Run = solve(loaded, **options)
+    run = solve(loaded, accuracy=accuracy, against=file, columns=columns, data_uncertainty=data_uncertainty)
     _assert(f"{Path(file).name} for {loaded.name}", [(run.check(f"against_{n}"), t) for n, t in allowed.items()])
     return run
 

@@ -41,16 +41,13 @@ def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Call
     """Return the name of a sink's reduction, and the user's own model that it is, "" for one of this program's."""
     from reduced1d.ladder import canonical, is_one
 
-    if not callable(given):
-        file = given.rpartition(":")[0] or given
-        if is_one(given) or (given != "network" and Path(file).suffix.lower() not in _KINDS):
-            try:
-                return canonical(given), ""
-            except SceneError as error:
-                raise SceneError(f"{error}; or network, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv") from None
-        _kind(given)
-        return Path(given).name, given
-    return getattr(given, "__name__", type(given).__name__), given
+    if callable(given):
+        return getattr(given, "__name__", type(given).__name__), given
+    file = given.rpartition(":")[0] or given
+    if is_one(given) or (given != "network" and Path(file).suffix.lower() not in _KINDS):
+        return canonical(given), ""
+    _kind(given)
+    return Path(given).name, given
 
 
 def parse_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:

@@ -37,8 +37,6 @@ class Function(Model):
         when = "in the steady state" if times is None else "over time"
         with _sentences(self.name, self._file, f" when it was asked {when}"):
             answer = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
-        if answer is None:
-            return Answer({})
         if not isinstance(answer, Mapping):
             raise SceneError(
                 f"--model {self.name} returned {quoted(type(answer).__name__)} {when}: return a dict such as "

@@ -19,9 +19,6 @@ from scenes.sink import Sink
 from scenes.units import PLAIN, UnitError, parse_unit
 from scenes.varied import of_free
 
-ROUNDS = 8
-"""How often intervals that are too long are halved."""
-
 
 def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Question:
     """Return the question about the probes of a scene, or about all quantities of a sink that ``fem3d`` has.
@@ -135,7 +132,7 @@ def _sample(model: Model, question: Question, fem3d: Traces, accuracy: float) ->
     values = dict(answer.at(times).values)
     errors = {name: answer.errors.get(name, 0.0) for name in values}
     noise = dict.fromkeys(values, 0.0)
-    for _ in range(ROUNDS if accuracy else 0):
+    for _ in range(8 if accuracy else 0):  # each halves intervals that are too long
         every = np.union1d(times, (times[1:] + times[:-1]) / 2)
         kept = again = np.isin(every, times)
         finer = (ask(model, question, every) if answer.time is None else answer).at(every).values

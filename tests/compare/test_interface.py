@@ -6,7 +6,6 @@ import subprocess
 import sys
 from html import unescape
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -127,20 +126,13 @@ def test_a_run_prints_as_its_answer():
     assert "object at 0x" not in repr(run.traces)
 
 
-def test_traces_are_named_columns(monkeypatch):
+def test_traces_are_named_columns():
     run = compare.run("sink")
     columns = run.traces
     assert list(columns)[:2] == ["time_s", "fem3d_peak_K"]
     assert (columns["reduced1d_end_K"] == run.traces("end_K")[2]).all()
     with pytest.raises(KeyError, match="fem3d_peak_K"):
         columns["fem3d_peek_K"]
-    # pandas need not be installed; a stand-in shows its arguments.
-    pandas = SimpleNamespace(DataFrame=dict)
-    monkeypatch.setitem(sys.modules, "pandas", pandas)
-    assert set(columns.to_dataframe()) == set(columns)
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match="pip install pandas"):
-        columns.to_dataframe()
     assert len(compare.run("sink", steady=True).traces) == 0
 
 

@@ -12,7 +12,6 @@ from compare.models import open_model
 from compare.slopes import follow
 from reduced1d.ladder import solve
 from reduced1d.network.solution import solve_sink as by_lines
-from scenes.errors import SceneError
 from scenes.loading import from_dict
 from validate.cli import main
 
@@ -95,8 +94,3 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps():
     by_voltage = (peak(1.001) - peak(0.999)) / 0.002
     assert float(followed["drive.voltage"]["peak_rise_K"]) == pytest.approx(by_voltage, rel=1e-6)
     assert by_voltage != pytest.approx(2 * peak(1.0), rel=1e-3)
-
-
-def test_a_function_is_asked_not_guessed():
-    with pytest.raises(SceneError, match="says nothing of"):
-        compare.run("sink", reduction=lambda scene, times: {}, accuracy=1e-2, steady=True)
