@@ -48,14 +48,11 @@ class Columns(dict[str, "np.ndarray"]):
 
         Raises SceneError for a name that both models lack, with the names that they have.
         """
-        if not self:
-            raise SceneError("this run has no transient: leave out steady=True")
-        pairs = [(f"fem3d_{quantity}", f"reduced1d_{quantity}"), (quantity, f"reduced1d {quantity}")]
-        for three, one in pairs:
+        for three, one in ((f"fem3d_{quantity}", f"reduced1d_{quantity}"), (quantity, f"reduced1d {quantity}")):
             if three in self and one in self:
                 return self["time_s"], self[three], self[one]
         names = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
-        had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "there is no 1D model over time"
+        had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "a transient in 1D has traces"
         raise SceneError(f"{quoted(quantity)} is no trace of both models: {had}")
 
     def __repr__(self) -> str:

@@ -121,8 +121,6 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise SceneError(f"--model {name} has not answered in {LONGEST / 60:g} minutes, and was ended") from None
-        except OSError as error:
-            raise SceneError(f"--model {name}: ngspice can't be started ({error})") from None
         said = ran.stdout.decode("utf-8", "replace")
         try:
             if "singular matrix" in said:  # ngspice adds conductances of its own, and goes on

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -69,17 +69,16 @@ def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, obj
 
 def _numbers(document: object, key: str = "") -> Iterator[tuple[str, float]]:
     """Yield the numbers of a document by their keys: "box.arm.upper.x"."""
+    items: Iterable[tuple[str, object]] = ()
     if isinstance(document, Mapping):
-        for name, value in document.items():
-            yield from _numbers(value, f"{key}.{name}" if key else name)
+        items = document.items()
     elif isinstance(document, list):
-        if len(document) == 3 and not any(isinstance(item, Mapping | list) for item in document):
-            yield from ((f"{key}.{axis}", float(item)) for axis, item in zip("xyz", document, strict=True))
-        for item in document:
-            if isinstance(item, Mapping) and "name" in item:
-                yield from _numbers(item, f"{key}.{item['name']}")
+        items = [(item["name"], item) for item in document if isinstance(item, Mapping) and "name" in item]
+        items = items or (zip("xyz", document, strict=True) if len(document) == 3 else ())
     elif isinstance(document, int | float) and not isinstance(document, bool):
         yield key, float(document)
+    for name, value in items:
+        yield from _numbers(value, f"{key}.{name}" if key else name)
 
 
 def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
