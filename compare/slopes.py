@@ -6,8 +6,10 @@ unit of the trace. To first order (GUM 5.2.2) uncertain keys of covariance C mak
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -16,10 +18,8 @@ from compare.models import Model
 from compare.verdict import PAPERS
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.model import AnyScene
-from scenes.parameters import SECTION
 from scenes.result import Estimate, Result
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, numbers
 
@@ -43,7 +43,7 @@ class Slopes:
     ----------
     sizes : value that each quantity has, of temperatures the rise; of a transient the largest
     relative : d ln Q / d ln key by key and quantity
-    shift : d base / d ln key (K) by key and quantity or trace, where the base is the temperature that rises count from
+    shift : d base / d ln key (K) by key and temperature, where the base is the temperature that rises count from
     steady : whether ``sizes`` are of the steady state; else they are of the largest size of each trace
     times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit, of temperatures of the rise
     rises : (n,) by trace, of temperatures the rise; none of a user's own model
@@ -55,36 +55,26 @@ class Slopes:
     relative: ByKey
     shift: dict[str, dict[str, float]] = field(default_factory=dict)
     steady: bool = True
-    times: np.ndarray | None = None
+    times: np.ndarray = field(default_factory=lambda: np.empty(0))
     traces: Course = field(default_factory=dict)
     rises: Mapping[str, np.ndarray] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     profile: dict[str, np.ndarray] = field(default_factory=dict)
 
-    def vectors(self, keys: Collection[str]) -> dict[str, np.ndarray]:
-        """Return (keys,): the logarithmic slopes by quantity, where all keys have slopes."""
-        by_key = [self.relative.get(key, {}) for key in keys]
-        common = [name for name in self.sizes if all(name in slopes for slopes in by_key)]
-        return {name: np.array([slopes[name].value for slopes in by_key]) for name in common}
-
     def at(self, key: str, name: str, times: np.ndarray) -> np.ndarray:
         """(times,): d Q / d ln key in the unit of the trace, or of the steady value at infinite time; else NaN."""
-        if np.isinf(times[-1]):
-            slope = self.relative.get(key, {}).get(name)
-            if slope is None or not self.steady:
-                return np.full(len(times), np.nan)
-            return np.array([slope.value * self.sizes[name] + self.shift.get(key, {}).get(name, 0.0)])
-        if self.times is None or name not in self.traces.get(key, {}):
-            return np.full(len(times), np.nan)
-        return np.interp(times, self.times, self.traces[key][name]) + self.shift.get(key, {}).get(name, 0.0)
+        shift, missing = self.shift.get(key, {}).get(name, 0.0), np.full(len(times), np.nan)
+        if not np.isinf(times[-1]):
+            slope = self.traces.get(key, {}).get(name)
+            return missing if slope is None else np.interp(times, self.times, slope) + shift
+        relative = self.relative.get(key, {}).get(name)
+        return missing if relative is None or not self.steady else np.array([relative.value * self.sizes[name] + shift])
 
     def columns(self, model: str) -> dict[str, np.ndarray]:
         """Return the columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>, beside a steady state
         relative to the rises."""
-        if self.times is None or not self.rises:
-            return {}
-        columns = {"time_s": self.times}
-        for key, by_name in self.traces.items():
+        columns = {"time_s": self.times} if self.rises else {}
+        for key, by_name in self.traces.items() if self.rises else ():
             for name, slope in by_name.items():
                 size = self.rises[name] if self.steady else np.ones(1)
                 columns[f"{model}_{name}_by_{key}"] = np.divide(slope, size, out=np.zeros_like(slope), where=size != 0)
@@ -92,8 +82,7 @@ class Slopes:
 
     def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
         """(times,): u_input of a trace, or of the steady value at infinite time."""
-        slopes = np.array([self.at(key, name, times) for key in uncertain.relative])
-        return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", slopes, uncertain.covariance(), slopes), 0.0))
+        return combined([self.at(key, name, times) for key in uncertain.relative], uncertain)
 
     def moved(self, result: Result, key: str, step: float) -> Result:
         """A result as it is, to first order, with one key larger by a relative step; NaN without a slope."""
@@ -112,24 +101,18 @@ class Slopes:
             details = details | {"profile": details["profile"] | {"rise_K": rise}}
         return replace(result, steady=steady, traces=traces, details=details)
 
-    def largest(self, name: str) -> float:
-        """Return the largest slope of a quantity by any key.
 
-        Temperatures are left out, because a percent of kelvins means little, and parameters, whose slopes are sums.
-        """
-        keys = [key for key in self.relative if not key.endswith("_temperature") and not key.startswith(f"{SECTION}.")]
-        return max((abs(self.relative[key][name].value) for key in keys if name in self.relative[key]), default=0.0)
-
-
-def combined(slopes: Sequence[float] | np.ndarray, uncertain: Uncertain) -> float:
-    """Return the root of s^T C s, with the covariance C of uncertain keys."""
-    return float(np.sqrt(max(slopes @ uncertain.covariance() @ np.asarray(slopes), 0.0)))
+def combined(slopes: Sequence[Any] | np.ndarray, uncertain: Uncertain) -> np.ndarray:
+    """Return the root of s^T C s for slopes s (keys, ...), with the covariance C of uncertain keys."""
+    s = np.array(slopes)
+    return np.sqrt(np.maximum(np.einsum("i...,ij,j...", s, uncertain.covariance(), s), 0.0))
 
 
 def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
     """A sentence for each reason why keys or quantities have no slope."""
-    left_out = {name: why for each in slopes.values() for name, why in each.left_out.items()}
-    together = {why: [name for name, other in left_out.items() if other == why] for why in left_out.values()}
+    together = dict[str, dict[str, None]]()
+    for name, why in (item for each in slopes.values() for item in each.left_out.items()):
+        together.setdefault(why, {})[name] = None
     return tuple(f"no sensitivity to or of {', '.join(names)}: {why}" for why, names in together.items())
 
 
@@ -141,23 +124,35 @@ def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile
     if scene.kind == "sink":
         found = sensitivities.of_sink(scene, result, keys, profile)
         values, steady = result.steady, True
-        thermal = [name for name in (result.traces.values if result.traces else ()) if name.endswith("_K")]
     else:
         found = sensitivities.of_scene(scene, result, keys)
-        values, steady, thermal = found.values, found.course is None, thermal_probes(scene)
-    shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in found.steady}
-    slopes = Slopes(
-        {name: e.value for name, e in values.items()}, dict(found.steady), shift, steady,
-        left_out=found.left_out, profile=found.profile,
-    )  # fmt: skip
+        values, steady = found.values, found.course is None
+    sizes, shift = {name: e.value for name, e in values.items()}, shifts(scene, found.steady, steady)
+    slopes = Slopes(sizes, dict(found.steady), shift, steady, left_out=found.left_out, profile=found.profile)
     if (course := found.course) is None:
         return slopes
     return replace(slopes, times=course.times, traces=course.values, rises=course.traces)
 
 
-def thermal_probes(scene: AnyScene) -> list[str]:
-    """Return the names of the probes of temperatures."""
-    return [probe.name for probe in scene.probes if probe.quantity == "temperature"]
+def base_of(scene: Any, steady: bool) -> tuple[list[str], Callable[[Any], float]]:
+    """Return the temperatures of a scene, and the function of a changed scene (K) from which their rises count.
+
+    Rises count from the room of a sink, the coldest given temperature, or over time the start.
+    """
+    if scene.kind == "sink":
+        return [each.trace for each in OF_A_SINK.values() if each.trace.endswith("_K")], attrgetter("room_temperature")
+    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
+    if not steady:
+        return thermal, attrgetter("initial_temperature")
+    from fem3d.runs.sensitivities import floor_of
+
+    return thermal, partial(floor_of, scene)
+
+
+def shifts(scene: Any, keys: Iterable[str], steady: bool) -> dict[str, dict[str, float]]:
+    """Return d base / d ln key (K) by key and temperature."""
+    thermal, base = base_of(scene, steady)
+    return {key: dict.fromkeys(thermal, (base(neighbour(scene, key, STEP)) - base(scene)) / STEP) for key in keys}
 
 
 def central(
@@ -173,7 +168,8 @@ def central(
 
 def _exact(sizes: dict[str, float], slopes: Mapping[str, Mapping[str, float]]) -> Slopes:
     """Logarithmic slopes without error; quantities that are zero have none."""
-    relative = {k: {n: Estimate(v / sizes[n], 0.0) for n, v in by.items() if sizes.get(n)} for k, by in slopes.items()}
+    sizes = {name: size for name, size in sizes.items() if size}
+    relative = {k: {n: Estimate(float(by[n] / sizes[n]), 0.0) for n in by if n in sizes} for k, by in slopes.items()}
     return Slopes(sizes, relative)
 
 
@@ -185,32 +181,20 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence
     from reduced1d import ladder
 
     name, chosen = "paper" if result.model in PAPERS else result.model, keys or numbers(sink)
-    thermal = [n for n in (result.traces.values if result.traces else ()) if n.endswith("_K")]
+    thermal, base = base_of(sink, True)
 
     def at_rest(changed: Sink) -> dict[str, float]:
         return {n: e.value for n, e in ladder.solve(changed, name, steady_only=True).steady.items()}
 
     def rises(changed: Sink) -> dict[str, np.ndarray]:
         traces = ladder.solve(changed, name, times=times).over_time.values
-        return {n: v - changed.room_temperature * (n in thermal) for n, v in traces.items()}
+        return {n: v - base(changed) * (n in thermal) for n, v in traces.items()}
 
     slopes = _exact({n: e.value for n, e in result.steady.items()}, central(at_rest, sink, chosen))
     if name != "paper" or times is None or result.traces is None:
         return slopes
-    shift = {key: dict.fromkeys(thermal, base_moves(sink, key, False)) for key in chosen}
-    return replace(slopes, shift=shift, times=times, traces=central(rises, sink, chosen), rises=rises(sink))
-
-
-def base_moves(scene: Any, key: str, steady: bool) -> float:
-    """d base / d ln key (K): rises count from the room, the coldest given temperature, or over time the start."""
-    other = neighbour(scene, key, STEP)
-    if scene.kind == "sink":
-        return float(other.room_temperature - scene.room_temperature) / STEP
-    if not steady:
-        return float(other.initial_temperature - scene.initial_temperature) / STEP
-    from fem3d.runs.sensitivities import floor_of
-
-    return (floor_of(scene, other) - floor_of(scene, scene)) / STEP
+    traces, shift = central(rises, sink, chosen), shifts(sink, chosen, True)
+    return replace(slopes, shift=shift, times=times, traces=traces, rises=rises(sink))
 
 
 def device_1d(device: Device, result: Result) -> Slopes:
@@ -226,41 +210,31 @@ def device_1d(device: Device, result: Result) -> Slopes:
     return _exact(sizes, central(at_rest, device, numbers(device)))
 
 
-def own_model(
-    model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result, in_3d: Slopes | None
-) -> Slopes:
+def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result) -> Slopes:
     """Return the slopes of a user's own model, by differences.
 
-    Logarithmic slopes of a free scene over time are at the instant at which the 3D quantity ``in_3d`` is largest.
+    Logarithmic slopes of a free scene over time are at the instant at which the quantity is largest.
     """
-    chosen, course, times, steady = list(keys), result.traces, None, in_3d is None or in_3d.steady
-    left_out, values, changes, traces = dict[str, str](), dict[str, float](), Course(), Course()
-    shift, base = dict[str, dict[str, float]](), 0.0
-    if thermal := thermal_probes(scene) if scene.kind == "free" else []:
-        from fem3d.runs.sensitivities import floor_of
-
-        base = floor_of(scene, scene) if steady else scene.initial_temperature
-        shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen}
+    chosen, steady, times = list(keys), scene.kind == "sink" or result.traces is None, np.empty(0)
+    left_out, traces, shift = dict[str, str](), Course(), shifts(scene, chosen, steady)
+    thermal, base = base_of(scene, steady)
 
     def followed(times: np.ndarray | None) -> Course:
         absolute = follow(model, scene, chosen, times, fem3d, left_out)
-        return {k: {n: v - shift.get(k, {}).get(n, 0.0) for n, v in by.items()} for k, by in absolute.items()}
+        return {k: {n: v - shift[k].get(n, 0.0) for n, v in by.items()} for k, by in absolute.items()}
 
-    if steady:
-        values = {name: e.value for name, e in result.steady.items()}
-        changes = followed(None) if values else {}
-    if course is not None:
-        times = course.time[course.time > 0]
+    if result.traces is not None:
+        times = result.traces.time[result.traces.time > 0]
         traces = followed(times)
-    if course is not None and times is not None and in_3d is not None and in_3d.times is not None and not steady:
-        largest = {
-            name: in_3d.times[np.abs(in_3d.rises[name]).argmax()] for name in course.values if name in in_3d.sizes
-        }
-        values = {name: float(np.interp(time, course.time, course.values[name])) for name, time in largest.items()}
-        changes = {k: {n: np.interp(largest[n], times, by[n]) for n in largest if n in by} for k, by in traces.items()}
-    values = {name: value - base * (name in thermal) for name, value in values.items()}
-    relative = {k: {n: float(v) for n, v in by.items() if n in values} for k, by in changes.items()}
-    slopes = _exact({name: value for name, value in values.items() if value}, relative)
+    if steady:
+        values = {name: e.value - base(scene) * (name in thermal) for name, e in result.steady.items()}
+        changes: Mapping[str, Mapping[str, Any]] = followed(None) if values else {}
+    else:
+        rises = {n: v[-len(times) :] - base(scene) * (n in thermal) for n, v in result.over_time.values.items()}
+        largest = {name: int(np.abs(rise).argmax()) for name, rise in rises.items()}
+        values = {name: float(rise[largest[name]]) for name, rise in rises.items()}
+        changes = {key: {name: slope[largest[name]] for name, slope in by.items()} for key, by in traces.items()}
+    slopes = _exact(values, changes)
     return replace(slopes, shift=shift, steady=steady, times=times, traces=traces, left_out=left_out)
 
 

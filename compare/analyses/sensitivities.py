@@ -8,7 +8,6 @@ derivatives of the difference.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -17,10 +16,11 @@ from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.table import MARKS, Row, Section, Style, Table, short_key, stacked
-from compare.verdict import Check, judge
+from compare.report.table import Row, Section, Style, Table, short_key, stacked
+from compare.verdict import Check, judge, part
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
+from scenes.parameters import SECTION
 from scenes.result import Estimate, Step, step
 from scenes.uncertain import Uncertain
 from scenes.varied import made_of_parameters, zeros
@@ -56,30 +56,17 @@ class Sensitivity(Analysis[AllSlopes]):
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
-        slopes = by_key(found)
         shown = {name: names[name] for name in (few or list(names)[:MOST]) if name in names and not style.page} or names
-        judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
+        slopes, verdicts = by_key(found), {check.id: check.verdict for check in outcome.checks}
         rows = []
         for key in followed_keys(outcome.scene, slopes, shown):
-            cells = [short_key(key), *(_cell(slopes[key].get(name, {}), style, both) for name in shown)]
-            rows.append(Row(cells, judged[key].verdict if key in judged else ""))
+            cells = (_cell(slopes[key].get(name, {}), style, both) for name in shown)
+            rows.append(Row([short_key(key), *cells], verdicts.get(f"{PREFIX}{key}", "")))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else stacked(word) for word in shown.values()]
-        said = []
-        if style.page:
-            steady = next(iter(found.values())).steady
-            whole = "the steady state" if steady else "the largest value of each quantity"
-            said.append(f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key).")
+        whole = "the steady state" if next(iter(found.values())).steady else "the largest value of each quantity"
+        said = [f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key)."] * style.page
         if outcome.scene.kind == "free" and (without := zeros(outcome.scene)):
             said.append(f"0, of which there is no percent: {', '.join(without)}.")
-        if len(names) > len(shown) and outcome.scene.kind == "free":
-            said.append(f"The slopes of {len(names) - len(shown)} more probes are in summary.json and on the page.")
-        if judged:
-            verdicts, mark = Counter(check.verdict for check in judged.values()), MARKS["unresolved"][style.ascii_only]
-            within = percent(next(iter(judged.values())).tolerance, 1)
-            count = f"{verdicts['agrees']} of {len(judged)} keys"
-            said.append(f"1D follows {count} as 3D does, within {within} of the largest.")
-            if open_ := verdicts["unresolved"]:
-                said[-1] += f" {mark}: {open_} are open within the slopes' errors; a smaller --accuracy decides."
         return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
 
     def document(self, found: AllSlopes, outcome: Outcome[Any]) -> dict[str, Any]:
@@ -96,11 +83,10 @@ class Sensitivity(Analysis[AllSlopes]):
 def by_key(slopes: Mapping[str, Slopes]) -> ByKey:
     """Return the logarithmic slopes by key, quantity and model."""
     found: ByKey = {}
-    for model in MODELS:
-        for key, by_name in slopes[model].relative.items() if model in slopes else ():
-            of_key = found.setdefault(key, {})
+    for model in (model for model in MODELS if model in slopes):
+        for key, by_name in slopes[model].relative.items():
             for name, slope in by_name.items():
-                of_key.setdefault(name, {})[model] = slope
+                found.setdefault(key, {}).setdefault(name, {})[model] = slope
     return found
 
 
@@ -113,36 +99,38 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
 
 def followed_keys(scene: Any, slopes: ByKey, names: Iterable[str]) -> list[str]:
     """Return the keys that a quantity follows, the largest slope first, without keys made of parameters."""
-    made, sizes = made_of_parameters(scene), dict[str, float]()
-    for key, by_name in slopes.items():
-        each = [abs(slope.value) for name in names for slope in by_name.get(name, {}).values()]
-        if key not in made and max(each, default=0.0) > NONE:
-            sizes[key] = max(each)
-    return sorted(sizes, key=lambda key: -sizes[key])
+    sizes = {
+        key: max((abs(s.value) for name in names for s in by_name.get(name, {}).values()), default=0.0)
+        for key, by_name in slopes.items()
+    }
+    made = made_of_parameters(scene)
+    return sorted((key for key in sizes if key not in made and sizes[key] > NONE), key=lambda key: -sizes[key])
 
 
 def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -> tuple[Check, ...]:
-    """Check for each key the largest difference of both models' slopes, relative to the quantity's largest slope."""
+    """Check for each key the largest difference of both models' slopes, relative to the quantity's largest slope.
+
+    The largest slope is by a size or a property: a percent of kelvins means little, and slopes by parameters are sums.
+    """
     if not set(MODELS) <= slopes.keys():
         return ()
-    largest = {name: slopes["fem3d"].largest(name) for name in names}
-    found, tolerance, made = by_key(slopes), scene.tolerance("slope"), []
+    found, tolerance, made, largest = by_key(slopes), scene.tolerance("slope"), [], dict[str, float]()
+    for key, by_name in slopes["fem3d"].relative.items():
+        if not key.endswith("_temperature") and not key.startswith(f"{SECTION}."):
+            largest |= {name: max(abs(slope.value), largest.get(name, NONE)) for name, slope in by_name.items()}
     for key in followed_keys(scene, found, names):
-        both = {name: found[key][name] for name in names if len(found[key].get(name, {})) == len(MODELS)}
-        off = {
-            name: (each["reduced1d"].value - each["fem3d"].value) / largest[name]
-            for name, each in both.items() if largest[name] > NONE
-        }  # fmt: skip
+        both = {n: each for n, each in found[key].items() if len(each) == 2 and n in names and largest.get(n, 0) > NONE}
+        off = {n: (each["reduced1d"].value - each["fem3d"].value) / largest[n] for n, each in both.items()}
         if not off:
             continue
         name = max(off, key=lambda n: abs(off[n]))
         three, one = (both[name][model] for model in MODELS)
-        u_num, values = three.error / largest[name], (one.value, three.value)
+        u_num = three.error / largest[name]
         verdict = judge(off[name], tolerance, u_num)
-        reason = f"{names[name]} follows {key} by {values[0]:+.3f}, in 3D by {values[1]:+.3f} % for each percent"
+        reason = f"{names[name]} follows {key} by {one.value:+.3f}, in 3D by {three.value:+.3f} % for each percent"
         made.append(
             Check(
-                f"{names[name]}, d ln / d ln key", *values, "1", off[name], u_num, id=f"{PREFIX}{key}",
+                f"{names[name]}, d ln / d ln key", one.value, three.value, "1", off[name], u_num, id=f"{PREFIX}{key}",
                 tolerance=tolerance, verdict=verdict, because="" if verdict == "agrees" else reason,
                 relative_to="the largest slope of the quantity",
             )
@@ -153,13 +141,10 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
 def sentence(made: Iterable[Check]) -> str:
     """Return the worst of the checks of slopes in a sentence; empty where there are none."""
     slopes = [check for check in made if check.id.startswith(PREFIX)]
-    if not slopes:
-        return ""
     if differ := [check for check in slopes if check.verdict == "differs"]:
         return f"In the 1D model the {max(differ, key=lambda check: abs(check.difference)).because}."
-    open_ = sum(check.verdict == "unresolved" for check in slopes)
-    said = "The 1D model follows every key as 3D does"
-    return f"{said}, as far as the errors tell: {open_} of {len(slopes)} are open." if open_ else f"{said}."
+    agree = sum(check.verdict == "agrees" for check in slopes)
+    return f"The 1D model follows {agree} of {len(slopes)} keys as 3D does." if slopes else ""
 
 
 def _cell(slopes: Mapping[str, Estimate], style: Style, both: bool) -> str:
@@ -259,23 +244,30 @@ def slopes_of(outcome: Outcome[Any], progress: Progress) -> dict[str, Slopes]:
 
 
 def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated:
-    """Combine the slopes of both models, and of their difference, with the covariance of the inputs."""
+    """Combine the slopes of both models, and of their difference, with the covariance of the inputs.
+
+    Quantities without a slope by each of the keys are left out.
+    """
+    import numpy as np
+
     from compare.slopes import combined
 
-    keys, variances = list(uncertain.relative), uncertain.covariance().diagonal()
-    vectors: dict[str, Any] = {"reduced1d": {}, "fem3d": {}}
-    vectors |= {model: slopes[model].vectors(keys) for model in vectors if model in slopes}
-    u, most = dict[str, dict[str, float]](), dict[str, str]()
-    for model, by_name in vectors.items():  # 3D last: its largest key stands
-        u[model] = {name: abs(slopes[model].sizes[name]) * combined(s, uncertain) for name, s in by_name.items()}
-        for name, vector in by_name.items():
-            parts = vector**2 * variances
-            most[name] = keys[int(parts.argmax())] if parts.any() else ""
+    keys, most = list(uncertain.relative), dict[str, str]()
+    vectors: dict[str, dict[str, Any]] = {model: {} for model in MODELS}
+    u: dict[str, dict[str, float]] = {model: {} for model in MODELS}
+    for model, each in slopes.items():
+        for name, size in each.sizes.items() if model in MODELS else ():
+            known = [each.relative[key][name].value for key in keys if name in each.relative.get(key, {})]
+            if len(known) == len(keys):
+                vectors[model][name] = np.array(known)
+                u[model][name] = abs(size) * float(combined(known, uncertain))
+    for name, vector in (vectors["reduced1d"] | vectors["fem3d"]).items():
+        parts = vector**2 * uncertain.covariance().diagonal()
+        most[name] = keys[int(parts.argmax())] if parts.any() else ""
     three, one, difference = vectors["fem3d"], vectors["reduced1d"], {}
     for name in three.keys() & one.keys():
-        size = slopes["fem3d"].sizes[name]
-        off = slopes["reduced1d"].sizes[name] / size if size else float("nan")
-        difference[name] = abs(off) * combined(one[name] - three[name], uncertain)
+        off = part(slopes["reduced1d"].sizes[name], slopes["fem3d"].sizes[name])
+        difference[name] = abs(off) * float(combined(one[name] - three[name], uncertain))
     return Propagated(uncertain, u["fem3d"], u["reduced1d"], difference, most)
 
 
@@ -296,5 +288,5 @@ def by_differences(
             return tuple(checks)
         for name, value in more.items():
             slopes.setdefault(name, []).append(0.0 if value == less[name] else (value - less[name]) / (2 * step))
-    known = {name: combined(s, uncertain) for name, s in slopes.items() if np.isfinite(s).all()}
+    known = {name: float(combined(s, uncertain)) for name, s in slopes.items() if np.isfinite(s).all()}
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)

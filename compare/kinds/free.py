@@ -127,7 +127,7 @@ class FreeKind(Kind[AnyScene]):
         made = {"fem3d": slopes.in_3d(scene, outcome.solved, keys)}
         if reduced1d is not None:
             model, followed = reduced1d.details["own_model"], made["fem3d"].relative
-            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, outcome.solved, made["fem3d"])
+            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, outcome.solved)
         return made
 
     def steps(self, scene: AnyScene, options: Options, outcome: Outcome[AnyScene] | None = None) -> list[Step]:

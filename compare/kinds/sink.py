@@ -159,7 +159,7 @@ class SinkKind(Kind[Sink]):
             if "single" in outcome.results and uncertain:
                 made["single"] = slopes.in_3d(replace(sink, spans=1), outcome.results["single"], keys)
         if reduced1d is not None and fem3d is not None and (model := outcome.own_model) is not None:
-            made["reduced1d"] = slopes.own_model(model, sink, reduced1d, numbers(sink), fem3d, None)
+            made["reduced1d"] = slopes.own_model(model, sink, reduced1d, numbers(sink), fem3d)
         elif reduced1d is not None:
             made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
         return made
