@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from statespace.result import DeviceResult
 
 MOST = 100
 """Instants of a transient that are searched, beside those at which a trace is largest or smallest."""
-_AT_ONCE = 16  # Fields that are computed together, to bound the memory.
 
 
 Hottest = tuple[float, float | None]
@@ -57,10 +57,8 @@ def excess(
     where the ``ceiling`` (K) of all temperatures exceeds a limit.
     """
     limits = {m.name: m.valid_to for m in materials if m.valid_to is not None}
-    if not limits:
-        return float("-inf"), ""
-    if ceiling <= min(limits.values()):
-        return ceiling - min(limits.values()), ""
+    if ceiling <= (lowest := min(limits.values(), default=float("inf"))):
+        return ceiling - lowest, ""
     reached = by_material(fields(), times)
     most, name = max((reached[name][0] - limit, name) for name, limit in limits.items() if name in reached)
     return most, name if most > 0 else ""
@@ -112,11 +110,9 @@ def moments(traces: Traces | None) -> np.ndarray:
 
 def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
     """The hottest place and moment of each material: of the steady state, if there is one, and of some times (s)."""
-    hottest: dict[str, Hottest] = {}
     corners = {name: np.unique(fields.cells[fields.material == k]) for k, name in enumerate(fields.material_names)}
-    if fields.has_steady:
-        hottest = {name: (float(fields.steady[at].max(initial=-np.inf)), None) for name, at in corners.items()}
-    for time, temperatures in _snapshots(fields, times):
+    hottest: dict[str, Hottest] = {}
+    for time, temperatures in chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times)):
         for name, at in corners.items():
             top = float(temperatures[at].max(initial=-np.inf))
             if name not in hottest or top > hottest[name][0]:
@@ -126,15 +122,12 @@ def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
 
 def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:
     """The time (s) at which the field is farthest from its ``initial`` temperature (K) anywhere, and whether above."""
-    far, at, above = -1.0, float(times[-1]), True
-    for time, temperatures in _snapshots(fields, times):
-        rise = temperatures - initial
-        if np.abs(rise).max() > far:
-            far, at, above = float(np.abs(rise).max()), time, bool(rise.max() >= -rise.min())
-    return at, above
+    ends = [(time, float(T.max()) - initial, initial - float(T.min())) for time, T in _snapshots(fields, times)]
+    time, above, below = max(ends, key=lambda each: max(each[1:]))
+    return time, above >= below
 
 
 def _snapshots(fields: Any, times: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
-    for first in range(0, len(times), _AT_ONCE):
-        some = times[first : first + _AT_ONCE]
-        yield from zip(some.tolist(), fields.at(some), strict=True)
+    """Yield times and their fields, a few of which are computed together to bound the memory."""
+    for some in np.array_split(times, len(times) // 16 + 1):
+        yield from zip(some.tolist(), fields.at(some) if len(some) else (), strict=True)

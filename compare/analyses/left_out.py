@@ -1,7 +1,6 @@
 """Effects that both models leave out: solve in 3D without them, with each one, and with all of them.
 
-A *change* is a quantity with the effect over the quantity without, less one. The difference of ``together`` from the
-sum of all changes is their interaction.
+A *change* is a quantity with the effect over the quantity without, less one.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from scenes.sink import Sink
 from scenes.units import THERMAL_CONTACT
 from scenes.validity import check
 
-TOGETHER, PEAK = "together", "peak_rise_K"
+TOGETHER = "together"
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 CONTACT = 2e-8
@@ -126,12 +125,13 @@ class LeftOut:
         said = []
         for where, inside in (("In air", True), ("In vacuum", False)):
             some = [each for name, each in self.effects.items() if (name in IN_AIR) is inside]
-            if some and not some[0].changes:
-                said.append(f"{where} {some[0].what} makes it run away.")
-            elif some:
-                whole = "peak" if PEAK in some[0].changes else "power that the sink takes"
-                most, change = " most," * (len(some) > 1), next(iter(some[0].changes.values())).value
-                said.append(f"{where} {some[0].what} changes the {whole}{most} by {percent(change, sign=True)}.")
+            for each in some[:1]:
+                does = "makes it run away"
+                if each.changes:
+                    quantity, change = next(iter(each.changes.items()))
+                    whole = "peak" if quantity == "peak_rise_K" else "power that the sink takes"
+                    does = f"changes the {whole}{' most,' * (len(some) > 1)} by {percent(change.value, sign=True)}"
+                said.append(f"{where} {each.what} {does}.")
         return " ".join(said) or "Of the effects that both models leave out the scene has all that can be solved."
 
 
@@ -151,15 +151,10 @@ class LeftOutStudy(Analysis[LeftOut]):
         kind, rows = kind_of(outcome.scene), list[Row]()
         shown = {q: word for q, (word, _) in kind.quantities(outcome.scene).items() if style.page or q in kind.shown}
         for name, each in found.every.items():
-            changes = (each.changes[q] for q in shown if each.changes)
-            cells = [difference_text(c.value, c.error, style.plus_minus) for c in changes]
-            source = f"; {each.source}" if each.source and style.page and each.changes else ""
-            cells = cells or ["runs away"] * len(shown)
-            rows.append(Row([name.replace("_", " "), *cells], below=each.assumed + source))
-        if found.together is not None:
-            sums = (sum(each.changes[q].value for each in found.effects.values() if each.changes) for q in shown)
-            rows.append(Row(["their sum", *(percent(total, sign=True) for total in sums)]))
-        skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in found.skipped.items()]
+            cells = [difference_text(c.value, c.error, style.plus_minus) for q, c in each.changes.items() if q in shown]
+            source = f"; {each.source}" * bool(each.source and style.page)
+            rows.append(Row([name, *(cells or ["runs away"] * len(shown))], below=each.assumed + source))
+        skipped = [f"{name} is not here: {why}" for name, why in found.skipped.items()]
         table = Table(("left out", *shown.values()), rows) if rows else ""
         said = "Changes of the 3D steady state with each effect, over that without." * bool(rows)
         return Section("What both models leave out", [table, said, sentences(skipped)])
@@ -179,7 +174,7 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
     """
     sink = scene if scene.kind == "sink" else scene.sink
     say("without what is left out")
-    bare, found, skipped, everything = _solve(scene, sink), dict[str, Effect](), dict[str, str](), dict[str, Any]()
+    bare, found, skipped = _solve(scene, sink), dict[str, Effect](), dict[str, str]()
 
     def add(name: str, effect: Effect) -> None:
         say(f"with what is left out: {effect.what}")
@@ -192,7 +187,6 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
             skipped[name] = str(error)
             return
         found[name] = replace(effect, changes=changes)
-        everything.update(effect.changed)
 
     for name, effect in effects(sink).items():
         if not effect.changed:
@@ -202,8 +196,9 @@ def study(scene: Any, say: Callable[[str], None]) -> LeftOut:
     # A runaway is the largest of all.
     sizes = {n: abs(next(iter(e.changes.values())).value) if e.changes else math.inf for n, e in found.items()}
     ranked = {name: found[name] for name in sorted(found, key=lambda name: -sizes[name])}
-    if len(found) > 1:
-        add(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
+    if len(ranked) > 1:
+        everything = {key: value for each in ranked.values() for key, value in each.changed.items()}
+        add(TOGETHER, Effect("all together", f"{', '.join(ranked)} at once", "", everything))
     return LeftOut(ranked, found.get(TOGETHER), skipped)
 
 
