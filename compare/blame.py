@@ -104,17 +104,11 @@ def bound(ratio: float) -> str:
 
 @dataclass(frozen=True)
 class Part:
-    """The effect of one assumption on one quantity.
-
-    ``value`` and its numerical ``error`` have the quantity's unit; ``largest`` is the largest effect from 10 us on, at
-    ``when`` (s).
-    """
+    """The effect of one assumption on one quantity: ``value`` and its numerical ``error`` in the quantity's unit."""
 
     blame: str
     value: float
     error: float
-    largest: float | None = None
-    when: float | None = None
 
 
 @dataclass(frozen=True)
@@ -157,7 +151,7 @@ class Budget:
 
 def split(
     name: str, unit: str, scale: float, whole: str, assumptions: Sequence[str], values: np.ndarray,
-    errors: Sequence[float], times: np.ndarray | None = None, unsure: Sequence[float] | None = None,
+    errors: Sequence[float], times: np.ndarray | None = None, unsure: Sequence[float] = (),
 ) -> Split:  # fmt: skip
     """Split one quantity, where its difference is largest.
 
@@ -166,18 +160,16 @@ def split(
     values : (assumptions + 1, n), of the reduction, of each result without one more assumption, and of 3D as the last
     errors : the error bound of each
     times : (n,) s, None in the steady state
-    unsure : relative error of each part due to its replacement
+    unsure : relative error of each part but the last due to its replacement; the last part bears all of them
     """
-    drops, i = values[:-1] - values[1:], int(np.argmax(np.abs(values[0] - values[-1])))
-    more = np.abs(drops[:, i]) * (0.0 if unsure is None else np.array(unsure))
-    more[-1] = more.sum()
-    parts = []
-    for n, (assumption, drop) in enumerate(zip(assumptions, drops, strict=True)):
-        at = int(np.argmax(np.abs(drop)))
-        over_time = (None, None) if times is None else (float(drop[at]), float(times[at]))
-        parts.append(Part(assumption, float(drop[i]), errors[n] + errors[n + 1] + float(more[n]), *over_time))
+    i = int(np.argmax(np.abs(values[0] - values[-1])))
+    drops, bounds = values[:-1, i] - values[1:, i], np.array(errors[:-1]) + errors[1:]
+    if len(unsure):
+        replaced = np.abs(drops[:-1]) * unsure
+        bounds += np.append(replaced, replaced.sum())
+    parts = tuple(map(Part, assumptions, drops.tolist(), bounds.tolist()))
     total, when = float(values[0, i] - values[-1, i]), None if times is None else float(times[i])
-    return Split(name, unit, scale, total, errors[0] + errors[-1], tuple(parts), when, whole)
+    return Split(name, unit, scale, total, errors[0] + errors[-1], parts, when, whole)
 
 
 def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
@@ -190,11 +182,10 @@ def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
         most = f"{percent(part.error / abs(worst.scale))} of the {worst.whole}"
         return f"nothing is to blame: no part of the difference is larger than its numerical error, {most}"
     when = "in the steady state" if worst.time is None else f"at {quantity(worst.time, 's', 3)}"
-    size = f"{signed(part.value, worst.unit)} of the {worst.quantity} {when}"
     rest = signed(worst.total - part.value, worst.unit)
     return (
-        f"the largest part is {phrases[part.blame]}: {size}, {percent(abs(part.value / worst.scale))} of the "
-        f"{worst.whole}; all the rest together makes {rest}"
+        f"the largest part is {phrases[part.blame]}: {signed(part.value, worst.unit)} of the {worst.quantity} {when}, "
+        f"{percent(abs(part.value / worst.scale))} of the {worst.whole}; all the rest together makes {rest}"
     )
 
 
@@ -291,24 +282,20 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     joints = places(shape)
     probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
     probed = replace(shape, scene=replace(shape.scene, probes=(*shape.scene.probes, *probes.values())))
-    joined = replace(scene, probes=(*scene.probes, *probes.values()))
-    in_3d = on_first_mesh(joined)
-    results, measured, names, unsure = [network.steady], list[tuple[tuple[str, int], float]](), list[str](), []
-    for place, resistance, doubt in _felt(scene, joints, in_3d, solve(probed).steady):
-        measured.append((place.key, resistance))
-        results.append(solve(replace(shape, measured=tuple(measured))).steady)
-        names.append(place.called)
-        unsure.append(doubt)
-    phrases = {name: f"the joint {name}, by 3D's resistance in its place" for name in names}
+    in_3d = on_first_mesh(replace(scene, probes=(*scene.probes, *probes.values())))
+    felt = _felt(scene, joints, in_3d, solve(probed).steady)
+    measured = [(place.key, resistance) for place, resistance, _ in felt]
+    between = [solve(replace(shape, measured=tuple(measured[: n + 1]))).steady for n in range(len(felt))]
+    results, unsure = [network.steady, *between, fem3d.steady], [doubt for *_, doubt in felt]
+    phrases = {place.called: f"the joint {place.called}, by 3D's resistance in its place" for place, *_ in felt}
     phrases[REST] = f"{REST}, after all joints"
-    results.append(fem3d.steady)
     quantities, splits = {probe.name: probe.quantity for probe in scene.probes}, []
     for name in network.steady:
-        base = scene.initial_temperature if quantities[name] == "temperature" else 0.0
+        unit = UNITS[quantities[name]]
+        base, whole = (scene.initial_temperature, "3D rise") if unit == "K" else (0.0, "3D value")
         values, errors = np.array([[steady[name].value] for steady in results]), [s[name].error for s in results]
-        scale, unit = fem3d.steady[name].value - base, UNITS[quantities[name]]
-        whole = "3D rise" if unit == "K" else "3D value"
-        splits.append(split(name, unit, scale, whole, [*names, REST], values, errors, None, [*unsure, 0.0]))
+        scale, names = fem3d.steady[name].value - base, [*(place.called for place, *_ in felt), REST]
+        splits.append(split(name, unit, scale, whole, names, values, errors, None, unsure))
     return Budget(network.model, tuple(splits), (), None, {}, sentence(phrases, splits))
 
 
@@ -322,27 +309,27 @@ def _felt(
         return (one - other) / flow
 
     rows: list[tuple[float, Place, float, float]] = []
-    largest = {"temperature": 0.0, "potential": 0.0}
+    largest: dict[str, float] = {}
     for place in joints:
         kind, (three, hand) = place.one.quantity, (_sides(scene, place, steady) for steady in (in_3d, by_hand))
         base = scene.initial_temperature if kind == "temperature" else 0.0
-        largest[kind] = max(largest[kind], abs(three["one"].value - base))
+        largest[kind] = max(largest.get(kind, 0.0), abs(three["one"].value - base))
         if abs(three["flow"].value) <= three["flow"].error or not hand["flow"].value:
             continue
         measured, drawn = (resistance(**{name: e.value for name, e in sides.items()}) for sides in (three, hand))
         if change := abs(measured - drawn):
             doubt = min(spread(resistance, three) / change, 1.0)
             rows.append((change * abs(three["flow"].value), place, place.sign * measured, doubt))
-    parts = [(drop / (largest[place.one.quantity] or 1.0), place, r, doubt) for drop, place, r, doubt in rows]
-    return [row[1:] for row in sorted(parts, key=lambda row: -row[0]) if row[0] > FELT]
+    felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity]]
+    return [row[1:] for row in sorted(felt, key=lambda row: -row[0] / (largest[row[1].one.quantity] or 1.0))]
 
 
 def _sides(scene: Scene, place: Place, steady: Mapping[str, Estimate]) -> dict[str, Estimate]:
     """The temperatures or potentials on both sides of a joint, and its flow."""
-    if place.other is not None:
-        other = steady[place.other.name]
+    if place.given is None:
+        other = steady[place.other.name]  # type: ignore[union-attr] # A joint has another side, or a boundary.
     else:
-        boundary = scene.boundaries[place.given]  # type: ignore[index] # A joint without another side has a boundary.
+        boundary = scene.boundaries[place.given]
         value: Any = boundary.ambient if boundary.kind == "convection" else boundary.value
         other = Estimate(float(value), 0.0)
     return {"one": steady[place.one.name], "other": other, "flow": steady[place.flow.name]}

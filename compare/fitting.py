@@ -27,8 +27,7 @@ APART = 0.95  # Two keys can't be told apart where their correlation exceeds thi
 TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
 MOST = 20  # The most solutions of the least-squares iteration.
 SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
-WIDEST = 50.0  # The largest step of the logarithm of a key without bounds.
-TINY = 1e-300  # A bound where there is none: still a number, as is its inverse.
+TINY = 1e-20  # A bound over the first value where there is none; its inverse is the other one.
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
 """Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
@@ -59,8 +58,9 @@ class Fit:
 
     def interval(self, key: str) -> tuple[float, float]:
         """Return the interval of a key (95 %), in SI units."""
-        half = min(COVERS * self.u[key], WIDEST)
-        return float(self.fitted[key] * np.exp(-half)), float(self.fitted[key] * np.exp(half))
+        widest = -np.log(TINY)
+        low, high = self.fitted[key] * np.exp(np.clip([-COVERS * self.u[key], COVERS * self.u[key]], -widest, widest))
+        return float(low), float(high)
 
     def warnings(self) -> tuple[str, ...]:
         """Name keys that the data do not determine, and a misfit."""
@@ -109,10 +109,9 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
             f"key{'s' * (len(keys) > 1)}: give data of more points than keys"
         )
     # Of the logarithm of a value over its first one.
-    bounds = []
-    for key in keys:
-        kind, value = kind_of_key(scene, key), abs(start[key])
-        bounds.append([np.log(max(kind.lower, TINY) / value) - 1e-9, np.log(min(kind.upper, 1 / TINY) / value) + 1e-9])
+    kinds = [(kind_of_key(scene, key), abs(start[key])) for key in keys]
+    least = np.log([max(kind.lower / value, TINY) for kind, value in kinds]) - 1e-9
+    most = np.log([min(kind.upper / value, 1 / TINY) for kind, value in kinds]) + 1e-9
 
     @cache
     def at(*x: float) -> tuple[np.ndarray, np.ndarray]:
@@ -134,18 +133,17 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     solution = least_squares(
-        lambda x: at(*x)[0], np.zeros(len(keys)), lambda x: at(*x)[1], tuple(np.transpose(bounds)), x_scale="jac",
-        xtol=1e-5, ftol=1e-8, max_nfev=MOST,
+        lambda x: at(*x)[0], np.zeros(len(keys)), lambda x: at(*x)[1], (least, most), x_scale="jac", xtol=1e-5,
+        ftol=1e-8, max_nfev=MOST,
     )  # fmt: skip
-    residuals, jacobian = at(*solution.x)
-    normal, fitted = jacobian.T @ jacobian, _moved(scene, keys, solution.x)
+    normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)
     # Keys with the same effect would leave it singular; their uncertainties come out huge.
     covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
     u = np.sqrt(np.diag(covariance))
     return Fit(
         start, {key: numbers(fitted)[key] for key in keys}, dict(zip(keys, u.tolist(), strict=True)),
-        covariance / np.outer(u, u), float(residuals @ residuals) / max(len(residuals) - len(keys), 1),
-        len(residuals), fitted,
+        covariance / np.outer(u, u), 2 * float(solution.cost) / max(len(solution.fun) - len(keys), 1),
+        len(solution.fun), fitted,
     )  # fmt: skip
 
 

@@ -83,10 +83,6 @@ def named(reduction: str) -> str:
 
 
 def _document(split: Split) -> dict[str, Any]:
-    parts = [
-        {"assumption": part.blame, "value": part.value, "error": part.error}
-        | ({} if part.when is None else {"largest": part.largest, "largest_time_s": part.when})
-        for part in split.parts
-    ]
+    parts = [{"assumption": part.blame, "value": part.value, "error": part.error} for part in split.parts]
     whole = {"unit": split.unit, "scale": split.scale, "difference": {"value": split.total, "error": split.error}}
     return whole | {"parts": parts} | ({} if split.time is None else {"time_s": split.time})
