@@ -46,7 +46,6 @@ class Slopes:
     shift : d base / d ln key (K) by key and temperature, where the base is the temperature that rises count from
     steady : whether ``sizes`` are of the steady state; else they are of the largest size of each trace
     times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit, of temperatures of the rise
-    rises : (n,) by trace, of temperatures the rise; none of a user's own model
     left_out : reason why a key or a quantity has none
     profile : (places,) d rise / d ln key along a sink's profile, by key, where it is followed
     """
@@ -57,7 +56,6 @@ class Slopes:
     steady: bool = True
     times: np.ndarray = field(default_factory=lambda: np.empty(0))
     traces: Course = field(default_factory=dict)
-    rises: Mapping[str, np.ndarray] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     profile: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -70,15 +68,12 @@ class Slopes:
         relative = self.relative.get(key, {}).get(name)
         return missing if relative is None or not self.steady else np.array([relative.value * self.sizes[name] + shift])
 
-    def columns(self, model: str) -> dict[str, np.ndarray]:
-        """Return the columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>, beside a steady state
-        relative to the rises."""
-        columns = {"time_s": self.times} if self.rises else {}
-        for key, by_name in self.traces.items() if self.rises else ():
-            for name, slope in by_name.items():
-                size = self.rises[name] if self.steady else np.ones(1)
-                columns[f"{model}_{name}_by_{key}"] = np.divide(slope, size, out=np.zeros_like(slope), where=size != 0)
-        return columns
+    def columns(self, model: str, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the columns <model>_<quantity>_by_<key> of sensitivities.csv at times (s), in the trace's unit."""
+        return {
+            f"{model}_{name}_by_{key}": np.interp(times, self.times, slope)
+            for key, by_name in self.traces.items() for name, slope in by_name.items()
+        }  # fmt: skip
 
     def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
         """(times,): u_input of a trace, or of the steady value at infinite time."""
@@ -131,7 +126,7 @@ def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile
     slopes = Slopes(sizes, dict(found.steady), shift, steady, left_out=found.left_out, profile=found.profile)
     if (course := found.course) is None:
         return slopes
-    return replace(slopes, times=course.times, traces=course.values, rises=course.traces)
+    return replace(slopes, times=course.times, traces=course.values)
 
 
 def base_of(scene: Any, steady: bool) -> tuple[list[str], Callable[[Any], float]]:
@@ -193,8 +188,7 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence
     slopes = _exact({n: e.value for n, e in result.steady.items()}, central(at_rest, sink, chosen))
     if name != "paper" or times is None or result.traces is None:
         return slopes
-    traces, shift = central(rises, sink, chosen), shifts(sink, chosen, True)
-    return replace(slopes, shift=shift, times=times, traces=traces, rises=rises(sink))
+    return replace(slopes, shift=shifts(sink, chosen, True), times=times, traces=central(rises, sink, chosen))
 
 
 def device_1d(device: Device, result: Result) -> Slopes:

@@ -79,8 +79,10 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
     with progress.stage("files"):
         tables = {"traces.csv": kind.report.columns(outcome), "sensitivities.csv": {}}
         if outcome.options.sensitivities:
-            for model in (name for name in ("fem3d", "reduced1d") if name in outcome.slopes):
-                tables["sensitivities.csv"] |= outcome.slopes[model].columns(model)
+            followed = {name: found for name, found in outcome.slopes.items() if name != "single" and found.traces}
+            for model, slopes in followed.items():
+                times = next(iter(followed.values())).times
+                tables["sensitivities.csv"] |= {"time_s": times} | slopes.columns(model, times)
         for name, columns in tables.items():
             if columns:
                 with (folder / name).open("w", encoding="utf-8", newline="") as file:
