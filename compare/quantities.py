@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from compare.course import Course, at
-from compare.verdict import Check, against_3d
+from compare.verdict import Check, compared
 from scenes import physics
 from scenes.checks import FIRST_TIME
 from scenes.errors import quoted
@@ -124,7 +124,7 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
             base = catalogue.base(name)
             one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
             note = "above the initial temperature" * (unit == "K") + _meant(base, unit, one.value, three.value)
-            made[name] = against_3d(cut(name, 30), unit, one, three, note, f"the 3D {catalogue.whole(name)}")
+            made[name] = compared(cut(name, 30), unit, one, three, note, relative_to=f"the 3D {catalogue.whole(name)}")
         if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
             made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
     return made

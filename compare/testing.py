@@ -17,7 +17,7 @@ from typing import Any
 import compare
 from compare import quantities
 from compare.report.checks import amount
-from compare.verdict import COVERS, Check, against_3d, judge
+from compare.verdict import COVERS, Check, compared, judge
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
@@ -128,7 +128,7 @@ def _steady(run: compare.Run, name: str) -> Check:
     assert run.reduced1d is not None
     one, three = (result.steady[entry.steady] for result in (run.reduced1d, run.fem3d))
     u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
-    return replace(against_3d(f"steady {entry.called}", entry.unit, one, three), id=name, because="", u_input=u_input)
+    return replace(compared(f"steady {entry.called}", entry.unit, one, three), id=name, because="", u_input=u_input)
 
 
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:

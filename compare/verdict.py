@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from scenes.device import Device
 from scenes.formats import difference_text, percent, quantity
@@ -24,8 +24,7 @@ Verdict = Literal["agrees", "differs", "unresolved"]
 Sense = Literal["equal", "at least", "at most"]
 """The claim about the measured value: it equals the predicted one, or is on one side of it."""
 M = TypeVar("M")
-"""The type of results that checks compare."""
-F = TypeVar("F", bound=Callable[..., "Check | None"])
+"""The type of the outcome that checks compare models of."""
 
 
 @dataclass(frozen=True)
@@ -70,23 +69,11 @@ class Check:
         return self.u_num + COVERS * (self.u_data or 0.0)
 
 
-class Definitions(dict[str, Callable[[M], "Check | None"]]):
-    """Functions that make the checks of a kind of scene from results of its models, in the order of the report.
+Definition = tuple[Callable[[M], Check | None], tuple[str, ...]]
+"""The function that makes a check from an outcome, None where a model lacks the quantity; and the needs of the check.
 
-    ``needs`` names what each check needs of a run. A function returns None where a model lacks the quantity.
-    """
-
-    def __init__(self) -> None:
-        self.needs: dict[str, tuple[str, ...]] = {}
-
-    def check(self, name: str, *needs: str) -> Callable[[F], F]:
-        """Register a function of results as the check ``name``; a run that lacks one of the ``needs`` skips it."""
-
-        def register(make: F) -> F:
-            self[name], self.needs[name] = make, needs
-            return make
-
-        return register
+A run that lacks one of the needs skips the check.
+"""
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
@@ -139,15 +126,18 @@ def part(distance: float, scale: float) -> float:
     return distance / scale if scale else (0.0 if not distance else math.inf)
 
 
-def against_3d(
-    title: str, unit: str, one: Estimate, three: Estimate, note: str = "", whole: str = "the 3D value"
+def compared(
+    title: str, unit: str, predicted: Estimate, measured: Estimate, note: str = "", scale: Estimate | None = None,
+    relative_to: str = "the 3D value", **more: Any,
 ) -> Check:  # fmt: skip
-    """Compare a value with 3D's; the error is infinite where 3D's value may be zero."""
-    off = ratio(one, three)
-    u_num = off.error if abs(three.value) > three.error else math.inf
-    values = f"{quantity(one.value, unit)} against {quantity(three.value, unit)} in 3D"
+    """Compare two values, relative to a ``scale``, by default the measured value."""
+    off = ratio(predicted, measured)
+    if scale is not None:
+        off = share(Estimate(predicted.value - measured.value, predicted.error + measured.error), scale)
+    values = f"{quantity(predicted.value, unit)} against {quantity(measured.value, unit)}"
     reason = f"{values}: {note}".removesuffix(": ")
-    return Check(title, one.value, three.value, unit, off.value, u_num, reason, relative_to=whole)
+    sides = predicted.value, measured.value
+    return Check(title, *sides, unit, off.value, off.error, reason, relative_to=relative_to, **more)
 
 
 def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> float:
@@ -159,25 +149,30 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
     middle, total = function(**values), 0.0
     for name, estimate in inputs.items():
         moved = (function(**(values | {name: estimate.value + sign * estimate.error})) for sign in (1, -1))
-        total += max(abs(value - middle) for value in moved)
+        total += max(0.0 if value == middle else abs(value - middle) for value in moved)
     return total
 
 
 def ratio(predicted: Estimate, measured: Estimate) -> Estimate:
-    """Return predicted / measured - 1 with its error bound."""
+    """Return predicted / measured - 1 with its error bound, infinite where the measured value may be zero."""
 
     def off(predicted: float, measured: float) -> float:
         return part(predicted - measured, measured)
 
-    error = spread(off, {"predicted": predicted, "measured": measured})
-    return Estimate(off(predicted.value, measured.value), error)
+    return _estimated(off, measured, predicted=predicted, measured=measured)
 
 
 def share(distance: Estimate, scale: Estimate) -> Estimate:
     """Return distance / scale with its error bound, infinite where the scale may be zero."""
-    known = abs(scale.value) > scale.error
-    error = spread(part, {"distance": distance, "scale": scale}) if known else math.inf
-    return Estimate(part(distance.value, scale.value), error)
+    return _estimated(part, scale, distance=distance, scale=scale)
+
+
+def _estimated(function: Callable[..., float], divisor: Estimate, **inputs: Estimate) -> Estimate:
+    """A function of inputs with its error bound: infinite where the divisor may be zero, none where it is zero."""
+    error = 0.0 if divisor == Estimate(0.0, 0.0) else math.inf
+    if abs(divisor.value) > divisor.error:
+        error = spread(function, inputs)
+    return Estimate(function(**{name: each.value for name, each in inputs.items()}), error)
 
 
 def unit_of(key: str) -> str:

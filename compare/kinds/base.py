@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, cast
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
-from compare.verdict import Check, Definitions, judged
+from compare.verdict import Check, Definition, judged
 from scenes.errors import SceneError
 from scenes.model import AnyScene
 from scenes.result import Result, Step, skipped_together, step
@@ -28,7 +29,7 @@ S_contra = TypeVar("S_contra", contravariant=True)
 
 
 class Report(Protocol[S_contra]):
-    """The report of a run: its first lines, its sections, and entries of files, without those of analyses."""
+    """The report of a run: its first lines, its sections, and entries of files; the analyses add their own."""
 
     def headline(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> str: ...
 
@@ -123,8 +124,9 @@ class Kind(ABC, Generic[S]):
         result = solve(model, question, three, accuracy, bool(three.steady), progress)
         return replace(result, details=result.details | {"own_model": model})
 
-    def needs(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
-        """Return the checks that such a run may have, in the order of the report, with what each needs."""
+    def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
+        """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its
+        own ``comparisons``."""
         return {}
 
     def absent(self, scene: S, options: Options) -> dict[str, str]:
@@ -134,23 +136,19 @@ class Kind(ABC, Generic[S]):
 
     def skipped(self, scene: S, options: Options) -> dict[str, str]:
         """Return the checks that a run cannot make, each with the reason."""
-        return _lacking(self.needs(scene, options), self.absent(scene, options))
+        needs = {name: needs for name, (_, needs) in self.definitions(scene, options).items()}
+        return {name: why for name, why in _lacking(needs, self.absent(scene, options)).items() if why}
 
     def made(self, scene: S, options: Options) -> tuple[str, ...]:
-        """Return the checks of `needs` that lack nothing. A kind with its own `comparisons` may make others, and a
-        user's own model fewer."""
+        """Return the checks that lack nothing; a user's own model may have fewer."""
         skipped = self.skipped(scene, options)
-        return tuple(name for name in self.needs(scene, options) if name not in skipped)
-
-    @property
-    def definitions(self) -> Definitions[Outcome[S]]:
-        """The checks of such scenes; none by default, for a kind with its own ``comparisons``."""
-        return Definitions()
+        return tuple(name for name in self.definitions(scene, options) if name not in skipped)
 
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks; without checks of quantities that
         a model lacks."""
-        made = {name: self.definitions[name](outcome) for name in self.made(outcome.scene, outcome.options)}
+        scene, options = outcome.scene, outcome.options
+        made = {name: self.definitions(scene, options)[name][0](outcome) for name in self.made(scene, options)}
         return {name: comparison for name, comparison in made.items() if comparison is not None}
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
@@ -196,21 +194,20 @@ class Kind(ABC, Generic[S]):
     def figures(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
         """Return the content of each figure and its needs of a run, by its name."""
 
-    def drawn(self, scene: S, options: Options) -> list[str]:
-        """Return the names of the figures that a run draws."""
-        skipped = self._not_drawn(scene, options)
-        return [name for name in self.figures(scene, options) if name not in skipped]
-
-    def _not_drawn(self, scene: S, options: Options) -> dict[str, str]:
+    def _figures(self, scene: S, options: Options) -> dict[str, str]:
+        """Why each figure is not drawn; empty where it is."""
         needs = {name: ("figures", *needs) for name, (_, *needs) in self.figures(scene, options).items()}
         return _lacking(needs, self.absent(scene, options))
 
+    def drawn(self, scene: S, options: Options) -> list[str]:
+        """Return the names of the figures that a run draws."""
+        return [name for name, why in self._figures(scene, options).items() if not why]
+
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
-        skipped, figures = self._not_drawn(scene, options), self.figures(scene, options)
-        absent = self.absent(scene, options)
-        lines = [step(name, shows) for name, (shows, *_) in figures.items() if name not in skipped]
-        lines += [*skipped_together("figures", skipped), step("traces.csv", self.traces, absent.get("traces", ""))]
+        figures, absent = self.figures(scene, options), self.absent(scene, options)
+        lines = [step(name, figures[name][0], why) for name, why in self._figures(scene, options).items()]
+        lines.append(step("traces.csv", self.traces, absent.get("traces", "")))
         no_fields = absent.get("fields") or absent.get(self.field, "")
         return lines + [step("field files", "fem3d.pvd with its .vtu files", no_fields)] * bool(self.field)
 
@@ -235,12 +232,11 @@ class Kind(ABC, Generic[S]):
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
     @property
-    @abstractmethod
     def report(self) -> Report[S]:
-        """The module of `compare.report` for this kind."""
+        """The module of `compare.report` for this kind, by the kind's name."""
+        return cast("Report[S]", import_module(f"compare.report.{self.name}"))
 
 
 def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:
-    """Return the names that need something absent, each with the reason."""
-    missing = {name: [absent[need] for need in each if need in absent] for name, each in needs.items()}
-    return {name: reasons[0] for name, reasons in missing.items() if reasons}
+    """Return by name the reason why something that it needs is absent; empty where nothing is."""
+    return {name: next((absent[need] for need in each if need in absent), "") for name, each in needs.items()}

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import Kind, Report
+from compare.kinds.base import Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.verdict import Definitions
+from compare.verdict import Definition
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.result import Estimate, Result, Step, step
@@ -53,8 +53,8 @@ class DeviceKind(Kind[Device]):
         """The 1D runs."""
         with progress.stage("imports"):
             from reduced1d.device import design as designs
-        slow, steps = self.runs_for(scene, options, "figure11"), self.runs_for(scene, options, "figure12", "figure13")
         with progress.stage("device"):
+            slow, steps = self.others(scene, options)
             made = designs.make(scene, options.scheme, options.meter, slow, steps, progress)
         exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in self.quantities(scene)}
         return {"reduced1d": Result("reduced1d", exact, None, {"runs": made})}
@@ -69,7 +69,7 @@ class DeviceKind(Kind[Device]):
             with progress.stage("device in 3D"):
                 meter, start = options.meter, scene.external.initial_temperature
                 rounded = design.in_the_loop(scene, design.METERS[meter], start) if meter else (0.0, 0.0)
-                slow, steps = (not set(self.drawn(scene, options)).isdisjoint(late) for late in (LATE[:1], LATE[1:]))
+                slow, steps = (options.figures and run for run in self.others(scene, options))
                 solved = make(scene, rounded, slow, steps, progress)
             errors, after = solved.model.steady_errors(scene), solved.runs.base.after
             known = {name: Estimate(getattr(after, name), errors[name]) for name in results["reduced1d"].steady}
@@ -81,14 +81,15 @@ class DeviceKind(Kind[Device]):
             results["reduced1d"].details["design"] = answers
         return results
 
-    def needs(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
-        return {name: needs for name, needs in self.definitions.needs.items() if options.in_3d or "3D" not in needs}
+    def definitions(self, scene: Device, options: Options) -> Mapping[str, Definition[Outcome[Device]]]:
+        from compare.device_checks import CHECKS
 
-    def runs_for(self, scene: Device, options: Options, *figures: str) -> bool:
-        """Whether the runs behind any of these figures are needed, for the figure or its checks."""
-        drawn = options.figures and not self.absent(scene, options).keys() >= set(figures)
-        needs = self.needs(scene, options)
-        return drawn or any(not set(figures).isdisjoint(needs[name]) for name in self.made(scene, options))
+        return {name: check for name, check in CHECKS.items() if options.in_3d or "3D" not in check[1]}
+
+    def others(self, scene: Device, options: Options) -> tuple[bool, bool]:
+        """Whether the run of slow sampling and the runs of other outer steps are wanted, for figures or checks."""
+        absent = self.absent(scene, options)
+        return "figure11" not in absent, not {"figure12", "figure13"} <= absent.keys()
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
         said = super().absent(scene, options)
@@ -102,12 +103,6 @@ class DeviceKind(Kind[Device]):
         if not scene.steps_outside:
             said["outer step"] = "the run ends before the outer step, or there is none"
         return said
-
-    @property
-    def definitions(self) -> Definitions[Outcome[Device]]:
-        from compare.device_checks import CHECKS
-
-        return CHECKS
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
@@ -144,17 +139,15 @@ class DeviceKind(Kind[Device]):
         ]
         if options.meter:
             steps.append(step("meter", f"resistances are rounded to what the {options.meter} resolves"))
-        if self.runs_for(scene, options, "figure11"):
-            steps.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
-        if self.runs_for(scene, options, "figure12", "figure13"):
-            steps.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
+        slow, others = self.others(scene, options)
+        steps += [step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V")] * slow
+        steps += [step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K")] * others
         if options.in_3d:
-            idle = "" if not set(self.drawn(scene, options)).isdisjoint(LATE) else "no figure that shows them is drawn"
+            idle = "" if options.figures and (slow or others) else "no figure that shows them is drawn"
             steps.append(step("3D runs of other steps", "the slow one and the outer steps, for their figures", idle))
-        steps += self.check_steps(scene, options)
         idle = self.absent(scene, options).get("designer", "")
-        steps.append(step("designer's questions", "largest gains, range and resolution", idle))
-        return steps
+        designer = step("designer's questions", "largest gains, range and resolution", idle)
+        return [*steps, *self.check_steps(scene, options), designer]
 
     def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
         return {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
@@ -170,9 +163,3 @@ class DeviceKind(Kind[Device]):
         export = outcome.options.export
         whole = designs.exported(outcome.runs.base) if outcome.fem3d is None else outcome.device_3d.exported
         return compact(whole, export.states, export.accuracy, progress)
-
-    @property
-    def report(self) -> Report[Device]:
-        from compare.report import device
-
-        return device

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import STEADY, Kind, Report
+from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.verdict import Check
@@ -159,12 +159,6 @@ class FreeKind(Kind[AnyScene]):
 
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:
         return scene
-
-    @property
-    def report(self) -> Report[AnyScene]:
-        from compare.report import free
-
-        return free
 
 
 def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., Any], str] | None:

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from compare.kinds.base import STEADY, Kind, Report
+from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.verdict import PAPERS, Check, Definitions, judged
+from compare.verdict import PAPERS, Check, Definition, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
 from scenes.errors import RunawayError, SceneError, listed
@@ -84,9 +84,11 @@ class SinkKind(Kind[Sink]):
 
         return open_model(options.model) if options.model else None
 
-    def needs(self, scene: Sink, options: Options) -> dict[str, tuple[str, ...]]:
+    def definitions(self, scene: Sink, options: Options) -> Mapping[str, Definition[Outcome[Sink]]]:
+        from compare.sink_checks import CHECKS
+
         ids = DEFAULT_TOLERANCES if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
-        return {name: self.definitions.needs[name] for name in ids}
+        return {name: CHECKS[name] for name in ids}
 
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
@@ -94,20 +96,12 @@ class SinkKind(Kind[Sink]):
         lacking = {
             "3D": ("they need the 3D model", "fem3d" not in options.models),
             "one conductivity": ("the paper's equations take one conductivity", several),
-            "transient": ("they need the transient", bool(options.steady)),
             "traces": (STEADY, bool(options.steady)),
             "10 us": ("they compare from 10 us on, and the run ends before", early),
             "1D": ("they need the 1D model", "reduced1d" not in options.models),
             "current follows": ("the current is given", scene.current is not None),
-            "inner span": ("both of two spans are outer ones", scene.spans == 2),
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
-
-    @property
-    def definitions(self) -> Definitions[Outcome[Sink]]:
-        from compare.sink_checks import CHECKS
-
-        return CHECKS
 
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         from compare import hottest
@@ -194,15 +188,9 @@ class SinkKind(Kind[Sink]):
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
 
-    @property
-    def report(self) -> Report[Sink]:
-        from compare.report import sink
-
-        return sink
-
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:
-    """The differences of peak and ends; that of the current where it is the only one."""
+    """The differences of peak and ends, and of the current where nothing else differs."""
     from compare.sink_checks import at_rest
 
     checks, claims = {check.id: check for check in outcome.checks}, []

@@ -221,11 +221,6 @@ def test_a_wrong_inner_peak_is_seen(outcome):
     assert evaluated(outcome, other, outcome.solved)["islands_peak_inner"].verdict == "differs"
 
 
-def test_two_spans_have_no_inner_one():
-    found = answer(replace(ROW, spans=2), Options(figures=False, steady=True))
-    assert not [check.id for check in found.checks if "inner" in check.id]
-
-
 def test_what_is_made_of_one_span_is_refused_before_anything_is_solved():
     with pytest.raises(SceneError, match="made for one span"):
         answer(ROW, Options(reduction="plate"))

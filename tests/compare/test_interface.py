@@ -50,7 +50,7 @@ def test_refusals():
     run = compare.run("sink", steady=True)
     with pytest.raises(SceneError, match='did you mean "eq13"'):
         run.check("eq133")
-    with pytest.raises(SceneError, match="they need the transient"):
+    with pytest.raises(SceneError, match="only the steady state was asked for"):
         run.check("fig6_peak")
     with pytest.raises(SceneError, match="transient"):
         run.traces("peak_K")

@@ -288,7 +288,7 @@ def _checked(scope: Scope, given: str | None, varied: Collection[str]) -> str:
         kind, options, given = kind_of(scene), Options(steady=scope.steady), given or "fig4"
         skipped = kind.skipped(scene, options)
         reason = f"{skipped[given]}: " if given in skipped else ""
-        possible = SINK_CHECKS if "sink.spans" in varied else kind.needs(scene, options)
+        possible = SINK_CHECKS if "sink.spans" in varied else kind.definitions(scene, options)
         others = skipped if scope.reductions[0] in PAPERS else {*skipped, *OF_THE_PAPER}
         known = [name for name in possible if name not in others]
     if given is not None and given not in known:

@@ -194,7 +194,7 @@ REFUSED = {
     f"sweep sink {VARIED} {VARIED}": "sink.width is varied twice",
     f"sweep sink {VARIED} --set width=20um": "sink.width is varied and set",
     f"sweep sink {VARIED} --check fig44": 'did you mean "fig4"?',
-    f"sweep sink {VARIED} --check fig6_end --steady": "they need the transient",
+    f"sweep sink {VARIED} --check fig6_end --steady": "only the steady state was asked for",
     f"sweep sink {VARIED} --reduction fn": "there is no reduction",
     f"sweep sink {VARIED} --sample 0": "from 1 to 1000000",
     f"sweep sink {VARIED} --point-timeout '1 m'": "is a length, not a time",
