@@ -1,7 +1,5 @@
 """The quantities of a scene with their units and scales, and the checks of a model at the probes of a free scene.
 
-A sink has fixed names, others have probes.
-
 A model of a free scene is compared with 3D probe by probe: steady, and at the largest difference over time. The
 difference is (model - 3D)/scale. The scale of a temperature is its 3D rise above the initial temperature, over time the
 largest rise; of other quantities the 3D value, over time the largest. No difference is relative to kelvins.
@@ -20,7 +18,6 @@ from compare.verdict import Check, compared
 from scenes import physics
 from scenes.checks import FIRST_TIME
 from scenes.errors import quoted
-from scenes.formats import cut
 from scenes.model import OVER_TIME, UNITS, AnyScene
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import OF_A_SINK
@@ -35,8 +32,6 @@ EDGE = 1e-5
 """Nothing is compared within this part of the run to either side of a drive's jump."""
 AT_REST = np.array([np.inf])
 """The time (s) of data of a steady state: it is reached after infinite time."""
-NEAR = 0.2
-"""Values are called degrees Celsius or rises where that leaves less than this part of their difference."""
 
 
 @dataclass(frozen=True)
@@ -121,10 +116,9 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
     catalogue, made = of(scene, fem3d), dict[str, Check]()
     for name, unit in catalogue.units.items():
         if name in model.steady and name in fem3d.steady:
-            base = catalogue.base(name)
+            base, note = catalogue.base(name), "above the initial temperature" * (unit == "K")
             one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
-            note = "above the initial temperature" * (unit == "K") + _meant(base, unit, one.value, three.value)
-            made[name] = compared(cut(name, 30), unit, one, three, note, relative_to=f"the 3D {catalogue.whole(name)}")
+            made[name] = compared(name, unit, one, three, note, relative_to=f"the 3D {catalogue.whole(name)}")
         if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
             made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
     return made
@@ -132,7 +126,7 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
 
 def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
     """Compare at the largest difference over time, at the model's times at which 3D's error bound holds."""
-    late, base, unit = catalogue.sure(in_1d.time), catalogue.base(name), catalogue.units[name]
+    late, base = catalogue.sure(in_1d.time), catalogue.base(name)
     value, beyond = (each[late] for each in at(in_3d, name, in_1d.time))
     course = Course(in_1d.time[late], value - base, in_1d.values[name][late] - base, beyond)
     # 3D's largest value at its own times and the model's is the same scale for every model.
@@ -140,16 +134,6 @@ def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -
     values, errors = np.append(course.fem3d, rows), np.append(beyond, np.zeros(len(rows)))
     n = int(np.argmax(np.abs(values)))
     scale = Estimate(float(values[n]), in_3d.errors[name] + float(errors[n]))
-
-    meant = _meant(base, unit, float(course.model[course.worst]), float(course.fem3d[course.worst]))
-    note = meant.removeprefix("; ") or course.change(abs(scale.value))
     error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
-    return course.comparison(f"{cut(name, 24)}, trace", unit, error, scale, whole, note)
-
-
-def _meant(base: float, unit: str, value: float, measured: float) -> str:
-    """Ask for kelvins where the model's values are near as other temperatures."""
-    near = {word: abs(value + zero - measured) for word, zero in (("degrees Celsius", 273.15), ("rises", base))}
-    word = min(near, key=lambda each: near[each])
-    meant = unit == "K" and near[word] < NEAR * abs(value - measured)
-    return f"; as {word} it would be near: give kelvins, not {word}" if meant else ""
+    note, title = course.change(abs(scale.value)), f"{name}, trace"
+    return course.comparison(title, catalogue.units[name], error, scale, whole, note)

@@ -187,8 +187,24 @@ class Kind(ABC, Generic[S]):
         return replace(outcome, scene=neighbour(outcome.scene, key, step), results=moved)
 
     @abstractmethod
+    def plan_3d(self, scene: S, options: Options) -> Sequence[Step]:
+        """The plan of the 3D model before it is solved."""
+
+    @abstractmethod
+    def describe_1d(self, scene: S, options: Options) -> str:
+        """The 1D model in words; empty without one."""
+
     def steps(self, scene: S, options: Options, outcome: Outcome[S] | None = None) -> list[Step]:
         """The plan of models and checks, as carried out where there is an outcome."""
+        absent = self.absent(scene, options)
+        if "3D" in absent:
+            lines = [step("3D model", "", absent["3D"])]
+        else:
+            carried_out = {} if outcome is None else outcome.solved.details
+            lines = [*(carried_out.get("plan") or self.plan_3d(scene, options))]
+        described = "" if "1D" in absent else self.describe_1d(scene, options)
+        lines += [step("1D model", described, absent.get("1D", ""))] * bool(described or "1D" in absent)
+        return lines + self.check_steps(scene, options)
 
     @abstractmethod
     def figures(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:

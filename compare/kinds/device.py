@@ -92,7 +92,7 @@ class DeviceKind(Kind[Device]):
         return "figure11" not in absent, not {"figure12", "figure13"} <= absent.keys()
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
-        said = super().absent(scene, options)
+        said = super().absent(scene, options) | ({} if options.in_3d else {"3D": "not asked for (--3d)"})
         if options.about:
             only = f"only {', '.join(options.about)} asked for"
             others = [name for name in DEVICE_FIGURES if name not in options.about]
@@ -127,27 +127,19 @@ class DeviceKind(Kind[Device]):
         options = outcome.options.but(in_3d=False)
         return replace(outcome, scene=device, options=options, results=self._runs(device, options, Progress()))
 
-    def steps(self, scene: Device, options: Options, outcome: Outcome[Device] | None = None) -> list[Step]:
-        scheme = {
-            "accurate": "all layers at once, exact between samples but for V2/R, its error estimated",
-            "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
-        }
-        not_asked = "" if options.in_3d else "not asked for (--3d)"
-        steps = [
-            step("3D model", f"a few states of the whole device, known to {scene.accuracy_3d:g}", not_asked),
-            step("1D device", f"{scheme[options.scheme]}; from cold to {scene.end_time:g} s"),
-        ]
-        if options.meter:
-            steps.append(step("meter", f"resistances are rounded to what the {options.meter} resolves"))
-        slow, others = self.others(scene, options)
-        steps += [step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V")] * slow
-        steps += [step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K")] * others
-        if options.in_3d:
-            idle = "" if options.figures and (slow or others) else "no figure that shows them is drawn"
-            steps.append(step("3D runs of other steps", "the slow one and the outer steps, for their figures", idle))
+    def plan_3d(self, scene: Device, options: Options) -> Sequence[Step]:
+        return [step("3D model", f"a few states of the whole device, known to {scene.accuracy_3d:g}")]
+
+    def describe_1d(self, scene: Device, options: Options) -> str:
+        scheme = "the paper's own scheme, and the accurate one beside it"
+        if options.scheme != "paper":
+            scheme = "all layers at once, exact between samples but for V2/R, its error estimated"
+        return f"{scheme}; from cold to {scene.end_time:g} s"
+
+    def check_steps(self, scene: Device, options: Options) -> list[Step]:
         idle = self.absent(scene, options).get("designer", "")
         designer = step("designer's questions", "largest gains, range and resolution", idle)
-        return [*steps, *self.check_steps(scene, options), designer]
+        return [*super().check_steps(scene, options), designer]
 
     def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
         return {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}

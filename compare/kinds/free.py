@@ -115,9 +115,10 @@ class FreeKind(Kind[AnyScene]):
             return f"{name} and 3D have no quantity in common."
         far = [check for check in checks if check.time is not None and check.verdict == "differs"]
         worst = max(far, key=lambda check: abs(check.difference), default=None)
-        titles = [called(check.id.removesuffix(OVER_TIME)) for check in checks]
-        details = [check.because.partition("; ")[2] if check is worst else "" for check in checks]
-        claims = [replace(check, title=t, because=d) for check, t, d in zip(checks, titles, details, strict=True)]
+        claims = [
+            replace(c, title=called(c.id.removesuffix(OVER_TIME)), because=c.because.partition("; ")[2] * (c is worst))
+            for c in checks
+        ]
         return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
@@ -130,25 +131,27 @@ class FreeKind(Kind[AnyScene]):
             made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, outcome.solved)
         return made
 
-    def steps(self, scene: AnyScene, options: Options, outcome: Outcome[AnyScene] | None = None) -> list[Step]:
-        if outcome is None:
-            from fem3d.runs.scene import plan
+    def plan_3d(self, scene: AnyScene, options: Options) -> Sequence[Step]:
+        from fem3d.runs.scene import plan
 
-            solver = plan(scene, whole=options.follows_keys)
-        else:
-            solver = outcome.solved.details["plan"]
-        if (own := own_model(scene, options)) is not None:
-            name = getattr(own[0], "__name__", own[0])
-            model = step("1D model", f"{name}, where 3D has an answer")
-            return [*solver, model, step("checks", "of every probe that it answers")]
-        if scene.model is None or not scene.model.file:
-            return [*solver]
-        return [*solver, Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]
+        return plan(scene, whole=options.follows_keys)
+
+    def describe_1d(self, scene: AnyScene, options: Options) -> str:
+        own = own_model(scene, options)
+        return "" if own is None else f"{getattr(own[0], '__name__', own[0])}, where 3D has an answer"
+
+    def check_steps(self, scene: AnyScene, options: Options) -> list[Step]:
+        return [step("checks", "of every probe that it answers")] * (own_model(scene, options) is not None)
 
     def absent(self, scene: AnyScene, options: Options) -> dict[str, str]:
-        no_traces = {"traces": f"{STEADY} (run.steady)"} if scene.steady else {}
-        no_heat = {} if physics.heat(scene) else {"heat": "no temperature is solved for"}
-        return super().absent(scene, options) | no_traces | no_heat
+        said = super().absent(scene, options)
+        if scene.steady:
+            said["traces"] = f"{STEADY} (run.steady)"
+        if not physics.heat(scene):
+            said["heat"] = "no temperature is solved for"
+        if scene.model is not None and scene.model.file and own_model(scene, options) is None:
+            said["1D"] = f"{scene.model.file} is a program, which runs with --model scene"
+        return said
 
     def figures(self, scene: AnyScene, options: Options) -> dict[str, tuple[str, ...]]:
         when = "steady" if scene.steady else "hottest moment's"

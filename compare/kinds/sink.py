@@ -94,11 +94,11 @@ class SinkKind(Kind[Sink]):
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
         early = not options.steady and scene.end_time <= FIRST_TIME
         lacking = {
-            "3D": ("they need the 3D model", "fem3d" not in options.models),
+            "3D": ("only the 1D model was asked for", "fem3d" not in options.models),
             "one conductivity": ("the paper's equations take one conductivity", several),
             "traces": (STEADY, bool(options.steady)),
             "10 us": ("they compare from 10 us on, and the run ends before", early),
-            "1D": ("they need the 1D model", "reduced1d" not in options.models),
+            "1D": ("only the 3D model was asked for", "reduced1d" not in options.models),
             "current follows": ("the current is given", scene.current is not None),
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
@@ -117,23 +117,20 @@ class SinkKind(Kind[Sink]):
         return said
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
-        from compare.blame import answer, causes, repeats
+        from compare.blame import answer, causes
 
         fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
         model = reduced1d or outcome.solved
         who = "The paper's 1D model" if model.model in PAPERS else f"The 1D model {model.model}"
         if fem3d is None or reduced1d is None:
             peak, end = (quantity(model.steady[key].value, "K") for key in ("peak_rise_K", "end_rise_K"))
-            who, missing = ("The 3D model", "1D") if reduced1d is None else (who, "3D")
-            said = f"no {missing} model was run, so that nothing was compared"
-            return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {said}."
+            who = "The 3D model" if reduced1d is None else who
+            return f"{who} alone was run: in the steady state its peak is {peak} and its ends are {end} above room."
         if not fem3d.steady["peak_rise_K"].value:
             return "Nothing is heated, so that there is nothing to compare."
         claims, reason = _claims(outcome), ""
         if budget is None:
-            steady = [claim for claim in claims if claim.time is None]
-            course = [claim for claim in claims if claim.time is not None and not repeats(claim, steady)]
-            budget, reason = _ladder(outcome, [claim for claim in (*steady, *course) if claim.verdict == "differs"])
+            budget, reason = _ladder(outcome, claims)
         if reason:
             outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
         if not claims:
@@ -158,24 +155,18 @@ class SinkKind(Kind[Sink]):
             made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
         return made
 
-    def steps(self, scene: Sink, options: Options, outcome: Outcome[Sink] | None = None) -> list[Step]:
-        if "fem3d" not in options.models:
-            steps = [Step("3D model", "skipped", "only the 1D model was asked for")]
-        elif outcome is not None:
-            steps = [*outcome.solved.details["plan"]]
-        else:
-            from fem3d.runs.sink import plan
+    def plan_3d(self, scene: Sink, options: Options) -> Sequence[Step]:
+        from fem3d.runs.sink import plan
 
-            steps = [*plan(scene, not options.steady)]
-        if "reduced1d" not in options.models:
-            steps.append(Step("1D model", "skipped", "only the 3D model was asked for"))
-        else:
-            said = "" if options.model else f", {ladder.describe(options.reduction)}"
-            steps.append(step("1D model", options.reduction + said))
-        steps += self.check_steps(scene, options)
-        if len(options.models) > 1 and not options.why:
-            steps.append(step("blame", "by the ladder between the models, where the 1D model differs"))
-        return steps
+        return plan(scene, not options.steady)
+
+    def describe_1d(self, scene: Sink, options: Options) -> str:
+        return options.reduction if options.model else f"{options.reduction}, {ladder.describe(options.reduction)}"
+
+    def check_steps(self, scene: Sink, options: Options) -> list[Step]:
+        blame = step("blame", "by the ladder between the models, where the 1D model differs")
+        both = len(options.models) > 1 and not options.why
+        return super().check_steps(scene, options) + [blame] * both
 
     def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
         return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
@@ -193,25 +184,25 @@ def _claims(outcome: Outcome[Sink]) -> list[Check]:
     """The differences of peak and ends, and of the current where nothing else differs."""
     from compare.sink_checks import at_rest
 
-    checks, claims = {check.id: check for check in outcome.checks}, []
-    for title, key, tolerance in (("the peak", "peak_rise_K", "fig4"), ("the ends", "end_rise_K", "fig6_end")):
-        if (difference := at_rest(key, title, outcome)) is not None:
-            claims.append(judged(tolerance, difference, outcome.scene))
-    over_time = {"fig6_peak": "the peak", "fig6_end": "the ends"}
-    claims += [replace(checks[name], title=title) for name, title in over_time.items() if name in checks]
-    current = checks.get("fig7_current")
-    if current and current.verdict != "agrees" and all(each.verdict == "agrees" for each in claims):
-        claims.append(replace(current, title="the current"))
+    checks, places = {check.id: check for check in outcome.checks}, {"fig6_peak": "the peak", "fig6_end": "the ends"}
+    steady = {
+        "fig4": at_rest("peak_rise_K", "the peak", outcome),
+        "fig6_end": at_rest("end_rise_K", "the ends", outcome),
+    }
+    claims = [judged(name, each, outcome.scene) for name, each in steady.items() if each is not None]
+    claims += [replace(checks[name], title=title) for name, title in places.items() if name in checks]
+    if "fig7_current" in checks and all(claim.verdict == "agrees" for claim in claims):
+        claims.append(replace(checks["fig7_current"], title="the current"))
     return [replace(claim, because="") for claim in claims]
 
 
-def _ladder(outcome: Outcome[Sink], wrong: Sequence[Check]) -> tuple[Budget | None, str]:
+def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> tuple[Budget | None, str]:
     """The parts of the differences, by coarse models of the ladder, or why there are none."""
-    from compare.blame import budget
+    from compare.blame import budget, repeats
     from reduced1d.ladder.levels import Levels
 
-    assert outcome.reduced1d is not None
-    name, fem3d = outcome.reduced1d.model, outcome.solved
+    steady, name, fem3d = [c for c in claims if c.time is None], outcome.reduced.model, outcome.solved
+    wrong = [c for c in claims if c.verdict == "differs" and (c.time is None or not repeats(c, steady))]
     if not wrong:
         return None, "the 1D model differs nowhere beyond its tolerances"
     if name not in PAPERS and not ladder.is_one(name):

@@ -6,26 +6,18 @@ import math
 import re
 from collections import Counter
 from collections.abc import Sequence
-from itertools import groupby
 from typing import Any
 
 from compare.outcome import Outcome
 from compare.report.table import Row, Section, Style, Table, sentences
 from compare.verdict import Check
-from scenes.checks import DEVICE_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
+from scenes.checks import DEVICE_TOLERANCES, OF_THE_REDUCTION
 from scenes.formats import difference_text, percent, quantity
 
-LONG = 20
-"""Characters of an id from which on titles stand on a line of their own."""
 NOTE = (
     "A check differs or agrees only where that holds for every value that the difference may have given its numerical "
     "error; else it is unresolved."
 )
-KINDS = {
-    "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D", "dev3d": "in 3D",
-    **dict.fromkeys(("fig9", "fig10", "fig11", "fig12", "fig13", "meter"), "the paper's claims, in 1D"),
-}  # fmt: skip
-"""What a check compares, by how its id begins."""
 
 
 def without_slopes(checks: Sequence[Check]) -> list[Check]:
@@ -38,66 +30,40 @@ def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
     counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
     if not (total := counts.total()):
         return ""
-    differ = f"{counts['differs']} of {total} checks {'differs' if counts['differs'] == 1 else 'differ'}"
-    differ = "its one check differs" if counts["differs"] == total == 1 else differ
-    agree = f"all {total} checks agree" if total > 1 else "its one check agrees"
-    said = f"{name}: {differ if counts['agrees'] < total else agree}"
+    said = f"{name}: {counts['differs']} of {total} checks differ"
     said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
     if contrary:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
-    if outcome.scene.expected_to_differ is None:
-        return f"{said}; nothing was declared of this scene beforehand."
-    if counts["unresolved"]:
-        return f"{said}; the others are as the scene declares."
-    return f"{said}, as the scene declares: all were known."
+    declared = outcome.scene.expected_to_differ is not None
+    return said + (", as the scene declares." if declared else "; nothing was declared of this scene beforehand.")
 
 
 def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """Return the checks by kind, and the reasons of the differences; on the page with all values."""
-    checks = without_slopes(checks)
+    """Return the checks, first of one model against the other, and why they differ; on the page with all values."""
+    checks = sorted(without_slopes(checks), key=lambda check: check.id not in OF_THE_REDUCTION)
     if not checks:
         return []
-    reasons = {check.id: _reason(check, contrary) for check in checks}
-    whose = {sides(check) for check in checks}
-    below = not style.page and any(len(check.id) >= LONG for check in checks)
-
-    def row(c: Check) -> Row:
-        off = off_by(c)
-        off = off if off.isalpha() else difference_text(c.difference, c.known_to, style.plus_minus)
-        if not style.page:
-            cells = [c.id, "" if below else c.title, off, percent(c.tolerance, 1), c.verdict]
-            repeats = c.id.startswith(c.title.partition(",")[0])  # as of a probe
-            return Row(cells, c.verdict, c.title if below and not repeats else "")
-        values = claimed(c, 5), amount(c.measured, c.unit, 5), off, c.relative_to
-        said = f"{reasons[c.id]}." if reasons[c.id] else ""
-        return Row([c.id, c.title, *values, percent(c.tolerance, 1), c.verdict], c.verdict, said)
-
-    rows = []
-    for kind, group in groupby(sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION), _kind_of):
-        rows += [*[Row([kind])] * bool(kind), *map(row, group)]
+    against = {check.id for check in contrary if check.expected not in (None, check.verdict)}
+    declared = {c.id: f"the scene declares that it {c.expected} (checks.expect_differs)" for c in checks}
+    reasons = {c.id: "; ".join(filter(None, (declared[c.id] * (c.id in against), c.because))) for c in checks}
+    rows, short = [], all(len(check.id) < 20 for check in checks)
+    for c in checks:
+        off = off_by(c, style.plus_minus)
+        if style.page:
+            cells = [c.id, c.title, claimed(c, 5), amount(c.measured, c.unit, 5), off, c.relative_to]
+        else:
+            # Long ids leave no room for a title; the checks of probes have the names of the probes.
+            cells = [c.id, c.title if short and not c.id.startswith(c.title.partition(",")[0]) else "", off]
+        below = f"{reasons[c.id]}." if style.page and reasons[c.id] else ""
+        rows.append(Row([*cells, percent(c.tolerance, 1), c.verdict], c.verdict, below))
     if style.page:
-        both = whose.pop() if len(whose) == 1 else ("claimed", "computed")
-        heads = ("check", "of", *both, "difference", "relative to", "tolerance", "verdict")
-        return [Section("Checks", [NOTE, Table(heads, rows, "<<>>><><")])]
+        whose = {sides(check) for check in checks}
+        heads = ("check", "of", *(whose.pop() if len(whose) == 1 else ("claimed", "computed")))
+        table = Table((*heads, "difference", "relative to", "tolerance", "verdict"), rows, "<<>>><><")
+        return [Section("Checks", [NOTE, table])]
     table = Table(("check", "", "difference", "tolerance", ""), rows, "<<>><")
     said = [f"{check.id}: {reasons[check.id]}" for check in checks if check.own and reasons[check.id]]
     return [Section("Checks", [table], headed=False), Section("Why", [sentences(said)])]
-
-
-def _kind_of(check: Check) -> str:
-    if check.id in OF_THE_REDUCTION:
-        return "one model against the other: 1D less 3D"
-    if check.id in OF_THE_PAPER:
-        whose = "the paper's equations" if check.own else "the paper's equations (not this model's)"
-        return f"{whose}: 3D numbers in, relative to 3D's own"
-    return KINDS.get(check.id.partition("_")[0], "")
-
-
-def _reason(check: Check, contrary: Sequence[Check]) -> str:
-    declared = ""
-    if check in contrary and check.expected is not None and check.verdict != check.expected:
-        declared = f"the scene declares that it {check.expected} (checks.expect_differs)"
-    return "; ".join(filter(None, (declared, check.because)))
 
 
 def sides(check: Check) -> tuple[str, str]:
@@ -120,17 +86,13 @@ def amount(value: float, unit: str, digits: int = 4) -> str:
     return "never" if unit == "s" else "none"
 
 
-def off_by(check: Check) -> str:
-    """Write the difference briefly: "+97 %", or "<1e-08 %" within its error."""
+def off_by(check: Check, plus_minus: str = "\N{PLUS-MINUS SIGN}") -> str:
+    """Write the difference with its error, or "open", "holds" or "fails"."""
     if not check.u_num < 1:
         return "open"
     if check.sense != "equal" and not check.difference:
         return "holds"
-    if not math.isfinite(check.difference):
-        return "fails"
-    if abs(check.difference) <= check.u_num:
-        return f"<{percent(check.u_num, 1)}" if check.u_num else "0 %"
-    return percent(check.difference, sign=True)
+    return difference_text(check.difference, check.known_to, plus_minus) if math.isfinite(check.difference) else "fails"
 
 
 def with_mu(text: str) -> str:

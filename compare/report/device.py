@@ -16,11 +16,9 @@ from compare.report import table as entries
 from compare.report.table import Section, Style, Table, sentences, wrapped
 from compare.verdict import Check
 from reduced1d.device.design import Design
-from reduced1d.device.lumped import largest_eigenvalue
 from reduced1d.device.lumped import shielding as shielding_1d
-from reduced1d.device.schemes import shown
 from scenes.device import Device
-from scenes.formats import kelvin, milliseconds, percent, quantity
+from scenes.formats import milliseconds, percent, quantity
 from statespace.result import BAND, QUANTITIES, Run, settling
 
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
@@ -30,38 +28,19 @@ FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
     """State the effects left out, the end of the run, and the number of checks that differ."""
     scene, external, left_out = outcome.scene, outcome.scene.external, outcome.analyses.get("left_out")
-    outside = external.final_temperature if scene.end_time > external.step_time else external.initial_temperature
-    when = f"from cold, with {outside:g} K outside,"
+    run, when = outcome.runs.base, f"from cold, with {external.initial_temperature:g} K outside,"
     if scene.steps_outside:
         when = f"after the step from {external.initial_temperature:g} to {external.final_temperature:g} K outside"
+    after = scene.end_time > external.step_time
+    power = quantity((run.after if after else run.before).sensor_power_W, "W")
+    ends = [each.time for each in settling(run.device, run.result, "sensor_power_W", BAND)]
+    how = f"does not settle to {percent(BAND, 1)}: it is bound for {power} (see Findings)"
+    if ends and math.isfinite(ends[-1]):
+        how = f"settles to {percent(BAND, 1)} in {milliseconds(ends[-1])}, at {power}"
     by = ", by the paper's scheme," * (outcome.options.scheme == "paper")
     counted = checks.counted("checks", outcome, contrary).removeprefix("checks: ")
-    counted = f"{counted[:1].upper()}{counted[1:]}" or "Nothing of the paper was checked."
-    said = [left_out.sentence if left_out else "", f"{scene.name}: {when}{by} {_end(outcome.runs.base, outside)}."]
-    return style.paint(wrapped(" ".join(filter(None, (*said, counted)))), "heading")
-
-
-def _end(run: Run, outside: float) -> str:
-    """How the run ends: at rest, or why not."""
-    end, device = float(run.result.time_s[-1]), run.device
-    state = run.after if outside == device.external.final_temperature else run.before
-    largest = largest_eigenvalue(device, outside)
-    wrong = [f"the loop is unstable, its largest eigenvalue per sample {shown(largest)}"] * (abs(largest) >= 1)
-    wrong += [f"the run was stopped after {milliseconds(end)} (see Findings)"] * run.ran_away
-    if wrong or state.cycles:
-        return f"nothing settles: {', and '.join(wrong) or 'over the common ground the loop of a film swings'}"
-    if not (run.before.sensor_power_W or run.after.sensor_power_W):
-        over = kelvin(state.sensor_K - device.control.set_temperature)
-        why = "is above the set point" if state.sensor_saturated else "has no gain"
-        return f"the sensor gets no power, as it {why}: it settles at {state.sensor_K:.5g} K, {over} off the set point"
-    settled, power = settling(device, run.result, "sensor_power_W", BAND), quantity(state.sensor_power_W, "W")
-    if settled and math.isfinite(settled[-1].time):
-        return f"the sensor's power settles to {percent(BAND, 1)} in {milliseconds(settled[-1].time)}, at {power}"
-    remaining, last = end - (settled[-1].start if settled else 0.0), float(run.result.sensor_power_W[-1])
-    return (
-        f"the sensor's power does not settle to {percent(BAND, 1)} in the {milliseconds(remaining)} of the run: it "
-        f"ends at {quantity(last, 'W')}, bound for {power}"
-    )
+    said = [left_out.sentence if left_out else "", f"{scene.name}: {when}{by} the sensor's power {how}.", counted]
+    return style.paint(wrapped(" ".join(filter(None, said))), "heading")
 
 
 def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
@@ -71,7 +50,7 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
         _quantities(outcome.runs.base, "in 1D"),
         *([] if outcome.fem3d is None else [_quantities(outcome.device_3d.runs.base, "in 3D")]),
         *checks.sections(outcome.checks, contrary, style),
-        *([] if outcome.design is None else [_design(outcome.design, outcome.scene, style)]),
+        *([] if outcome.design is None else [_design(outcome.design, style)]),
     ]
 
 
@@ -86,38 +65,31 @@ def _quantities(run: Run, model: str) -> Section:
     errors = run.result.errors
     error, flow = max(errors["sink_K"], errors["sensor_K"]), quantity(errors["polymer_flux_W"], "W", 2)
     said = (
-        "Before, after: the steady states that the controllers are bound for, before and after the outer step. From "
-        f"cold, from step: the time until within {percent(BAND, 1)} of the change for good. Estimated error of the "
-        f"temperatures at most {error:.1e} K, of the heat into the polymer {flow}."
+        f"Steady states before and after the outer step; the times until within {percent(BAND, 1)} of a change for "
+        f"good. Estimated errors: of the temperatures {error:.1e} K, of the heat into the polymer {flow}."
     )
     heads = (model, "before", "after", "peak", "at", "from cold", "from step")
     return Section(f"Over the run, {model}", [Table(heads, rows), said], headed=False)
 
 
-def _design(design: Design, scene: Device, style: Style) -> Section:
-    control, rows = scene.control, []
+def _design(design: Design, style: Style) -> Section:
+    """The largest stable gains, the range and the resolution of meters."""
+    rows = []
     for limit in design.limits:
         mode = f"{'decays' if limit.decay_per_s >= 0 else 'grows'} at {abs(limit.decay_per_s):.3g} 1/s"
-        gains, name = (limit.sink_gain_V, limit.sensor_gain_V), f"  sampled every {limit.sample_time_s * 1e3:g} ms"
-        rows.append([name, *map(_gain, gains), mode, f"{limit.largest_eigenvalue:.4g}"])
-    said = (
-        f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
-        "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1."
-    )
-    highest = "less than " * bool(control.ground_resistance) + f"{control.set_temperature:g} K"
-    reach = f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"
+        largest = limit.sink_gain_V, limit.sensor_gain_V
+        gains = (quantity(gain, "V", 3) if gain < math.inf else "any" for gain in largest)
+        name = f"  sampled every {limit.sample_time_s * 1e3:g} ms"
+        rows.append([name, *gains, mode, f"{limit.largest_eigenvalue:.4g}"])
+    said = "Each limit is with the other gain as the scene has it; an eigenvalue (per sample) below 1 is stable."
+    reach = "Range: give --max-voltage or --max-power"
     if (limits := design.range) is not None:
         most = f"{quantity(limits.sensor_power_W, 'W')} at {quantity(limits.sensor_V, 'V')}"
-        highest = f"{limits.highest_K:.5g} K" if control.ground_resistance else highest
-        reach = f"Range: {limits.lowest_K:.5g} K to {highest}, where the sensor takes at most {most}"
+        reach = f"Range: {limits.lowest_K:.5g} K to {limits.highest_K:.5g} K, where the sensor takes at most {most}"
     answers = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
     answers += [f"Source of {name}: {text}" for name, text in design.sources.items()] * style.page
     table = Table(("largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"), rows)
     return Section("For the designer", [table, said, sentences(answers)])
-
-
-def _gain(gain: float) -> str:
-    return "none" if gain == 0 else quantity(gain, "V", 3) if gain < math.inf else "any"
 
 
 def document(outcome: Outcome[Device]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -21,59 +22,50 @@ from scenes.model import UNITS, AnyScene
 from scenes.result import Estimate, Traces
 from scenes.units import TIME
 
-MOST = 30
-"""Rows of a part that a terminal has room for; the page and summary.json have all."""
 NAME = 30
 """Characters of a probe's name that a table has room for."""
-PER_BLOCK, MOST_TIMES, FIRST = 4, 20, 3
-"""Probes beside one another in a terminal, output times in a table, and probes in the first line."""
+PROBES, TIMES = 4, 20
+"""Probes and output times that a table on a terminal has room for."""
 
 
-def _network(scene: AnyScene, style: Style) -> Section:
+def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
+    """State the first probes, or the answer about a model, then unknowns and heat balance."""
+    scene, details, end = outcome.scene, outcome.solved.details, TIME.show(outcome.scene.end_time)
+    what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
+    if scene.steady:
+        what, when, key = "Steady state", "in the steady state", "energy_imbalance"
+    shown = (
+        f"{probe.name} {_value(_last(outcome, probe.name), UNITS[probe.quantity], style)}" for probe in scene.probes
+    )
+    said = [outcome.answer or f"{scene.name}: {', '.join(islice(shown, PROBES))} {when}."]
+    said.append(checks.counted(scene.name, outcome, contrary))
+    # No balance is stated where no heat passes.
+    balance = details.get(key)
+    closed = f", heat balanced to {balance:.0e}" if balance and np.isfinite(balance) else ""
+    how = wrapped(f"{what} in 3D, {details['unknowns']} unknowns{closed}.")
+    return "\n".join([*(style.paint(wrapped(text), "heading") for text in said if text), how])
+
+
+def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """Return the probes, at the output times too, the checks of a model, and the lines of a network."""
+    judged = checks.sections(outcome.checks, contrary, style)
+    network = [_network(outcome.scene)] if _is_network(outcome) else []
+    return [_probes(outcome, style), _at_times(outcome, style), *judged, *network]
+
+
+def _network(scene: AnyScene) -> Section:
     """Return tables of lines, joints and conditions."""
 
     def cell(row: Entry, unit: str) -> str:
         value = row[unit]["value"] if unit in row else None
         return "" if value is None else quantity(value, unit)
 
-    parts: list[Table | str] = []
+    tables = []
     for name, rows in table(layout(scene)).items():
-        shown = rows if style.page else rows[:MOST]
-        units = [unit for unit in ("W/K", "J/K", "ohm", "W") if any(unit in row for row in shown)]
-        cells = [Row([row["what"], *(cell(row, unit) for unit in units)], below=row["how"]) for row in shown]
-        parts += [Table((name, *units), cells)] * bool(shown)
-        if len(shown) < len(rows):
-            parts.append(f"{len(rows) - len(shown)} more {name} are in report.html and summary.json.")
-    return Section("The network", parts, headed=False)
-
-
-def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
-    """State the first probes, or the answer about a model, then unknowns and heat balance."""
-    scene, details = outcome.scene, outcome.solved.details
-    end = TIME.show(scene.end_time)
-    what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
-    if scene.steady:
-        what, when, key = "Steady state", "in the steady state", "energy_imbalance"
-    said = [outcome.answer, checks.counted(scene.name, outcome, contrary)]
-    if not outcome.answer:
-        first = {probe.name: UNITS[probe.quantity] for probe in scene.probes[:FIRST]}
-        shown = ", ".join(f"{name} {_value(_last(outcome, name), unit, style)}" for name, unit in first.items())
-        more = f" ({len(scene.probes) - FIRST} more below)" * (len(scene.probes) > FIRST)
-        said = [f"{scene.name}: {shown} {when}{more}."]
-    # No balance is stated where no heat passes.
-    balance = details.get(key)
-    closed = f", heat balanced to {balance:.0e}" if balance and np.isfinite(balance) else ""
-    how = wrapped(f"{what} in 3D, {details['unknowns']} unknowns{closed}.")
-    return "\n".join([*(style.paint(wrapped(text), "heading") for text in said), how])
-
-
-def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """Return the probes, at the output times too, the checks of a model, and the lines of a network."""
-    judged = checks.sections(outcome.checks, contrary, style)
-    parts = [_probes(outcome, style), *_at_times(outcome, style), *judged]
-    if _is_network(outcome):
-        parts.append(_network(outcome.scene, style))
-    return parts
+        units = [unit for unit in ("W/K", "J/K", "ohm", "W") if any(unit in row for row in rows)]
+        lines = [Row([row["what"], *(cell(row, unit) for unit in units)], below=row["how"]) for row in rows]
+        tables += [Table((name, *units), lines)] * bool(rows)
+    return Section("The network", tables, headed=False)
 
 
 def _is_network(outcome: Outcome[AnyScene]) -> bool:
@@ -119,30 +111,23 @@ def _extremes(traces: Traces, name: str) -> list[Estimate]:
     return [Estimate(float(values[i]), float(errors[known[i]])) for i in (values.argmin(), values.argmax())]
 
 
-def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
-    """Blocks of probes at the output times."""
-    probes = [(probe.name, UNITS[probe.quantity]) for probe in outcome.scene.probes]
-    traces, title, times = outcome.solved.traces, "At the output times", np.array(outcome.scene.output_times)
+def _at_times(outcome: Outcome[AnyScene], style: Style) -> Section:
+    """The probes at the output times, to the decimals that their errors leave."""
+    probes, times, traces = outcome.scene.probes, np.array(outcome.scene.output_times), outcome.solved.traces
+    title = "At the output times"
     if traces is None or not len(times):
-        return []
-    if len(times) > MOST_TIMES:
-        said = f"The {len(times)} output times are in summary.json and traces.csv."
-        return [Section(title, [said], headed=False)]
-    most, sure, blocks = len(probes) if style.page else PER_BLOCK, traces.sure(times).tolist(), []
-    when = [TIME.show(t) + " (errors larger)" * (not known) for t, known in zip(times.tolist(), sure, strict=True)]
-    for first in range(0, len(probes), most):
-        some = probes[first : first + most]
-        columns = [_at(traces, name, unit, times) for name, unit in some]
-        heads = ("time", *(cut(name, NAME) if style.page else stacked(name) for name, _ in some))
-        blocks.append(Section(title, [Table(heads, list(zip(when, *columns, strict=True)))], headed=False))
-    return blocks
-
-
-def _at(traces: Traces, name: str, unit: str, times: np.ndarray) -> list[str]:
-    """Values of a probe to the decimals that the error of its trace leaves."""
-    values = np.interp(times, traces.time, traces.values[name]).tolist()
-    shown = (with_error(value, traces.errors[name], unit) for value in values)
-    return [f"{number} {unit}" for number, _, unit, _, _ in shown]
+        return Section(title, [])
+    if not style.page and (len(probes) > PROBES or len(times) > TIMES):
+        said = f"The values at {len(times)} output times are in report.html, summary.json and traces.csv."
+        return Section(title, [said], headed=False)
+    known = traces.sure(times).tolist()
+    columns = [[TIME.show(t) + " (errors larger)" * (not k) for t, k in zip(times.tolist(), known, strict=True)]]
+    for probe in probes:
+        values = np.interp(times, traces.time, traces.values[probe.name]).tolist()
+        shown = (with_error(value, traces.errors[probe.name], UNITS[probe.quantity]) for value in values)
+        columns.append([f"{number} {unit}" for number, _, unit, _, _ in shown])
+    heads = ("time", *(stacked(probe.name) for probe in probes))
+    return Section(title, [Table(heads, list(zip(*columns, strict=True)))], headed=False)
 
 
 def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:

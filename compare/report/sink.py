@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -25,30 +24,29 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
         name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
     counted = checks.counted(name, outcome, contrary)
     said = [style.paint(wrapped(text), "heading") for text in (outcome.answer, counted) if text]
-    rest = Counter(check.verdict for check in checks.without_slopes(outcome.checks) if not check.own)
-    if rest:
-        off = f"{rest['differs']} differ{'s' * (rest['differs'] == 1)}"
-        said.append(wrapped(f"Of the paper's own {rest.total()} equations, which are not this model's, {off}."))
+    if others := [check for check in checks.without_slopes(outcome.checks) if not check.own]:
+        off = sum(check.verdict == "differs" for check in others)
+        said.append(wrapped(f"Of the paper's own {len(others)} equations, which are not this model's, {off} differ."))
     return "\n".join(said)
 
 
 def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
     """Return the steady quantities, and the checks with their reasons."""
-    fem3d, reduced1d, rows, heads = outcome.fem3d, outcome.reduced1d, [], ["steady state"]
+    fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
     for entry in OF_A_SINK.values():
-        key, name, unit = entry.steady, entry.called, entry.unit
-        cells, in_1d = [name], None if reduced1d is None else reduced1d.steady.get(key)
+        cells, factor, places, shown = [entry.called], 1.0, 4, entry.unit
         if fem3d is not None:
-            value, error, shown, places, factor = with_error(fem3d.steady[key].value, fem3d.steady[key].error, unit)
+            three = fem3d.steady[entry.steady]
+            value, error, shown, places, factor = with_error(three.value, three.error, entry.unit)
             cells.append(f"{value} {style.plus_minus} {error} {shown}")
-        if in_1d is not None and fem3d is not None:
-            three = fem3d.steady[key].value
-            off = percent(part(in_1d.value - three, three), sign=True)
-            cells += [f"{in_1d.value * factor:.{min(places, 4)}f} {shown}", off]
+        one = None if reduced1d is None else reduced1d.steady.get(entry.steady)
+        if one is not None and fem3d is not None:
+            off = percent(part(one.value - three.value, three.value), sign=True)
+            cells += [f"{one.value * factor:.{min(places, 4)}f} {shown}", off]
         elif reduced1d is not None:
-            cells += ["" if in_1d is None else quantity(in_1d.value, unit, 6), *[""] * (fem3d is not None)]
+            cells += ["" if one is None else quantity(one.value, entry.unit, 6), *[""] * (fem3d is not None)]
         rows.append(cells)
-    heads += ["3D"] * (fem3d is not None)
+    heads = ["steady state"] + ["3D"] * (fem3d is not None)
     if reduced1d is not None:
         heads += ["1D" if reduced1d.model in PAPERS else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
     judged = checks.sections(outcome.checks, contrary, style)

@@ -70,24 +70,6 @@ def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transien
     assert found.verdict == "unresolved"
 
 
-def test_degrees_and_rises_are_told_from_kelvins(steady, transient):
-    def celsius(_: Any, times: np.ndarray | None) -> dict[str, Any]:
-        return {"tip": rises(times)["tip"] - 273.15}
-
-    def above(_: Any, times: np.ndarray | None) -> dict[str, Any]:
-        return {"tip": rises(times)["tip"] - 300}
-
-    def far(_: Any, times: np.ndarray | None) -> dict[str, Any]:
-        return {"tip": rises(times)["tip"] - 150}
-
-    for scene, model, said in (
-        (steady, celsius, "not degrees Celsius"), (steady, above, "not rises"), (transient, above, "not rises"),
-    ):  # fmt: skip
-        for check in judged(scene, model).values():
-            assert said in str(check.because), check
-    assert "give kelvins" not in str(judged(steady, far)["tip"].because)
-
-
 def test_the_command_writes_both_models_beside_each_other(transient, model, tmp_path, capfd):
     assert main(["solve", str(transient), "--model", f"{model}:bar", "--out", str(tmp_path / "o"), "--no-figures"]) == 0
     said = capfd.readouterr()

@@ -76,7 +76,7 @@ def test_terminal_reads_at_80_columns(capsys):
     lines = capsys.readouterr().out.splitlines()
     said = " ".join(lines)
     assert said.startswith("bridge: middle ")
-    assert "current 3.0000 ± 0.0030 A in the steady state (2 more below)." in " ".join(said.split())
+    assert "current 3.0000 ± 0.0030 A, heat to the substrate " in " ".join(said.split())
     assert "Steady state in 3D, 8 unknowns, heat balanced to 1e-11." in lines
     solve("hotplate")
     assert re.search(r"hotplate: heater \S+ ± \S+ K.* after 4 ms", " ".join(capsys.readouterr().out.split()))
