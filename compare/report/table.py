@@ -106,20 +106,15 @@ class Table:
     def html(self) -> str:
         """For a page, a verdict with its sign and in its colour."""
         heads = [" ".join(head.split()) for head in self.heads]
-        numbers, across = [i for i, side in enumerate(self.aligned) if side == ">"], f'colspan="{len(heads)}"'
-        rows = []
+        numbers, across, rows = [i for i, side in enumerate(self.aligned) if side == ">"], f'colspan="{len(heads)}"', []
         for row in self.marked:
-            cells, verdict = [html_text(cell) for cell in row.cells], row.verdict
-            if len(cells) == 1:
-                rows.append(f'<tr class="kind"><th {across}>{cells[0]}</th></tr>')
-                continue
-            if verdict:
-                cells[0] = f"<code>{cells[0]}</code>"
-                at = -1 if cells[-1] == verdict else 0
-                cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
-            rows.append(_html_row(cells, numbers, " class='judged'" * bool(row.below)))
-            if row.below:
-                rows.append(f'<tr class="because"><td {across}>{html_text(row.below)}</td></tr>')
+            cells = [html_text(cell) for cell in row.cells]
+            if row.verdict:
+                at = -1 if cells[-1] == row.verdict else 0
+                cells[at] = f'<span class="word {row.verdict}">{MARKS[row.verdict][0]} {cells[at]}</span>'
+            single = f'<tr class="kind"><th {across}>{cells[0]}</th></tr>'
+            rows.append(single if len(cells) == 1 else _html_row(cells, numbers))
+            rows += [f'<tr class="because"><td {across}>{html_text(row.below)}</td></tr>'] * bool(row.below)
         return html_table(heads, rows, numbers)
 
 
@@ -191,22 +186,21 @@ def html_text(value: object) -> str:
 
 def html_section(title: str, *content: str) -> str:
     """A section under a heading, or nothing where it has no content."""
-    filled = "\n".join(part for part in content if part)
+    filled = "\n".join(filter(None, content))
     anchor = title.lower().replace(" ", "-")
     return f'<section id="{anchor}"><h2>{html_text(title)}</h2>\n{filled}\n</section>' if filled else ""
 
 
 def html_table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: Sequence[int] = ()) -> str:
     """A table of rows that are HTML, or cells that are; columns in ``numbers`` stand to the right."""
-    tops = _html_row([html_text(head) for head in heads], numbers, cell="th")
     body = "\n".join(row if isinstance(row, str) else _html_row(row, numbers) for row in rows)
+    tops = _html_row([html_text(head) for head in heads], numbers, "th")
     return f"<table><thead>{tops}</thead>\n<tbody>\n{body}\n</tbody></table>"
 
 
-def _html_row(cells: Sequence[str], numbers: Sequence[int], kind: str = "", cell: str = "td") -> str:
-    classes = [' class="n"' * (i in numbers) for i in range(len(cells))]
-    markup = (f"<{cell}{look}>{each}</{cell}>" for look, each in zip(classes, cells, strict=True))
-    return f"<tr{kind}>{''.join(markup)}</tr>"
+def _html_row(cells: Sequence[str], numbers: Sequence[int], cell: str = "td") -> str:
+    looks = [' class="n"' * (i in numbers) for i in range(len(cells))]
+    return f"<tr>{''.join(f'<{cell}{look}>{each}</{cell}>' for look, each in zip(looks, cells, strict=True))}</tr>"
 
 
 def in_3d(result: Result, *details: str) -> dict[str, Any]:
