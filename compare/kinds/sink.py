@@ -12,11 +12,11 @@ from compare.outcome import Outcome, Progress
 from compare.verdict import PAPERS, Check, Definition, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
-from scenes.errors import RunawayError, SceneError, listed
+from scenes.errors import SceneError, listed
 from scenes.formats import quantity, sink_text
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
-from scenes.result import Result, Step, noted, step
+from scenes.result import Result, Step, step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
@@ -71,12 +71,18 @@ class SinkKind(Kind[Sink]):
     def solve(self, scene: Sink, options: Options, progress: Progress) -> dict[str, Result]:
         results: dict[str, Result] = {}
         if "fem3d" in options.models:
-            results["fem3d"] = _solve_3d(scene, options, progress)
-            if scene.spans > 1:
-                results["single"] = _solve_3d(replace(scene, spans=1), options, progress)
+            with progress.stage("imports"):
+                from fem3d.runs.sink import solve
+            rows = {"fem3d": scene} | ({"single": replace(scene, spans=1)} if scene.spans > 1 else {})
+            for name, sink in rows.items():
+                progress("solving in 3D")
+                with progress.stage("fem3d"):
+                    results[name] = solve(sink, not options.steady, progress)
         if "reduced1d" in options.models and not options.model:
+            traces = results["fem3d"].traces if "fem3d" in results else None
             with progress.stage("reduced1d"):
-                results["reduced1d"] = _solve_1d(scene, options, results.get("fem3d"))
+                times = None if traces is None else traces.time
+                results["reduced1d"] = ladder.solve(scene, options.reduction, steady_only=options.steady, times=times)
         return results
 
     def open_model(self, scene: Sink, options: Options) -> Model | None:
@@ -119,7 +125,7 @@ class SinkKind(Kind[Sink]):
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
         from compare.blame import answer, causes
 
-        fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
+        fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
         model = reduced1d or outcome.solved
         who = "The paper's 1D model" if model.model in PAPERS else f"The 1D model {model.model}"
         if fem3d is None or reduced1d is None:
@@ -128,13 +134,9 @@ class SinkKind(Kind[Sink]):
             return f"{who} alone was run: in the steady state its peak is {peak} and its ends are {end} above room."
         if not fem3d.steady["peak_rise_K"].value:
             return "Nothing is heated, so that there is nothing to compare."
-        claims, reason = _claims(outcome), ""
-        if budget is None:
-            budget, reason = _ladder(outcome, claims)
-        if reason:
-            outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
-        if not claims:
+        if not (claims := _claims(outcome)):
             return f"{who} says nothing of the peak and the ends."
+        budget = outcome.analyses.get("why") or _ladder(outcome, claims)
         return answer(who, claims, lambda some: causes(some, budget))
 
     def slopes(self, outcome: Outcome[Sink], keys: Sequence[str] | None) -> dict[str, Slopes]:
@@ -196,39 +198,19 @@ def _claims(outcome: Outcome[Sink]) -> list[Check]:
     return [replace(claim, because="") for claim in claims]
 
 
-def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> tuple[Budget | None, str]:
-    """The parts of the differences, by coarse models of the ladder, or why there are none."""
+def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> Budget | None:
+    """The parts of the differences, by coarse models of the ladder; None where nothing differs or no ladder leads."""
     from compare.blame import budget, repeats
     from reduced1d.ladder.levels import Levels
 
     steady, name, fem3d = [c for c in claims if c.time is None], outcome.reduced.model, outcome.solved
     wrong = [c for c in claims if c.verdict == "differs" and (c.time is None or not repeats(c, steady))]
-    if not wrong:
-        return None, "the 1D model differs nowhere beyond its tolerances"
-    if name not in PAPERS and not ladder.is_one(name):
-        return None, "the ladder of assumptions is between this program's own 1D models and 3D"
+    if not wrong or (name not in PAPERS and not ladder.is_one(name)):
+        return None
     if all(claim.time is None for claim in wrong):
         fem3d = replace(fem3d, traces=None)
     try:
-        return budget(outcome.scene, "paper" if name in PAPERS else name, fem3d, Levels(outcome.scene, rough=True)), ""
+        return budget(outcome.scene, "paper" if name in PAPERS else name, fem3d, Levels(outcome.scene, rough=True))
     except ArithmeticError as error:
-        return None, str(error)
-
-
-def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
-    with progress.stage("imports"):
-        from fem3d.runs.sink import solve
-    progress("solving in 3D")
-    with progress.stage("fem3d"):
-        return solve(sink, not options.steady, progress)
-
-
-def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:
-    """The 1D model, at the times of the 3D model's traces where there are any."""
-    times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
-    try:
-        return ladder.solve(sink, options.reduction, steady_only=options.steady, times=times)
-    except RunawayError as error:
-        if fem3d is None:
-            raise
-        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
+        outcome.warn(f"nothing is blamed: {error}")
+        return None

@@ -52,7 +52,6 @@ def test_what_agrees_is_bounded_and_nobody_is_blamed(case):
     found = KINDS["sink"].answer(outcome, Progress())
     assert found.startswith("The paper's 1D model is within 0.011 % of 3D at the peak and the ends")
     assert "blame" not in found
-    assert outcome.plan[0].reason == "the 1D model differs nowhere beyond its tolerances"
 
 
 @pytest.mark.parametrize(("peak", "end", "said"), [
@@ -109,7 +108,6 @@ BLAMED = {
 def test_who_is_to_blame_is_computed(settings):
     outcome = answer(load("sink", [*settings, "run.accuracy=1e-2"]), Options(figures=False))
     found = outcome.answer
-    assert {step.state for step in outcome.plan if step.step == "blame"} == {"done"}
     for said in BLAMED[settings]:
         assert said in found
     # Nobody else is.
