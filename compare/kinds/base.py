@@ -75,10 +75,6 @@ class Kind(ABC, Generic[S]):
     field: ClassVar[str] = ""
     step: ClassVar[float] = 1e-4
 
-    def title(self, scene: S) -> str:
-        """Name the scene on the page of a run."""
-        return scene.name
-
     @abstractmethod
     def quantities(self, scene: S) -> dict[str, tuple[str, str]]:
         """Return the label and the unit of steady quantities, by their names."""

@@ -41,12 +41,8 @@ class FreeKind(Kind[AnyScene]):
 
     def completed(self, scene: AnyScene, options: Options) -> AnyScene:
         """Probe the mean temperature of every box, or group of the mesh, where the scene has no probe."""
-        if scene.probes:
-            return scene
-        if not options.fields:
-            raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
-        if not physics.heat(scene):
-            raise SceneError("the scene has no [[probe]], and no temperature is solved for: add one")
+        if not scene.probes and not (options.fields and physics.heat(scene)):
+            raise SceneError("the scene has no [[probe]] to report: add one, or give --fields for mean temperatures")
         return probed(scene)
 
     def solve(self, scene: AnyScene, options: Options, progress: Progress) -> dict[str, Result]:

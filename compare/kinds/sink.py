@@ -12,8 +12,8 @@ from compare.outcome import Outcome, Progress
 from compare.verdict import PAPERS, Check, Definition, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
-from scenes.errors import SceneError, listed
-from scenes.formats import quantity, sink_text
+from scenes.errors import RunawayError, SceneError, listed
+from scenes.formats import quantity
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
 from scenes.result import Result, Step, step
@@ -38,9 +38,6 @@ class SinkKind(Kind[Sink]):
     name, call, builtin = "sink", "compare.run", "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
     traces, field = "every quantity against time", "3D"
-
-    def title(self, scene: Sink) -> str:
-        return sink_text(scene)
 
     def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
         return QUANTITIES
@@ -82,7 +79,11 @@ class SinkKind(Kind[Sink]):
             traces = results["fem3d"].traces if "fem3d" in results else None
             with progress.stage("reduced1d"):
                 times = None if traces is None else traces.time
-                results["reduced1d"] = ladder.solve(scene, options.reduction, steady_only=options.steady, times=times)
+                try:
+                    one = ladder.solve(scene, options.reduction, steady_only=options.steady, times=times)
+                except RunawayError as error:
+                    raise RunawayError(f"in 1D {error}", error.limit) from None
+                results["reduced1d"] = one
         return results
 
     def open_model(self, scene: Sink, options: Options) -> Model | None:
@@ -186,13 +187,11 @@ def _claims(outcome: Outcome[Sink]) -> list[Check]:
     """The differences of peak and ends, and of the current where nothing else differs."""
     from compare.sink_checks import at_rest
 
-    checks, places = {check.id: check for check in outcome.checks}, {"fig6_peak": "the peak", "fig6_end": "the ends"}
-    steady = {
-        "fig4": at_rest("peak_rise_K", "the peak", outcome),
-        "fig6_end": at_rest("end_rise_K", "the ends", outcome),
-    }
+    checks, peak, end = {check.id: check for check in outcome.checks}, "the peak", "the ends"
+    steady = {"fig4": at_rest("peak_rise_K", peak, outcome), "fig6_end": at_rest("end_rise_K", end, outcome)}
     claims = [judged(name, each, outcome.scene) for name, each in steady.items() if each is not None]
-    claims += [replace(checks[name], title=title) for name, title in places.items() if name in checks]
+    over_time = {"fig6_peak": peak, "fig6_end": end}
+    claims += [replace(checks[name], title=title) for name, title in over_time.items() if name in checks]
     if "fig7_current" in checks and all(claim.verdict == "agrees" for claim in claims):
         claims.append(replace(checks["fig7_current"], title="the current"))
     return [replace(claim, because="") for claim in claims]

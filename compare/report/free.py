@@ -12,20 +12,15 @@ from compare.course import at
 from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
-from compare.report.table import Row, Section, Style, Table, stacked, wrapped
+from compare.report.table import Row, Section, Style, Table, wrapped
 from compare.verdict import Check
 from reduced1d.network.lines import layout
 from reduced1d.network.model import Row as Entry
 from reduced1d.network.model import table
-from scenes.formats import cut, quantity, with_error
+from scenes.formats import quantity, with_error
 from scenes.model import UNITS, AnyScene
 from scenes.result import Estimate, Traces
 from scenes.units import TIME
-
-NAME = 30
-"""Characters of a probe's name that a table has room for."""
-PROBES, TIMES = 4, 20
-"""Probes and output times that a table on a terminal has room for."""
 
 
 def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
@@ -37,7 +32,7 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     shown = (
         f"{probe.name} {_value(_last(outcome, probe.name), UNITS[probe.quantity], style)}" for probe in scene.probes
     )
-    said = [outcome.answer or f"{scene.name}: {', '.join(islice(shown, PROBES))} {when}."]
+    said = [outcome.answer or f"{scene.name}: {', '.join(islice(shown, 4))} {when}."]
     said.append(checks.counted(scene.name, outcome, contrary))
     # No balance is stated where no heat passes.
     balance = details.get(key)
@@ -47,10 +42,10 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 
 
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """Return the probes, at the output times too, the checks of a model, and the lines of a network."""
+    """Return the probes, the checks of a model, and the lines of a network."""
     judged = checks.sections(outcome.checks, contrary, style)
     network = [_network(outcome.scene)] if _is_network(outcome) else []
-    return [_probes(outcome, style), _at_times(outcome, style), *judged, *network]
+    return [_probes(outcome, style), *judged, *network]
 
 
 def _network(scene: AnyScene) -> Section:
@@ -92,12 +87,13 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     for probe in outcome.scene.probes:
         extremes = [] if traces is None else _extremes(traces, probe.name)
         values = [_value(each, UNITS[probe.quantity], style) for each in (_last(outcome, probe.name), *extremes)]
-        rows.append([cut(probe.name, NAME), *values])
+        rows.append([probe.name, *values])
     if traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
         again = ", and that long after each jump of a given temperature" * bool(traces.jumps)
         start = f"The errors hold from {quantity(traces.since, 's', 3)} on{again}; earlier extremes have their own."
         said += [start] * bool(traces.since)
+        said.append("summary.json has the values at the output times, traces.csv all values.")
     if off := result.details.get("field_error"):
         said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
     return Section(title, [Table(heads, rows), *said], headed=False)
@@ -109,25 +105,6 @@ def _extremes(traces: Traces, name: str) -> list[Estimate]:
     known = np.flatnonzero(np.isfinite(errors))
     values = traces.values[name][known]
     return [Estimate(float(values[i]), float(errors[known[i]])) for i in (values.argmin(), values.argmax())]
-
-
-def _at_times(outcome: Outcome[AnyScene], style: Style) -> Section:
-    """The probes at the output times, to the decimals that their errors leave."""
-    probes, times, traces = outcome.scene.probes, np.array(outcome.scene.output_times), outcome.solved.traces
-    title = "At the output times"
-    if traces is None or not len(times):
-        return Section(title, [])
-    if not style.page and (len(probes) > PROBES or len(times) > TIMES):
-        said = f"The values at {len(times)} output times are in report.html, summary.json and traces.csv."
-        return Section(title, [said], headed=False)
-    known = traces.sure(times).tolist()
-    columns = [[TIME.show(t) + " (errors larger)" * (not k) for t, k in zip(times.tolist(), known, strict=True)]]
-    for probe in probes:
-        values = np.interp(times, traces.time, traces.values[probe.name]).tolist()
-        shown = (with_error(value, traces.errors[probe.name], UNITS[probe.quantity]) for value in values)
-        columns.append([f"{number} {unit}" for number, _, unit, _, _ in shown])
-    heads = ("time", *(stacked(probe.name) for probe in probes))
-    return Section(title, [Table(heads, list(zip(*columns, strict=True)))], headed=False)
 
 
 def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:

@@ -44,14 +44,6 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys):
     assert "at most" not in text
 
 
-def test_an_output_time_right_after_a_jump_is_marked(capsys):
-    assert solve("hotplate", "--set", 'run.output_times=["1 us", "1 ms"]') == 0
-    text = capsys.readouterr().out
-    assert "1 us (errors larger)" in text
-    assert "1 ms (errors" not in text
-    assert re.search(r"\n +heat to the\n +time  .*current +left\n", text)  # a long name is in lines, not cut
-
-
 def test_where_errors_hold_after_jumps():
     traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=(4.0, 5.0))
     times = np.array([0.0, 0.9, 1.0, 3.9, 4.0, 4.4, 4.5, 5.0, 5.9, 6.0, 10.0])
@@ -125,7 +117,6 @@ def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_i
     assert "10 µs" not in said
     assert "probe at the end least largest heater 1.0000 ± 0.0010 K 0.5000 ± 0.0010 K 1.0000 ± 0.0010 K" in said
     assert "The errors hold from 4.00 us on" in said
-    assert "time heater plate current heat to the left 1 ms 1.0000 K" in said
 
 
 def test_how_long_a_run_lasts_can_be_said_on_the_command_line(capsys):
