@@ -148,10 +148,8 @@ def meter(title: str, claim: float, at: int, unit: str, outcome: Outcome[Device]
     run = outcome.runs.base
     try:
         voltage, power = delivered(run.device, run.after, 1)
-        step, note = (
-            PXI_4070.steps(voltage, power)[at],
-            f"{quantity(voltage, 'V')} and {quantity(power / voltage, 'A')}",
-        )
+        step = PXI_4070.steps(voltage, power)[at]
+        note = f"{quantity(voltage, 'V')} and {quantity(power / voltage, 'A')}"
     except ValueError as error:
         step, note = math.inf, str(error)
     return at_most(title, claim, step, unit, f"paper: in ranges of 1 V and 20 mA; here {note}")
