@@ -1,5 +1,4 @@
-"""The sink at its extremes: sizes, conductivities and voltages, every error bound against a finer solution;
-and a bar between cold ends under a step and square waves of the voltage."""
+"""The sink at its extremes: sizes, conductivities and voltages, every error bound against a finer solution."""
 
 from __future__ import annotations
 
@@ -10,21 +9,15 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks import bars
 from benchmarks.rows import Row, at_most
-from fem3d.runs.scene import solve as solve_scene
 from fem3d.runs.sink import solve as solve_sink
 from scenes.errors import RunawayError
-from scenes.model import Schedule, Value
 from scenes.sink import SILICON, Sink
 
 ACCURACY, FINER = 1e-3, 2e-4
 BALANCE = 1e-8  # of the power: heat that may be missing
 CONTRASTED = 1e-6  # the same where entries of the matrix differ by 1e8, so that their sums lose that many digits
 TRUE = "true error over the error bound"
-VOLTS, SLOW = 2.0, bars.SLOW / 4  # SLOW: the diffusion time of half the bar's length
-
-
 steady = partial(solve_sink, transient=False)
 
 
@@ -86,33 +79,3 @@ def _limit(sink: Sink) -> float:
         except RunawayError as error:
             return error.limit
     raise ArithmeticError("no runaway up to 1e19 V")
-
-
-def drives(quick: bool) -> Iterator[Row]:
-    """Drive a bar by a voltage in a step and as a square wave."""
-    yield _against_series("step", VOLTS, [(0.0, 1.0)], 4 * SLOW)
-    for hertz, count in ((1e4, 5),) if quick else ((1e3, 10), (1e4, 20)):
-        times = 0.5 / hertz * np.arange(2 * count + 1)
-        wave = Schedule(tuple(np.repeat(times, 2)[1:-1].tolist()), (VOLTS, VOLTS, 0.0, 0.0) * count)
-        edges = list(zip(times[:-1].tolist(), (1.0, -1.0) * count, strict=True))
-        yield _against_series(f"square wave of {hertz:g} Hz", wave, edges, times[-1])
-
-
-def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]], end: float) -> Row:
-    """The middle of a bar without a temperature coefficient, against the superposed series of its steps."""
-    scene = bars.bar(replace(SILICON, temperature_coefficient=0.0), voltage)
-    times = tuple((end * np.linspace(0.02, 1.0, 50)).tolist())
-    traces = solve_scene(replace(scene, end_time=end, steady=False, output_times=times)).over_time
-    found, error = np.interp(times, traces.time, traces.values["middle"]), traces.errors["middle"]
-    peak = VOLTS**2 / (8 * bars.CONDUCTIVITY * bars.RESISTIVITY)
-    rise = sum(size * peak * heated_middle(np.maximum(np.array(times) - start, 0.0) / SLOW) for start, size in edges)
-    off = float(np.abs(found - bars.ROOM - rise).max())
-    return at_most("drives", f"{name}, bar of 1 mm", TRUE, off / error, 1.0)
-
-
-def heated_middle(number: np.ndarray) -> np.ndarray:
-    """Return the rise in the middle of a slab with heat q between faces held cold, over q l^2/(2 k), at Fourier numbers
-    of the half thickness l (Carslaw and Jaeger, Conduction of Heat in Solids, 2nd ed., 3.14, eq 7)."""
-    n = np.arange(400)
-    a = (2 * n + 1) * np.pi / 2
-    return 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)

@@ -10,27 +10,25 @@ import gc
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import _lru_cache_wrapper
-from importlib import import_module
 from typing import Any
 
+from benchmarks.programs import Prepared
 from compare.worker import Worker
 from scenes.errors import SceneError
 
 TIME_LIMIT = 900.0  # s
 PATIENCE, MOST = 1.0, 5  # s and times that a process repeats its solve
-LONG = 20.0  # s: entries that take longer are measured once
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A program (``tool``) with settings (``label`` in words), the module that prepares it and the options for that."""
+    """A program (``tool``), its settings in words (``label``), and the function that prepares it."""
 
     tool: str
     label: str
-    module: str
-    options: dict[str, Any] = field(default_factory=dict)
+    prepare: Callable[[], Prepared]
 
 
 class EntryError(ArithmeticError):
@@ -41,7 +39,7 @@ def once(entry: Entry, patience: float = 0.0) -> dict[str, Any]:
     """Return the numbers and times of one process; raise EntryError where it failed or took too long."""
     name = f"{entry.tool} ({entry.label})"
     try:
-        return Worker(name, quiet=True).run(TIME_LIMIT, work, entry, patience)
+        return Worker(name).run(TIME_LIMIT, work, entry, patience)
     except Exception as error:
         named = isinstance(error, SceneError)
         raise EntryError(str(error) if named else f"{name} failed: {type(error).__name__}: {error}") from None
@@ -54,36 +52,32 @@ def in_turns(
     rows: list[dict[str, Any]] = [{"tool": e.tool, "label": e.label, "failure": "", "seconds": []} for e in entries]
     for turn in range(rounds):
         for entry, row in zip(entries, rows, strict=True):
-            if row["failure"] or min(row["seconds"], default=0.0) > LONG:
+            if row["failure"]:
                 continue
             progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
             try:
-                found = once(entry, patience)
+                answer = once(entry, patience)
             except EntryError as error:
                 row["failure"] = str(error)
             else:
-                seconds = row["seconds"] + found["seconds"]
-                row |= found | {
-                    "seconds": seconds, "median_s": statistics.median(seconds), "fastest_s": min(seconds),
-                    "slowest_s": max(seconds), "solves": len(seconds),
-                }  # fmt: skip
+                row |= answer | {"seconds": row["seconds"] + answer["seconds"]}
+    for row in rows:
+        if not row["failure"]:
+            seconds = row.pop("seconds")
+            row |= {"median_s": statistics.median(seconds), "fastest_s": min(seconds), "slowest_s": max(seconds)}
     return rows
 
 
 def work(entry: Entry, patience: float) -> dict[str, Any]:
     """Run an entry in this process; repeat the solve for a ``patience`` (s)."""
-    solve, read = import_module(f"benchmarks.{entry.module}").prepare(entry.options)
+    solve, read = entry.prepare()
     end = time.perf_counter() + patience
     seconds: list[float] = []
     while len(seconds) <= MOST and (not seconds or time.perf_counter() < end):
-        _forget()
+        # A repeated solve must not find the results of an earlier one.
+        for cache in [item for item in gc.get_objects() if isinstance(item, _lru_cache_wrapper)]:
+            cache.cache_clear()
         started = time.process_time()
         answer = solve()
         seconds.append(time.process_time() - started)
     return {"seconds": seconds[1:] or seconds, **read(answer)}
-
-
-def _forget() -> None:
-    """Empty all caches: a repeated solve must not find the results of an earlier one."""
-    for cache in [item for item in gc.get_objects() if isinstance(item, _lru_cache_wrapper)]:
-        cache.cache_clear()

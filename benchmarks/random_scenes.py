@@ -1,4 +1,4 @@
-"""Random scenes of three kinds. Everything follows from the kind and a seed.
+"""Random scenes of several kinds. Everything follows from the kind and a seed.
 
 `boxes` draws up to five cells of a random grid with voids, re-entrant edges and thin layers, cold below and heated in
 one or more ways. Three of twenty scenes run over time, under steps and ramps. In some the resistivity falls with the
@@ -310,6 +310,13 @@ def _supplied(rng: Rng, scene: Scene) -> Scene:
     boundaries = tuple(new if b is plus else b for b in scene.boundaries)
     probes = (*scene.probes, Probe(AT_PLUS, plus.lower, plus.upper, "potential"))
     return replace(scene, boundaries=boundaries, probes=probes)
+
+
+def boxes_or_laws(seed: int) -> Scene:
+    """Draw a steady, rough scene of `laws` in one of three cases, else a scene of `boxes`."""
+    if seed % 3:
+        return boxes(seed)
+    return replace(laws(seed), accuracy=5 * ACCURACY, steady=True, output_times=())
 
 
 def plates(seed: int) -> Scene:

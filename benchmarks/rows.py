@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-Verdict = Literal["agrees", "differs", "unresolved", "skipped"]
+Verdict = Literal["agrees", "differs", "unresolved"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,6 @@ class Row:
     relation : ``found`` should be near ``expected``, at most or at least as large, up to ``bound``
     settled : the largest ``bound`` with which the row is settled; None for any
     note : the source of the expected value, or where the worst of several numbers is
-    skipped : nothing was computed, for the reason in ``note``
     """
 
     group: str
@@ -36,7 +35,6 @@ class Row:
     relation: Literal["near", "at most", "at least"] = "near"
     settled: float | None = None
     note: str = ""
-    skipped: bool = False
 
     @property
     def difference(self) -> float:
@@ -46,8 +44,6 @@ class Row:
     @property
     def verdict(self) -> Verdict:
         """The judgement of the difference, and of the size of the bound."""
-        if self.skipped:
-            return "skipped"
         excess = {"near": abs(self.difference), "at most": self.difference, "at least": -self.difference}[self.relation]
         if not (math.isfinite(self.bound) and excess <= self.bound):
             return "differs"

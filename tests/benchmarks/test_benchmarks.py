@@ -2,13 +2,13 @@
 compared. Each invariant sees the fault that it is there for."""
 
 from dataclasses import replace
-from importlib import import_module
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import bars, bench, invariants, measure, random_scenes, sdirk, sink_programs, stress
+from benchmarks import bars, bench, invariants, measure, programs, random_scenes, sdirk, stress
 from benchmarks.measure import Entry
 from benchmarks.random_scenes import ROOM
 from fem3d.runs.scene import solve
@@ -148,7 +148,7 @@ def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
 
 @pytest.mark.parametrize("kind", stress.KINDS)
 def test_a_scene_of_each_kind_keeps_its_invariants_and_its_errors_hold(kind):
-    seed = {"boxes": 3, "laws": 4, "plates": 4}[kind]
+    seed = {"boxes": 3, "laws": 4, "plates": 4, "meshes": 5}[kind]
     scene = stress.KINDS[kind].draw(seed)
     assert scene == stress.KINDS[kind].draw(seed)
     outcome = stress.examine(seed, kind)
@@ -169,41 +169,25 @@ def test_scenes_of_the_hold_out_are_reported_apart(monkeypatch):
     assert "seeds 1000000 to 1000001" in cases["random scenes, hold-out"]
 
 
-COARSE = {"first": 3e-5, "ratio": 4, "steps": 1, "order": 2}
-
-
-def here(module, **options):
-    """The numbers of an entry, without a process of its own."""
-    solve, read = import_module(f"benchmarks.{module}").prepare(options)
-    return read(solve())
-
-
 def test_a_worker_reports_its_time_and_numbers():
-    answer = measure.once(Entry("1D", "", "own_models", {"model": "paper", "transient": True}), 10.0)
+    answer = measure.once(Entry("1D", "", partial(programs.own, "paper", True)), 10.0)
     assert len(answer["seconds"]) == measure.MOST
-    assert all(len(answer["values"][q]) == len(sink_programs.TIMES) for q in sink_programs.QUANTITIES)
+    assert all(len(answer["values"][q]) == len(programs.TIMES) for q in programs.QUANTITIES)
 
 
 def test_an_entry_that_fails_tells_which_and_why():
-    with pytest.raises(measure.EntryError, match=r"a tool \(some settings\) failed: KeyError"):
-        measure.once(Entry("a tool", "some settings", "own_models", {"model": "device"}))
+    with pytest.raises(measure.EntryError, match=r"a tool \(some settings\) failed: TypeError"):
+        measure.once(Entry("a tool", "some settings", programs.own))
 
 
-def test_the_plain_program_converges_to_this_toolkit():
-    ours = here("own_models", model="3d", transient=False, accuracy=1e-4)
-    rough, fine = (here("skfem_sink", transient=False, **(COARSE | {"first": first})) for first in (3e-5, 8e-6))
+@pytest.mark.parametrize("transient", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_the_plain_program_converges_to_this_toolkit(transient):
+    made = [programs.own("3d", transient, 1e-4), *(programs.plain(transient, first, 4, 1) for first in (3e-5, 8e-6))]
+    ours, rough, fine = (read(solve()) for solve, read in made)
     errors = [bench.error_of(each["values"], ours["values"]) for each in (rough, fine)]
     assert errors[1] < errors[0] < 1e-2
     assert errors[1] < 1e-3
     assert ours["bound"] < 1e-4
-
-
-@pytest.mark.long
-def test_ngsolve_finds_the_same_on_the_same_mesh():
-    pytest.importorskip("ngsolve")
-    for transient in (False, True):
-        one, other = (here(module, transient=transient, **COARSE) for module in ("skfem_sink", "ngsolve_sink"))
-        assert bench.error_of(one["values"], other["values"]) < 1e-6
 
 
 class Forced:

@@ -20,7 +20,7 @@ COMMANDS = {
     "sweep": "compare at many designs: keys that vary, on a grid or sampled, on one machine or a cluster",
     "map": "find the line over two keys on which the 1D model leaves a tolerance",
     "view": "look at the 3D fields of a run, or write pictures and films of them",
-    "verify": "verify the code: orders, exact solutions, benchmarks, a second code",
+    "verify": "verify the code: orders, exact solutions, benchmarks, a second path",
     "stress": "test numerical stability and robustness",
     "bench": "run time against error, beside other programs",
     "scene": "print a built-in scene as TOML",

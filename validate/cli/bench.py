@@ -1,6 +1,5 @@
-"""Run time against error on the default sink: this toolkit's whole runs, the 1D reductions, scikit-fem
-and, where installed, NGSolve; the time that each skip of the plan saves; start-up. Takes half an hour;
---quick a minute.
+"""Run time against error on the default sink: this toolkit's whole runs, the 1D reductions and
+scikit-fem; the time that each skip of the plan saves; start-up. Takes half an hour; --quick a minute.
 
 examples:
   validate bench --quick
@@ -13,7 +12,6 @@ exit status: 0 measured (an entry that fails is a row with the reason), 2 bad in
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,10 +28,8 @@ FOLDER = Path("results/bench")  # Where plots go if no page is written.
 
 OPTIONS = {
     "--part {transient,steady,skips,start-up} ...": "this part only, as often as needed",
-    "--start-up": "the same as --part start-up: cold starts against a bare import",
     "--quick": "fewer and coarser entries, one round: to see that it works",
     "--rounds N": f"how often each entry is started (default {ROUNDS}, with --quick {QUICK_ROUNDS})",
-    "--from FILE ...": "take the parts that an earlier --json holds from there, as often as needed",
     "--markdown FILE": "write the page, and its plots to figures/ beside it (default: plots only, to "
     "results/bench/)",
     "--json FILE": "write every number",
@@ -52,11 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     from compare.report.table import Section
     from validate.report.summary import as_json, write_document
 
-    wanted = [*arguments.part, *["start-up"] * arguments.start_up]
-    wanted = wanted or [part for part in PARTS if part != "start-up" or not arguments.quick]
-    earlier = _earlier(vars(arguments)["from"])
+    wanted = arguments.part or [part for part in PARTS if part != "start-up" or not arguments.quick]
     with progress() as say:
-        measurements = measure(wanted, rounds, arguments.quick, say, earlier)
+        measurements = measure(wanted, rounds, arguments.quick, say)
     folder = FOLDER if page_file is None else page_file.parent / "figures"
     sections = sections_of(measurements)
     drawn = {part: folder / f"benchmark-{part}.png" for part in ("transient", "steady") if part in measurements}
@@ -92,7 +86,7 @@ def _draw(title: str, measurements: dict[str, Any], path: Path) -> None:
     with drawing.style():
         figure = drawing.new_figure(7.2, 4.6, f"{title}: time against error", ())
         axes = figure.add_subplot()
-        for tool, colour, marker in zip(TOOLS, ("#8b1a1a", "#f0a030", "#3a86c8"), "oDs", strict=True):
+        for tool, colour, marker in zip(TOOLS, ("#8b1a1a", "#f0a030"), "oD", strict=True):
             points = [(row["error"], row["median_s"]) for row in rows if row["tool"] == tool]
             if points:
                 axes.plot(*zip(*points, strict=True), marker=marker, color=colour, label=tool, linewidth=1.2)
@@ -103,21 +97,3 @@ def _draw(title: str, measurements: dict[str, Any], path: Path) -> None:
         axes.legend(fontsize=8, ncols=2)
         FigureCanvasAgg(figure)
         figure.savefig(path, dpi=drawing.DPI)
-
-
-def _earlier(names: list[str]) -> dict[str, Any]:
-    """Read the measurements of earlier runs; raise SceneError for any other file."""
-    from benchmarks.bench import SCHEMA
-
-    measurements: dict[str, Any] = {}
-    for name in names:
-        try:
-            read = json.loads(Path(name).read_text(encoding="utf-8"))
-        except ValueError:
-            read = None
-        if not isinstance(read, dict) or not {"schema", "machine"} <= set(read):
-            raise SceneError(f'--from "{name}" is no file of numbers that validate bench --json has written')
-        if read["schema"] != SCHEMA:
-            raise SceneError(f'--from "{name}" has numbers in another version\'s form: measure them anew')
-        measurements |= read
-    return measurements

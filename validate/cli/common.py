@@ -45,7 +45,7 @@ OF_A_TABLE = {
     "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
     "--json": "print the table as JSON",
 }  # fmt: skip
-VERDICTS = ("agrees", "differs", "unresolved", "skipped")
+VERDICTS = ("agrees", "differs", "unresolved")
 
 
 def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
@@ -236,9 +236,9 @@ def counts(rows: Sequence[Row]) -> dict[str, int]:
 def headline(rows: Sequence[Row]) -> str:
     """Return how many rows agree and how many do not."""
     number = counts(rows)
-    words = {"differs": "differ", "unresolved": "unresolved", "skipped": "skipped"}
+    words = {"differs": "differ", "unresolved": "unresolved"}
     others = [f"{number[verdict]} {word}" for verdict, word in words.items() if number[verdict]]
-    return ", ".join([f"{number['agrees']} of {len(rows) - number['skipped']} rows agree", *others]) + "."
+    return ", ".join([f"{number['agrees']} of {len(rows)} rows agree", *others]) + "."
 
 
 def text(rows: Sequence[Row], style: Style) -> str:
@@ -255,8 +255,6 @@ def text(rows: Sequence[Row], style: Style) -> str:
 
 
 def _line(row: Row) -> Line:
-    if row.skipped:
-        return Line([f"  skipped: {row.note}"])
     agrees = row.verdict == "agrees"
     vague = f"only within {row.bound:.1e}, not {row.settled:.1e}" if row.verdict == "unresolved" else ""
     below = "" if agrees else ": ".join(filter(None, (row.verdict, vague, row.note)))
@@ -291,8 +289,6 @@ def _quantity(row: Row) -> str:
 
 def _numbers(row: Row) -> tuple[str, str, str]:
     """Return value, expected value and bound, with digits down to a hundredth of the bound."""
-    if row.skipped:
-        return "", "", ""
     ratio = abs(row.expected) / row.bound if row.bound > 0 and row.expected else 1.0
     digits = min(max(math.ceil(math.log10(ratio)) + 2, 3), 12) if math.isfinite(ratio) and ratio > 0 else 3
     sign = "" if row.relation == "near" else f"{row.relation} "

@@ -1,6 +1,6 @@
-"""Test numerical stability and robustness: thin layers and long beams, contrasts up to 1e8, thermal runaway, a step
-and square waves, bars of random laws near their limit, and random scenes held to invariants. A failure is a row of
-the table.
+"""Test numerical stability and robustness: thin layers and long beams, contrasts up to 1e8, thermal runaway, bars
+of random laws near their limit, and random scenes, of boxes and on mesh files, held to invariants. A failure is
+a row of the table.
 
 examples:
   validate stress --quick

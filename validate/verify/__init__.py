@@ -1,1 +1,1 @@
-"""Code verification, by `validate verify`: manufactured and exact solutions, published benchmarks, a second code."""
+"""Code verification, by `validate verify`: manufactured and exact solutions, published benchmarks, a second path."""

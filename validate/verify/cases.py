@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from importlib.util import find_spec
 from itertools import chain
 from math import inf
 from typing import NamedTuple
 
 from benchmarks.rows import Row, failed
 from compare.worker import map_tasks
-from fem3d.runs.sink import solve
-from scenes.sink import OF_A_SINK, Sink
 from validate.verify import exact, orders, orders_in_time, published, second_path, surroundings
 from validate.verify.manufactured import CAPACITIES, LAYERS, ONE_CAPACITY, ONE_K, heating, joule
-
-NGSOLVE_ORDERS, NGSOLVE_MESH = (3, 4), (1e-6, 3.0)
-ACCURACY = 1e-4  # of this toolkit beside NGSolve
 
 
 class Case(NamedTuple):
@@ -32,22 +26,6 @@ def _cases(family: str, *functions: Callable[[], Iterator[Row]]) -> Iterator[Cas
     yield from (Case(family, function.__name__.replace("_", " "), function) for function in functions)
 
 
-def second_code() -> Iterator[Row]:
-    """The sink by NGSolve at two orders, whose difference is its error; a skipped row where it isn't installed."""
-    case, note = "the sink at 1 V, steady", "not installed: pip install 'heated-microstructure-validation[ngsolve]'"
-    if find_spec("ngsolve") is None:
-        return iter([Row("second paths", case, note=f"NGSolve is {note}", skipped=True)])
-    from benchmarks.ngsolve_sink import steady_quantities
-
-    found = solve(Sink(accuracy=ACCURACY), transient=False).steady
-    lower, higher = (steady_quantities(Sink(), order, *NGSOLVE_MESH) for order in NGSOLVE_ORDERS)
-    return iter([
-        Row("second paths", case, name, found[key].value, higher[key], found[key].error + abs(higher[key] - lower[key]),
-            unit, settled=2 * ACCURACY * abs(higher[key]), note="NGSolve, uniform current density")
-        for key, _, unit, name in OF_A_SINK.values()
-    ])  # fmt: skip
-
-
 CASES = (
     Case("orders", "bricks, coupled", lambda: orders.bricks(joule(), 1, 2, 3, 4)),
     Case("orders", "bricks, transient", lambda: chain(
@@ -57,7 +35,7 @@ CASES = (
     Case("orders", "bricks, k in layers", lambda: orders.bricks(heating(LAYERS, CAPACITIES).at(inf), *range(1, 7))),
     Case("orders", "L-shaped conductor, tetrahedra", orders.rows),
     *_cases("orders", orders_in_time.exponential_collocation, orders_in_time.runge_kutta,
-             orders_in_time.layer, orders_in_time.partitioned,
+            orders_in_time.layer, orders_in_time.partitioned,
             orders_in_time.device_estimate),
     *_cases("exact", exact.slab_step, exact.slab_film, exact.heated_slab, exact.ramped_slab, exact.layers_steady,
             exact.layers_transient, exact.thin_layer, exact.brick, exact.joule_bar, exact.bend,
@@ -67,7 +45,6 @@ CASES = (
     *_cases("published", published.nafems_t3, published.nafems_t4, published.iso_case_1, published.iso_case_2,
             published.iso_case_3, published.iso_case_4),
     Case("second", "Newton on hexahedra", second_path.rows),
-    Case("second", "NGSolve", second_code),
 )  # fmt: skip
 
 

@@ -18,7 +18,6 @@ from scipy.special import ellipj, ellipk
 
 from benchmarks import bars
 from benchmarks.bars import ENDS, LENGTH, MIDDLE, ROOM, SLOW, cold_electrodes
-from benchmarks.extremes import heated_middle
 from benchmarks.rows import Row
 from benchmarks.walls import HELD, INVERSION, Layer, step_response
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value
@@ -52,6 +51,13 @@ def cooling(position: float, number: float, biot: float = HELD) -> float:
     b = film_roots(biot, TERMS)
     amplitudes = 2 * np.sin(b) / (b + np.sin(b) * np.cos(b))
     return float((amplitudes * np.exp(-(b**2) * number) * np.cos(b * position)).sum())
+
+
+def heated_middle(number: np.ndarray) -> np.ndarray:
+    """The rise in the middle of a slab with heat q between faces held cold, over q l^2/(2 k) (3.14, eq 7)."""
+    n = np.arange(TERMS)
+    a = (2 * n + 1) * np.pi / 2
+    return 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
 
 
 def mean_cooling(number: float) -> float:

@@ -136,7 +136,7 @@ COMMANDS: dict[str, int | str] = {
     "view": 2, "view nowhere": 2,
     "scene nothing": 2, "completion tcsh": 2, "verify --jobs \N{SUPERSCRIPT TWO}": 2,
     "stress --scenes -1": 2,
-    "bench --from mine.txt": 2, "frobnicate": 2, "-x": 2, "--version": 0, "--help": 0,
+    "frobnicate": 2, "-x": 2, "--version": 0, "--help": 0,
     "device --set control.sample_time=0": 2, "device mine.txt": 2,
     "sink --dry-run --strict --steady": 0,
     "solve beam.toml --dry-run": 0,
@@ -233,7 +233,7 @@ REFUSED = {
     "verify --jobs 0": "--jobs", "verify --only all": "invalid choice",
     "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed",
     "bench --rounds 0": '--rounds is "0"',
-    "bench --json nowhere/a.json": 'there is no folder "nowhere"', "bench --from missing.json": "could not be read",
+    "bench --json nowhere/a.json": 'there is no folder "nowhere"',
     # the viewer
     "view nowhere --screenshot a.png": "does not exist", "view . --screenshot a.png": "no fields",
     "view . --off-screen": "--screenshot", "view . --screenshot a.txt": ".png",
