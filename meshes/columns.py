@@ -20,10 +20,6 @@ from meshes.grid import VOID, graph
 from meshes.tiles import UNIT, Tiles, metres, share
 from scenes.model import Scene
 
-# How much higher a node may be than the nearest one on a chain beside it, over their distance: that keeps angles of the
-# upright triangles between them below 153 degrees. Without it the errors of vias grow as their mesh is refined.
-STEEP = 2.0
-
 
 @dataclass(frozen=True, eq=False)
 class Columns:
@@ -62,8 +58,7 @@ class Columns:
     def _owner(self) -> np.ndarray:
         """(tiles, layers): the box that each column belongs to, between the planes."""
         owner = np.moveaxis(graph(self.scene).owner, (*self._plan, self.up), (0, 1, 2))
-        of_tiles: np.ndarray = owner[*(self.tiles.low // UNIT).T]
-        return of_tiles
+        return np.asarray(owner[*(self.tiles.low // UNIT).T])
 
     @cached_property
     def _cells(self) -> tuple[Any, np.ndarray, np.ndarray]:
@@ -118,12 +113,14 @@ class Columns:
 
     def _graded(self, triangles: np.ndarray, needs: np.ndarray) -> np.ndarray:
         """``needs`` (points, heights) with more, so that for each node there is one on the chains beside it that is no
-        farther above or below than `STEEP` times their distance."""
+        farther above or below than twice their distance.
+
+        That keeps the angles of upright triangles below 153 degrees: else errors of vias grow with refinement."""
         pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
         pairs = np.unique(np.sort(pairs, axis=1), axis=0)
         one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
         points, at = self.tiles.points, self._metres
-        reach = STEEP * np.linalg.norm(points[one] - points[other], axis=1)[:, None]
+        reach = 2 * np.linalg.norm(points[one] - points[other], axis=1)[:, None]
         while True:
             below = np.maximum.accumulate(np.where(needs, at, -np.inf), axis=1)
             above = np.minimum.accumulate(np.where(needs, at, np.inf)[:, ::-1], axis=1)[:, ::-1]

@@ -19,16 +19,13 @@ import numpy as np
 from meshes import grid as grids
 from meshes.grid import Grid
 from scenes import faces, laws
-from scenes.model import Boundary, Scene, Schedule, bends
+from scenes.model import ROUNDING, Boundary, Scene, Schedule, bends, values
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
 RATIO = 0.15
 HIGHEST_DEGREE = 8
-LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees the error of an edge
+LEAST_AT_EDGE = 4  # also of layers: functions of facets begin at degree 4, and show the error of an edge
 SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
-# An interval between two features that is longer than this times the narrowest extent has two bends of its own.
-LONG = 4.0
-SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
 # In the first grid the energy at singular edges may miss this factor times the accuracy; on random scenes 25 and 225
 # take as many unknowns within 15 %.
 LAYERS = 75.0
@@ -37,7 +34,7 @@ FINE = 3e-5  # accuracy from which on the first grid has degree 6 (`validate ben
 # error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
-DEGREE = 4  # least degree of the layers
+FALLS = 10.0  # factor by which the indicator of an edge is expected to fall per degree
 FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of what the first diffusion length conducts
 
 
@@ -72,7 +69,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
     at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
-    accuracy. Where both ends of a long one are features it is cut in the middle. A layer is thin if it is at most half
+    accuracy. One of over four reaches between two features is cut in the middle. A layer is thin if it is at most half
     as thick as the features at it are wide: one interval of low degree crosses it.
     """
     planes = grids.graph(scene).planes
@@ -86,7 +83,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
         for i, (a, b) in enumerate(pairwise(planes[d].tolist())):
             near = zip((a, b), reaches[d][i : i + 2].tolist(), strict=True)
             inner = [] if thin[d][i] else _graded(a, b, *(_longest(c, marks, d, r, accuracy) for c, r in near))
-            if not thin[d][i] and {a, b} <= marks.planes[d] and b - a > LONG * reaches[d][i : i + 2].min():
+            if not thin[d][i] and {a, b} <= marks.planes[d] and b - a > 4 * reaches[d][i : i + 2].min():
                 inner = sorted([*inner, (a + b) / 2])
             axis_breaks.append(np.array([*inner, b]))
             axis_degrees += [across] if thin[d][i] else [degree] * (len(inner) + 1)
@@ -169,19 +166,62 @@ def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[
 
 def shortest_of(grid: Grid) -> float:
     """The length (m) below which intervals are not refined: flatter cells would leave nothing but rounding."""
-    return SHORTEST * max(float(b[-1] - b[0]) for b in grid.breaks)
+    return ROUNDING * max(float(b[-1] - b[0]) for b in grid.breaks)
 
 
 def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
+    """Return the grid refined until the indicator of each interval or edge is expected to be its share of a target.
+
+    Of a grid with degrees of edges, an interval is refined by its edges of the highest degree there, and all other
+    edges up to this degree.
+
+    Parameters
+    ----------
+    missing: per axis the error indicator of each interval or edge (`Grid.spread`).
+    target: the sum of all indicators afterwards.
+    """
+    if not grid.edges:
+        return _refined_intervals(grid, missing, target, marks)
+    share = share_of(missing, target)
+    at_top = [
+        np.where((e == np.expand_dims(p, _across(d))) & (m > share), m, 0.0).sum(axis=_across(d))
+        for d, (e, p, m) in enumerate(zip(grid.edges, grid.degrees, missing, strict=True))
+    ]
+    # Where the indicators at the top are below the target, some intervals are refined all the same.
+    most = min(target, 0.5 * sum(float(m.sum()) for m in at_top))
+    return finer(grid, missing, share, _refined_intervals(grid, at_top, most, marks))
+
+
+def finer(grid: Grid, missing: Sequence[np.ndarray], share: float, other: Grid) -> Grid:
+    """Return the cells of an ``other`` grid with the degrees of this one, raised until the indicator of each edge
+    (``missing``) is expected to be its ``share``, at most to the degrees of the other grid."""
+    places = [_places(old, new) for old, new in zip(grid.breaks, other.breaks, strict=True)]
+    edges = []
+    for d, (degrees, missed, highest) in enumerate(zip(grid.edges, missing, other.degrees, strict=True)):
+        more = np.ceil(np.log(np.maximum(missed / share, 1.0)) / np.log(FALLS)).astype(int)
+        at = (place[int(e == d) :: 2] for e, place in enumerate(places))
+        edges.append(np.minimum(grids.entities(degrees + more, d)[np.ix_(*at)], np.expand_dims(highest, _across(d))))
+    on_each = (e.max(axis=_across(d)) for d, e in enumerate(edges))
+    return replace(other, degrees=tuple(on_each), edges=tuple(edges))
+
+
+def _across(d: int) -> tuple[int, ...]:
+    """Return the other two axes."""
+    return tuple({0, 1, 2} - {d})
+
+
+def _places(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Return (2 n + 1,) the place of each new breakpoint and interval among the old ones, as `entities` counts them."""
+    points = np.empty(2 * len(new) - 1)
+    points[::2], points[1::2] = new, (new[1:] + new[:-1]) / 2
+    return np.asarray(np.searchsorted(old, points) + np.searchsorted(old, points, side="right") - 1)
+
+
+def _refined_intervals(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
     """Return the grid refined until the indicator of each interval is expected to be its share of a target.
 
     Intervals towards a singular plane are cut in layers; others gain a degree, or are halved where it would exceed
     `HIGHEST_DEGREE`. Intervals that are too short to refine take their share of the target first.
-
-    Parameters
-    ----------
-    missing: per axis the error indicator of each interval.
-    target: the sum of all indicators afterwards.
     """
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
@@ -285,14 +325,10 @@ def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
     a diffusion length."""
     if b.kind == "temperature":
         steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
-        return steps or _at_start(b.value) != initial
+        return steps or values(b.value)[0] != initial
     if bends(b):
-        return bool(faces.coefficient(b, np.array(max(initial, _at_start(b.ambient)))) > FIRM * conductance)
-    return b.kind == "convection" and _at_start(b.value) > FIRM * conductance
-
-
-def _at_start(value: float | Schedule) -> float:
-    return float(np.interp(0.0, value.times, value.values)) if isinstance(value, Schedule) else value
+        return bool(faces.coefficient(b, np.array(max(initial, values(b.ambient)[0]))) > FIRM * conductance)
+    return b.kind == "convection" and values(b.value)[0] > FIRM * conductance
 
 
 def _layered(at: np.ndarray, degrees: np.ndarray, plane: float, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -300,7 +336,7 @@ def _layered(at: np.ndarray, degrees: np.ndarray, plane: float, length: float) -
     breaks, orders = at.tolist(), degrees.tolist()
     i = int(np.abs(at - plane).argmin())
     while i + 1 < len(breaks) and (gap := breaks[i + 1] - breaks[i]) > REACH * length:
-        orders[i] = max(orders[i], DEGREE)
+        orders[i] = max(orders[i], LEAST_AT_EDGE)
         breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
         orders.insert(i, orders[i])
     return np.array(breaks), np.array(orders)

@@ -1,13 +1,16 @@
 """A grid of bricks with the box that owns each cell.
 
-A grid has breakpoints and polynomial degrees along three axes. The planes of its scene are among the breakpoints.
+A grid has breakpoints and polynomial degrees along three axes. The planes of its scene are among the breakpoints. A
+plane crosses the whole scene, and few of its cells need its degrees: degrees may differ from edge to edge. Along each
+axis a function of an edge then has the edge's own degree, one of a face or a cell the highest degree of its edges.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -28,7 +31,7 @@ class Grid:
     breaks: per axis the breakpoints (m, increasing).
     degrees: per axis the polynomial degree of each interval; the highest where degrees differ from edge to edge.
     boxes: boxes that own the cells; later boxes override earlier ones.
-    edges: per axis the degrees of its edges (`meshes.edgewise`), (intervals along it, planes across the others) in the
+    edges: per axis the degrees of its edges, (intervals along it, planes across the others) in the
         order x, y, z; empty where all edges on an interval have its degree.
     """
 
@@ -50,13 +53,47 @@ class Grid:
     @property
     def solid(self) -> np.ndarray:
         """(nx, ny, nz): which cells a box owns."""
-        solid: np.ndarray = self.owner != VOID
-        return solid
+        return np.asarray(self.owner != VOID)
 
     @property
     def finest(self) -> tuple[np.ndarray, ...]:
         """The degrees per axis: of edges, or of intervals."""
         return self.edges or self.degrees
+
+    @property
+    def of_entities(self) -> np.ndarray:
+        """(3, 2 nx + 1, 2 ny + 1, 2 nz + 1) the degrees of each edge, face and cell where edges have degrees."""
+        return np.array([entities(degrees, d) for d, degrees in enumerate(self.edges)])
+
+    @property
+    def of_cells(self) -> np.ndarray:
+        """(3, cells) the degrees of the cells that a box owns."""
+        at = np.argwhere(self.solid).T
+        if self.edges:
+            return np.asarray(self.of_entities[:, *(2 * at + 1)])
+        return np.array([degrees[i] for degrees, i in zip(self.degrees, at, strict=True)])
+
+    def by_interval(self, values: np.ndarray) -> list[np.ndarray]:
+        """Return per axis (intervals,) the sums of values (3, cells) of the cells that a box owns."""
+        at = np.argwhere(self.solid).T
+        return [np.bincount(i, v, len(p)) for i, v, p in zip(at, values, self.degrees, strict=True)]
+
+    def spread(self, values: np.ndarray) -> list[np.ndarray]:
+        """Return the sums of values (3, cells) per interval; of a grid with degrees of edges, per edge: along each axis
+        an equal share goes to the four edges of a cell."""
+        if not self.edges:
+            return self.by_interval(values)
+        at, shares = np.argwhere(self.solid).T, [np.zeros(e.shape) for e in self.edges]
+        for d, share in enumerate(shares):
+            for step in product(*((0, 1) if e != d else (0,) for e in range(3))):
+                np.add.at(share, tuple(at + np.array(step)[:, None]), values[d] / 4)
+        return shares
+
+    def with_edges(self, degree: int) -> Grid:
+        """Return the grid with all edges of one degree."""
+        planes = [len(b) for b in self.breaks]
+        edges = tuple(np.full([n - (e == d) for e, n in enumerate(planes)], degree) for d in range(3))
+        return replace(self, degrees=tuple(np.full_like(p, degree) for p in self.degrees), edges=edges)
 
     def with_axes(self, breaks: Sequence[np.ndarray], degrees: Sequence[np.ndarray]) -> Grid:
         """Another grid of the same boxes."""
@@ -66,6 +103,20 @@ class Grid:
         """Whether two grids have the same cells and degrees."""
         pairs = zip((*self.breaks, *self.finest), (*other.breaks, *other.finest), strict=True)
         return all(np.array_equal(a, b) for a, b in pairs)
+
+
+def entities(edges: np.ndarray, d: int) -> np.ndarray:
+    """Return (2 nx + 1, 2 ny + 1, 2 nz + 1) the largest value of the edges of each edge, face and cell along an axis.
+
+    ``edges`` (intervals along the axis, planes across the others) are values of edges; the result is zero where nothing
+    extends along the axis. Along each axis even places are planes, odd places intervals.
+    """
+    everywhere = np.zeros([2 * n + (1 if e == d else -1) for e, n in enumerate(edges.shape)], edges.dtype)
+    everywhere[tuple(slice(int(e == d), None, 2) for e in range(3))] = edges
+    for e in {0, 1, 2} - {d}:
+        along = np.moveaxis(everywhere, e, 0)
+        np.maximum(along[:-1:2], along[2::2], out=along[1::2])
+    return everywhere
 
 
 def statistics(grid: Grid) -> dict[str, Any]:

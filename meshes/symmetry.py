@@ -72,8 +72,8 @@ class Symmetry:
 
 def reduce(scene: Scene) -> Symmetry:
     """The part of a scene that its mirror symmetries leave to be solved."""
-    part, planes = scene, []
-    flows, probes = _untouched(scene)
+    part, planes, whole = scene, [], uncut(scene, ())
+    flows, probes = whole.flows, whole.probes
     for axis in range(3):
         mirror = _Mirror.of(part, axis)
         if mirror is None:
@@ -88,19 +88,15 @@ def reduce(scene: Scene) -> Symmetry:
             name: Flow(step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current)
             for name, f in flows.items()
         }
-    whole, kept = ({b.name: float(np.prod(np.subtract(b.upper, b.lower))) for b in s.boxes} for s in (scene, part))
-    copies = {name: whole[name] / volume for name, volume in kept.items()}
+    full, kept = ({b.name: float(np.prod(np.subtract(b.upper, b.lower))) for b in s.boxes} for s in (scene, part))
+    copies = {name: full[name] / volume for name, volume in kept.items()}
     return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies, probes)
 
 
 def uncut(scene: Any, bodies: Iterable[str]) -> Symmetry:
     """A scene that is solved whole, with the names of its bodies."""
-    flows, probes = _untouched(scene)
-    return Symmetry(scene, (), 1, flows, dict.fromkeys(bodies, 1.0), probes)
-
-
-def _untouched(scene: Any) -> tuple[dict[str, Flow], dict[str, Reading]]:
-    return {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}, {p.name: (1.0, ()) for p in scene.probes}
+    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
+    return Symmetry(scene, (), 1, flows, dict.fromkeys(bodies, 1.0), {p.name: (1.0, ()) for p in scene.probes})
 
 
 @dataclass(frozen=True)
@@ -182,9 +178,13 @@ class _Mirror:
     def _twins(self, scene: Scene) -> dict[str, Boundary] | None:
         """The boundary of the same kind, with the same thermal condition, that each is mapped onto; None where one is
         missing."""
+
+        def kind(b: Boundary) -> tuple[object, ...]:
+            return b.kind, b.contact_resistance, *(() if b.kind == "voltage" else (b.value, b.ambient))
+
         left, twins = list(scene.boundaries), dict[str, Boundary]()
         for b in scene.boundaries:
-            image = next((c for c in left if _kind(b) == _kind(c) and self.maps(b, c)), None)
+            image = next((c for c in left if kind(b) == kind(c) and self.maps(b, c)), None)
             if image is None:
                 return None
             left.remove(image)
@@ -268,11 +268,6 @@ class _Mirror:
         read = [found for probe in scene.probes if (found := self.read(probe, scene))]
         part = replace(scene, boxes=boxes, boundaries=tuple(kept.values()), probes=tuple(probe for probe, _ in read))
         return part, flows, {probe.name: reading for probe, reading in read}
-
-
-def _kind(b: Boundary) -> tuple[object, ...]:
-    """The kind of a boundary, with its thermal condition; without the voltage of an electrode."""
-    return b.kind, b.contact_resistance, *(() if b.kind == "voltage" else (b.value, b.ambient))
 
 
 def _corners(scene: Scene) -> tuple[Point, Point]:

@@ -17,9 +17,6 @@ from scenes.model import ROUNDING
 
 WIDEST = np.radians(140.0)  # angle of a triangle
 MOST_ROUNDS = 200  # of cuts that follow from others
-# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends;
-# half of this where it is cut near an end.
-MIDDLE = 0.25
 # A tile with a sharp edge at one end is cut so far from that end, over its length: degree 3 then leaves as much of a
 # power of the distance on either part, so that half as many cuts reach as near
 # (`validate stress`: "constants").
@@ -154,7 +151,8 @@ class Tiles:
         for axis in range(2):
             which = np.flatnonzero(cut[parents, axis])
             if len(which):
-                tiles, parent = tiles._cut(axis, which, at[parents[which], axis], 1 - 2 * MIDDLE)
+                # At a corner of another tile, if that is less than half the way to an end away.
+                tiles, parent = tiles._cut(axis, which, at[parents[which], axis], 0.5)
                 parents = parents[parent]
         for _ in range(MOST_ROUNDS):
             wrong = tiles._wrong()

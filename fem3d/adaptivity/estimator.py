@@ -36,7 +36,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from meshes import edgewise
 from meshes.grading import Features
 from meshes.grid import Grid
 
@@ -140,7 +139,7 @@ class Estimator:
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
         """Return the estimator for a grid of bricks with the features of its scene."""
-        degrees, intervals = np.maximum(edgewise.of_cells(grid), 2), np.argwhere(grid.solid).T
+        degrees, intervals = np.maximum(grid.of_cells, 2), np.argwhere(grid.solid).T
         s = np.array([np.minimum(near[i], near[i + 1]) for near, i in zip(marks.near(grid), intervals, strict=True)])
         singular, edge = np.isfinite(s), rate_at_edge(degrees, s)
         slowest = np.where(singular, np.minimum(edge, SLOWEST), REGULAR)

@@ -28,7 +28,7 @@ from fem3d.solution.transient import Base
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, boxes
 from fem3d.spaces.size import foreseen
-from meshes import edgewise, grading
+from meshes import grading
 from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
@@ -242,7 +242,7 @@ class Bricks(Mesh):
         if foreseen(self.scene, self.grid).unknowns < MANY:
             return self
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
-        return replace(self, grid=edgewise.of_degree(self.grid, ROUGH), aim=grading.raised(self.grid))
+        return replace(self, grid=self.grid.with_edges(ROUGH), aim=grading.raised(self.grid))
 
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
@@ -254,19 +254,17 @@ class Bricks(Mesh):
         return given
 
     def refine(self, indicators: Indicators, target: float) -> Bricks | None:
-        spread = edgewise.by_edge if self.grid.edges else edgewise.by_interval
-        goals = [spread(self.grid, goal) for goal in indicators.goals]
+        goals = [self.grid.spread(goal) for goal in indicators.goals]
         missing = [np.max(each, axis=0) for each in zip(*goals, strict=True)]
         size = sum(float(m.sum()) for m in missing)
         missing = [m * max(indicators.worst / max(size, 1e-300), 1.0) for m in missing]
         if self.aim is not None:
             # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
-            share = grading.share_of(missing, AIM * target / (2 * edgewise.FALLS))
-            finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
+            share = grading.share_of(missing, AIM * target / (2 * grading.FALLS))
+            finer = replace(self, grid=grading.finer(self.grid, missing, share, self.aim), aim=None)
         else:
             reach.check_edges(self.grid, self.marks, indicators.goals, target)
-            refined = edgewise.refined if self.grid.edges else grading.refined
-            finer = replace(self, grid=refined(self.grid, missing, AIM * target, self.marks))
+            finer = replace(self, grid=grading.refined(self.grid, missing, AIM * target, self.marks))
             if finer.grid.same(self.grid):
                 raise not_reached(self.accuracy, reach.because(self.marks))
         return finer._within_memory()

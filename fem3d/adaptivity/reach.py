@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.spaces.size import Size, foreseen
-from meshes import edgewise, grading
+from meshes import grading
 from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
@@ -83,7 +83,7 @@ def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accura
     """
     shortest, longest, kept = grading.shortest_of(grid), LAYER * _narrowest(grid, marks), 0.0
     for goal in goals:
-        left, by_interval = 0.0, edgewise.by_interval(grid, goal)
+        left, by_interval = 0.0, grid.by_interval(goal)
         for breaks, near, indicator in zip(grid.breaks, marks.near(grid), by_interval, strict=True):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
             at = np.isfinite(s) & (lengths < longest)

@@ -31,7 +31,6 @@ from fem3d.spaces.element import (
     side,
 )
 from fem3d.spaces.integrals import Space, entities, halves
-from meshes import edgewise
 from meshes.grid import Grid
 
 
@@ -74,7 +73,7 @@ class BrickSpace(Space):
     def _degrees(self, position: np.ndarray) -> np.ndarray:
         """(n, 3): the degrees of edges, faces and cells at some places, along the axes that they extend along."""
         if self.grid.edges:
-            return np.array([edgewise.entities(e, d)[tuple(position.T)] for d, e in enumerate(self.grid.edges)]).T
+            return np.asarray(self.grid.of_entities[:, *position.T]).T
         return np.array([np.append(d, 0)[i // 2] for d, i in zip(self.grid.degrees, position.T, strict=True)]).T
 
     @cached_property

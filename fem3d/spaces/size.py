@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from fem3d.spaces.element import local
-from meshes import edgewise
 from meshes import grid as grids
 from meshes.grid import Grid
 from scenes.model import Scene
@@ -133,7 +132,7 @@ def _of_intervals(solid: np.ndarray, tables: list[np.ndarray], functions: np.nda
 
 def _of_edges(grid: Grid, functions: np.ndarray) -> tuple[np.ndarray, float]:
     """The same for a grid with a degree for each edge."""
-    degrees = np.array([edgewise.entities(edges, d) for d, edges in enumerate(grid.edges)])
+    degrees = grid.of_entities
     inside, unknowns = np.zeros((HIGHEST,) * 3), 0.0
     np.add.at(inside, tuple(degrees[:, 1::2, 1::2, 1::2][:, grid.solid]), 1.0)
     for closed in product((False, True), repeat=3):

@@ -145,8 +145,7 @@ class Placed(CellGraph):
     @property
     def f2t(self) -> np.ndarray:
         """(2, facets) the cells beside each facet, -1 for none."""
-        cells: np.ndarray = self.mesh.mesh.f2t
-        return cells
+        return np.asarray(self.mesh.mesh.f2t)
 
     @cached_property
     def solid(self) -> np.ndarray:
@@ -179,8 +178,7 @@ class Placed(CellGraph):
 
     def nodes(self, faces: np.ndarray) -> np.ndarray:
         """Return (corners, facets) the corners of each facet."""
-        corners: np.ndarray = self.mesh.mesh.facets[:, faces]
-        return corners
+        return np.asarray(self.mesh.mesh.facets[:, faces])
 
     def covered(self, probe: GroupProbe, mask: np.ndarray) -> np.ndarray:
         """Return (places,) whether each place of a probe, its point, facets or cells, touches a chosen cell."""

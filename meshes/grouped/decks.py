@@ -1,8 +1,8 @@
 """The input decks of solid codes: Abaqus, CalculiX, Nastran.
 
-Of Abaqus and CalculiX input files the nodes, cells, element sets and surfaces of one part are read, placed as its
-instance is. Of Nastran bulk data the nodes with their coordinate systems, cells, and properties as groups are read. A
-card is a line of fields and its continuations, in the small (8 columns), large (16 columns) or free (commas) format.
+Of Abaqus and CalculiX input files the nodes, cells, element sets and surfaces of one part are read, of Nastran bulk
+data the nodes, cells, and properties as groups. A card is a line of fields and its continuations, in the small (8
+columns), large (16 columns) or free (commas) format.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _SHELLS = {"CTRIA3": (3,), "CTRIAR": (3,), "CTRIA6": (3, 6), "CQUAD4": (4,), "CQ
 _HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 
 
-def _assembled(nodes: dict[int, np.ndarray], elements: list[Element]) -> MeshData:
+def _assembled(nodes: dict[int, list[float]], elements: list[Element]) -> MeshData:
     """Make the mesh of nodes, by their numbers in the file, and of elements."""
     ids, alike = np.array(list(nodes)), dict[tuple[str, tuple[str, ...]], list[list[int]]]()
     for kind, corners, names in elements:
@@ -88,14 +88,12 @@ def read_abaqus(text: str) -> MeshData:
     nodes, surfaces, in_assembly = dict[int, list[float]](), dict[str, list[list[str]]](), False
     elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, set[int]](), dict[str, str]()
     blocks = _blocks(text)
-    parts, instances = ([block for block in blocks if block.keyword == word] for word in ("PART", "INSTANCE"))
-    if len(parts) > 1 or len(instances) > 1:
-        named = ", ".join(block.options.get("NAME", "") for block in instances)
-        shown = f"{len(instances)} *INSTANCE ({named})" if len(instances) > 1 else f"{len(parts)} *PART"
-        raise MeshFileError(
-            f"it has {shown}, whose nodes are not shared, and one part is read: merge them into one (in Abaqus/CAE: "
-            "Assembly, Merge/Cut Instances, merge meshes) and write that part"
-        )
+    for word in ("INSTANCE", "PART"):
+        if (count := sum(block.keyword == word for block in blocks)) > 1:
+            raise MeshFileError(
+                f"it has {count} *{word}, whose nodes are not shared, and one part is read: merge them into one (in "
+                "Abaqus/CAE: Assembly, Merge/Cut Instances, merge meshes) and write that part"
+            )
     for block in blocks:
         keyword, options, members = block.keyword, block.options, set[int]()
         where = f"line {block.line} has *{keyword}"
@@ -104,6 +102,8 @@ def read_abaqus(text: str) -> MeshData:
         if "INPUT" in options and keyword in ("NODE", "ELEMENT", "ELSET"):
             raise MeshFileError(f"{where} with INPUT: put that file's lines in its place")
         if keyword.removeprefix("END ") in ("PART", "ASSEMBLY", "INSTANCE"):
+            if keyword == "INSTANCE" and any(map(float, block.words)):
+                raise MeshFileError(f"{where} with a translation or rotation: write the part where it stands")
             in_assembly = keyword in ("ASSEMBLY", "END INSTANCE")
         # Nodes and elements of the assembly itself are reference points and the like.
         elif keyword == "NODE" and not in_assembly:
@@ -114,8 +114,11 @@ def read_abaqus(text: str) -> MeshData:
             added = _elements(block)
             elements |= added
             members = set(added)
+        elif keyword == "ELSET" and "GENERATE" in options:
+            ranges = [[int(word) for word in row if word] for row in block.rows]
+            members = {number for first, last, *step in ranges for number in range(first, last + 1, *step)}
         elif keyword == "ELSET":
-            members = _members(block, sets)
+            members = _resolved(block.words, sets)
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             surfaces[options.get("NAME", "")] = block.rows
         if keyword in ("ELEMENT", "ELSET") and (name := options.get("ELSET")):
@@ -131,9 +134,7 @@ def read_abaqus(text: str) -> MeshData:
     cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
     for name, rows in surfaces.items():
         cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
-    motion = np.array([float(word) for block in instances for word in block.words])
-    points = _moved(np.array(list(nodes.values())), motion)
-    return _assembled(dict(zip(nodes, points, strict=True)), cells)
+    return _assembled(nodes, cells)
 
 
 def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
@@ -148,14 +149,6 @@ def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
     if kind is None or len(words) % (count + 1):
         raise MeshFileError(f"the data of an *ELEMENT block do not fit TYPE={form}")
     return {words[i]: (kind, words[i + 1 : i + 1 + count]) for i in range(0, len(words), count + 1)}
-
-
-def _members(block: _Block, sets: dict[str, set[int]]) -> set[int]:
-    """Return the numbers of the elements that a block adds to a set."""
-    if "GENERATE" not in block.options:
-        return _resolved(block.words, sets)
-    ranges = [[int(word) for word in row if word] for row in block.rows]
-    return {number for first, last, *step in ranges for number in range(first, last + 1, *step)}
 
 
 def _resolved(words: list[str], sets: dict[str, set[int]]) -> set[int]:
@@ -183,59 +176,31 @@ def _faces(
                 yield face, [nodes[i] for i in corners[int(label[0][1:]) - 1]]
 
 
-def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return points translated by the first three numbers of an *INSTANCE, then turned about the axis through the two
-    points that follow, by the angle in degrees at the end."""
-    from scipy.spatial.transform import Rotation
-
-    points = points + (motion[:3] if len(motion) >= 3 else 0.0)
-    if len(motion) < 10:
-        return points
-    a, b = motion[3:6], motion[6:9]
-    turn = Rotation.from_rotvec(motion[9] * (b - a) / np.linalg.norm(b - a), degrees=True)
-    return np.asarray(a + turn.apply(points - a))
-
-
 def read_nastran(text: str) -> MeshData:
     """Read Nastran bulk data. Raises MeshFileError."""
-    grids, by_nodes = dict[int, tuple[int | None, list[float]]](), dict[int, tuple[str, list[int]]]()
-    systems, elements, default_system = dict[int, tuple[str, list[_Place]]](), list[Element](), 0
+    nodes, elements = dict[int, list[float]](), list[Element]()
     for card in _cards(text):
+        if card.name in ("GRID", "GRDSET") and card.integer(2):
+            raise MeshFileError(
+                f"{card.name} {card.field(1)}".strip()
+                + f" has coordinate system {card.field(2)}: export the nodes in the basic system"
+            )
         if card.name == "GRID":
-            grids[card.integer(1)] = card.integer(2) if card.field(2) else None, [card.real(i) for i in (3, 4, 5)]
-        elif card.name == "GRDSET":
-            default_system = card.integer(2)
-        elif re.match(r"CORD1[RCS]$", card.name):
-            # A card has the three nodes of each of up to two systems.
-            for i in (first for first in (1, 5) if card.field(first)):
-                by_nodes[card.integer(i)] = card.name[5], [card.integer(i + k) for k in (1, 2, 3)]
-        elif re.match(r"CORD2[RCS]$", card.name):
-            points = [[card.real(i + k) for k in range(3)] for i in (3, 6, 9)]
-            systems[card.integer(1)] = card.name[5], [(card.integer(2), point) for point in points]
+            nodes[card.integer(1)] = [card.real(i) for i in (3, 4, 5)]
         elif counts := (_SOLIDS | _SHELLS).get(card.name):
             # A shell has further fields, such as THETA, after its nodes.
             end = len(card.fields) if card.name in _SOLIDS else 3 + max(counts)
-            nodes = [card.integer(i) for i in range(3, end) if card.field(i)]
-            if len(nodes) not in counts:
+            corners = [card.integer(i) for i in range(3, end) if card.field(i)]
+            if len(corners) not in counts:
                 raise MeshFileError(
-                    f"{card.name} {card.field(1)} has {len(nodes)} nodes: give {' or '.join(map(str, counts))}"
+                    f"{card.name} {card.field(1)} has {len(corners)} nodes: give {' or '.join(map(str, counts))}"
                 )
-            kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(nodes)]
-            nodes = [nodes[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else nodes
-            elements.append((kind, nodes, [str(card.integer(2) if card.field(2) else card.integer(1))]))
-    if not grids or not elements:
+            kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(corners)]
+            corners = [corners[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else corners
+            elements.append((kind, corners, [str(card.integer(2) if card.field(2) else card.integer(1))]))
+    if not nodes or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
-    places = {number: (default_system if system is None else system, at) for number, (system, at) in grids.items()}
-    for number, (kind, nodes) in by_nodes.items():
-        if missing := [node for node in nodes if node not in places]:
-            raise MeshFileError(f"a CORD1 card names GRID {missing[0]}, which is not in the file")
-        systems[number] = kind, [places[node] for node in nodes]
-    alike, placed = dict[int, dict[int, list[float]]](), dict[int, np.ndarray]()
-    for number, (own_system, at) in places.items():
-        alike.setdefault(own_system, {})[number] = at
-    for system, given in alike.items():
-        placed |= zip(given, _in_basic_system(system, np.array(list(given.values())), systems), strict=True)
-    return _assembled(placed, elements)
+    return _assembled(nodes, elements)
 
 
 class _Card:
@@ -249,20 +214,18 @@ class _Card:
 
     def integer(self, i: int) -> int:
         """Return an integer, 0 for a blank field."""
-        try:
-            return int(self.field(i) or 0)
-        except ValueError:
-            raise self._refusal(i, "an integer") from None
+        return int(self._number(i, self.field(i), int))
 
     def real(self, i: int) -> float:
         """Return a real number, which may lack the E of its exponent (``1.0-5``); 0 for a blank field."""
-        try:
-            return float(re.sub(r"(?<=[\d.])([+-])", r"E\1", self.field(i).replace("D", "E")) or 0)
-        except ValueError:
-            raise self._refusal(i, "a number") from None
+        return self._number(i, re.sub(r"(?<=[\d.])([+-])", r"E\1", self.field(i).replace("D", "E")), float)
 
-    def _refusal(self, i: int, wanted: str) -> MeshFileError:
-        return MeshFileError(f'{self.name} {self.field(1)} has "{self.field(i)}" in place of {wanted}')
+    def _number(self, i: int, text: str, kind: type[int] | type[float]) -> float:
+        try:
+            return kind(text or 0)
+        except ValueError:
+            wanted = "an integer" if kind is int else "a number"
+            raise MeshFileError(f'{self.name} {self.field(1)} has "{self.field(i)}" in place of {wanted}') from None
 
 
 def _cards(text: str) -> list[_Card]:
@@ -293,37 +256,3 @@ def _split(line: str) -> tuple[str, list[str]]:
         width = 64 // count
         more = [line[i : i + width].strip() for i in range(8, 72, width)]
     return first, [*more, *[""] * count][:count]
-
-
-_Place = tuple[int, list[float]]
-"""The number of a coordinate system, 0 for the basic one, and coordinates in it."""
-
-
-def _in_basic_system(
-    system: int, at: np.ndarray, systems: dict[int, tuple[str, list[_Place]]], above: tuple[int, ...] = ()
-) -> np.ndarray:
-    """Transform points (n, 3) from a rectangular, cylindrical or spherical coordinate system.
-
-    A system has the kind "R", "C" or "S" and three points: its origin, a point on its z axis, and one in its xz plane.
-    ``above`` are the systems that the points define.
-    """
-    if system == 0:
-        return at
-    name = f"coordinate system {system}"
-    if system not in systems:
-        raise MeshFileError(f"no CORD1 or CORD2 card defines {name} of a GRID: export in the basic one")
-    if system in above:
-        raise MeshFileError(f"{name} is defined in itself: export in the basic one")
-    kind, places = systems[system]
-    a, b, c = (_in_basic_system(n, np.array([p]), systems, (*above, system))[0] for n, p in places)
-    z, y = b - a, np.cross(b - a, c - a)
-    if not np.linalg.norm(y) > 0:
-        raise MeshFileError(f"the three points of {name} lie on a line")
-    axes = np.array([np.cross(y, z), y, z])
-    (r, _, height), (first, second) = at.T, np.radians(at[:, 1:].T)
-    if kind == "C":
-        at = np.column_stack([r * np.cos(first), r * np.sin(first), height])
-    elif kind == "S":
-        across = r * np.sin(first)
-        at = np.column_stack([across * np.cos(second), across * np.sin(second), r * np.cos(first)])
-    return np.asarray(a + at @ (axes / np.linalg.norm(axes, axis=1, keepdims=True)))

@@ -207,8 +207,7 @@ def _load(path: Path) -> MeshData:
     if path.exists():
         check_regular(path, f"mesh.file: {quoted(path)}")
     if not path.is_file():
-        what = "is a directory" if path.is_dir() else "is no file"
-        raise SceneError(f"mesh.file: {quoted(path)} {what}: give the path of a mesh, relative to the scene file")
+        raise SceneError(f"mesh.file: {quoted(path)} is no file: give the path of a mesh, relative to the scene file")
     text_format = _TEXT_FORMATS.get(path.suffix.lower())
     why = "it is damaged, or of another format: " + (
         "save it in Gmsh's format 4.1" if path.suffix.lower() == ".msh" else
@@ -260,9 +259,9 @@ def _kind(data: MeshData, path: Path) -> str:
             "too, and save them with their physical groups"
         )
     if len(names) > 1 or names[0] not in KINDS:
-        shown = " and ".join(names)
-        mixed = "mixes" if len(names) > 1 else "is made of"
-        raise SceneError(f"mesh.file: {quoted(path)} {mixed} {shown} cells: give a mesh of {' or '.join(KINDS)} alone")
+        raise SceneError(
+            f"mesh.file: {quoted(path)} is made of {' and '.join(names)} cells: give one of {' or '.join(KINDS)} alone"
+        )
     return names[0]
 
 
@@ -282,10 +281,9 @@ def _refuse_degenerate(mesh: Any, path: Path) -> None:
     wrong = np.flatnonzero(~(determinants.min(axis=1) > ROUNDING * np.abs(determinants).max(axis=1)))
     if len(wrong):
         near = ", ".join(f"{float(c):.4g} m" for c in mesh.doflocs[:, mesh.t[:, wrong[0]]].mean(axis=1))
-        curved = ", with more or less curved cells there" if mesh.doflocs.shape[1] > mesh.nvertices else ""
         raise SceneError(
             f"mesh.file: {quoted(path)} has {len(wrong)} inverted or flat cells of {mesh.t.shape[1]} (or with a node "
-            f"twice, or without finite coordinates), the first at [{near}]: mesh again{curved}"
+            f"twice, or without finite coordinates), the first at [{near}]: mesh again"
         )
 
 
@@ -314,7 +312,4 @@ def _surfaces(
             surfaces[name] = own, side[members][at]
         else:
             others.setdefault(name, "a surface with faces that are no faces of the volume cells")
-    for dim, description in ((1, "a group of lines"), (0, "a group of points")):
-        for name in _members([block for block in data.blocks if dimension(block[0]) == dim]):
-            others.setdefault(name, description)
     return surfaces, others

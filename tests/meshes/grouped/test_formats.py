@@ -130,41 +130,6 @@ def tetrahedra() -> str:
     return cells + "".join(small("CTRIA3", 100 + n, p, *f) for n, (p, f) in enumerate(TRIANGLES))
 
 
-def turned(kind: str) -> tuple[str, np.ndarray]:
-    """Return cards of a system whose origin is off and whose axes are turned, and the coordinates of the bar there."""
-    origin, axes = np.array([3.0, -4.0, 12.0]), np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
-    local = (POINTS - origin) @ axes.T
-    angle = np.degrees(np.arctan2(local[:, 1], local[:, 0]))
-    r = np.hypot(local[:, 0], local[:, 1])
-    if kind == "C":
-        local = np.column_stack([r, angle, local[:, 2]])
-    if kind == "S":
-        local = np.column_stack([np.linalg.norm(local, axis=1), np.degrees(np.arctan2(r, local[:, 2])), angle])
-    # The system is given in another one, which is turned about z and off by 5.
-    base = small("CORD2R", 7, "", 5.0, 0.0, 0.0, 5.0, 0.0, 1.0, 5.0, 1.0, 0.0)
-    # With x' = y and y' = -x + 5 of the outer one.
-    points = [origin, origin + axes[2], origin + axes[0]]
-    inner = [c for p in points for c in (p[1], 5 - p[0], p[2])]
-    return base + small(f"CORD2{kind}", 9, 7, *(f"{c:.6g}" for c in inner)), local
-
-
-def in_system(kind: str) -> str:
-    cards, local = turned(kind)
-    nodes = "".join(
-        f"{'GRID*':8}{n:<16}{9:<16}{p[0]:<16.9f}{p[1]:<16.9f}\n{'*':8}{p[2]:<16.9f}\n" for n, p in enumerate(local, 1)
-    )
-    return deck(nodes + cards)
-
-
-def by_nodes(default: bool = False) -> str:
-    """Return a deck in a system of three nodes, which may be the default one; a card holds two systems."""
-    places = {91: (1.0, 2.0, 3.0), 92: (2.0, 2.0, 3.0), 93: (1.0, 3.0, 3.0)}
-    frame = "".join(small("GRID", n, 0, *at) for n, at in places.items())
-    local = (POINTS - places[91])[:, [1, 2, 0]]
-    frame += small("CORD1R", 5, 91, 92, 93, 4, 91, 92, 93) + (small("GRDSET", "", 4) if default else "")
-    return deck(grids("" if default else 4, local) + frame)
-
-
 NASTRAN = {
     "continued by a blank field": deck(),
     "free fields": deck(free(grids()), free(solids())),
@@ -179,11 +144,6 @@ NASTRAN = {
     "exponents without E": deck(short_exponents()),
     "tetrahedra": deck(cells=tetrahedra()),
     "default property": deck(cells=solids().replace("CQUAD4  11      2 ", "CQUAD4  2         ")),
-    "rectangular system": in_system("R"),
-    "cylindrical system": in_system("C"),
-    "spherical system": in_system("S"),
-    "system of nodes": by_nodes(),
-    "default system": by_nodes(default=True),
 }
 
 
@@ -192,15 +152,10 @@ def test_nastran_forms_are_read(form, tmp_path):
     assert_solved(write(tmp_path, "bar.bdf", NASTRAN[form], **PROPERTIES))
 
 
-SELF_MADE = small("CORD2R", 4, 4, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
 NASTRAN_REFUSED = {
     "include": (deck("INCLUDE 'nodes.bdf'\n"), "line 4 has an INCLUDE: put the included file in its place"),
-    "unknown system": (deck(grids(4)), "no CORD1 or CORD2 card defines coordinate system 4 of a GRID"),
-    "system in itself": (deck(grids(4) + SELF_MADE), "coordinate system 4 is defined in itself"),
-    "no axes": (
-        deck(grids(4) + small("CORD2R", 4, "", *[0.0] * 9)),
-        "three points of coordinate system 4 lie on a line",
-    ),
+    "another system": (deck(grids(4)), "GRID 1 has coordinate system 4: export the nodes in the basic system"),
+    "another default system": (deck(small("GRDSET", "", 4)), "GRDSET has coordinate system 4"),
     "some middle nodes": (deck(cells=small("CTETRA", 7, 1, 1, 2, 3, 5, 6)), "CTETRA 7 has 5 nodes: give 4 or 10"),
     "27 nodes": (deck(cells=small("CHEXA", 7, 1, *range(1, 21), *range(1, 8))), "CHEXA 7 has 27 nodes: give 8"),
     "no number": (deck(grids().replace("25", "2x")), 'GRID 5 has "2X" in place of a number'),
@@ -238,13 +193,6 @@ def instance(part: str, assembled: str = "", motion: str = "") -> str:
     )
 
 
-def placed() -> str:
-    """Return an instance that is moved by (1, 2, 3), then turned by 90 degrees about the z axis through (5, 0, 0)."""
-    x, y, z = POINTS.T
-    before = np.column_stack([y + 5, 5 - x, z]) - [1.0, 2.0, 3.0]
-    return instance(nodes(before) + elements() + ENDS, motion="1., 2., 3.\n5., 0., 0., 5., 0., 1., 90.\n")
-
-
 ABAQUS = {
     "flat": nodes() + elements() + ENDS,
     "heat transfer elements": nodes() + elements("DC3D8E") + ENDS,
@@ -252,7 +200,6 @@ ABAQUS = {
     "sets": nodes() + elements(elset="") + ENDS + "*ELSET, ELSET=a, GENERATE\n1, 3, 2\n*ELSET, ELSET=b\n2, 4\n"
     "*ELSET, ELSET=metal\na, b\n",
     "instance": instance(nodes() + elements() + ENDS),
-    "instance that is placed": placed(),
     "element surfaces": instance(nodes() + elements(), SURFACES),
     "tetrahedra": nodes() + elements("C3D4", cells=TETRAHEDRA)
     + "".join(elements("CPS3", 100 + n, [f], f", ELSET={'left' if p == 2 else 'right'}") for n, (p, f) in
@@ -267,7 +214,8 @@ def test_abaqus_forms_are_read(form, tmp_path):
 
 TWICE = instance(nodes() + elements() + ENDS, "*INSTANCE, NAME=P-2, PART=P\n50., 0., 0.\n*END INSTANCE\n")
 ABAQUS_REFUSED = {
-    "instances": (TWICE, "it has 2 *INSTANCE (P-1, P-2), whose nodes are not shared"),
+    "moved": (instance(nodes() + elements(), motion="50., 0., 0.\n"), "*INSTANCE with a translation or rotation"),
+    "instances": (TWICE, "it has 2 *INSTANCE, whose nodes are not shared"),
     "parts": ("".join(f"*PART, NAME={p}\n{nodes()}{elements()}*END PART\n" for p in "AB"), "it has 2 *PART"),
     "include": ("*INCLUDE, INPUT=bar.inp\n", "line 1 has *INCLUDE: put the included file in its place"),
     "nodes elsewhere": ("*NODE, INPUT=nodes.txt\n" + elements(), "line 1 has *NODE with INPUT"),
