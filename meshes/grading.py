@@ -30,12 +30,7 @@ SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
 # take as many unknowns within 15 %.
 LAYERS = 75.0
 FINE = 3e-5  # accuracy from which on the first grid has degree 6 (`validate bench`: levels at 3e-5 and 1e-5)
-# Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
-# error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
-FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
-REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
 FALLS = 10.0  # factor by which the indicator of an edge is expected to fall per degree
-FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of what the first diffusion length conducts
 
 
 @dataclass(frozen=True)
@@ -267,12 +262,15 @@ def _cut(
     fall by ``excess``.
     """
     most = max(1, int(np.log((b - a) / shortest) / -np.log(RATIO)))
+    # Degrees by which a layer may have fewer than the next larger one, over the exponent: a layer reduces the error by
+    # RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
+    fall = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 
     def layers(s: float) -> list[int]:
         if not np.isfinite(s):
             return []
         count = min(max(1, int(np.ceil(np.log(excess) / (-2 * s * np.log(RATIO)) - 0.3))), most)
-        return [*(max(2, int(p - FALL * s * k)) for k in range(1, count)), max(p - 1, min(p, LEAST_AT_EDGE))]
+        return [*(max(2, int(p - fall * s * k)) for k in range(1, count)), max(p - 1, min(p, LEAST_AT_EDGE))]
 
     at_a, at_b = (layers(s) for s in exponents.tolist())
     from_a = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(len(at_a)))]
@@ -321,22 +319,23 @@ def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
 
 
 def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
-    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is the conductance of
-    a diffusion length."""
+    """Whether a boundary makes the temperature of its face jump; a film does that ever conducts a tenth
+    of the ``conductance`` (W/(m2 K)) of a diffusion length."""
     if b.kind == "temperature":
         steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
         return steps or values(b.value)[0] != initial
+    film = max(values(b.value)) if b.kind == "convection" else 0.0
     if bends(b):
-        return bool(faces.coefficient(b, np.array(max(initial, values(b.ambient)[0]))) > FIRM * conductance)
-    return b.kind == "convection" and values(b.value)[0] > FIRM * conductance
+        film = float(faces.coefficient(b, np.array(max(initial, *values(b.ambient)))))
+    return film > 0.1 * conductance
 
 
 def _layered(at: np.ndarray, degrees: np.ndarray, plane: float, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cut the intervals above a plane until the first one is short enough for a diffusion length."""
+    """Cut the intervals above a plane until the first one is at most three diffusion lengths long."""
     breaks, orders = at.tolist(), degrees.tolist()
     i = int(np.abs(at - plane).argmin())
-    while i + 1 < len(breaks) and (gap := breaks[i + 1] - breaks[i]) > REACH * length:
+    while i + 1 < len(breaks) and (gap := breaks[i + 1] - breaks[i]) > 3 * length:
         orders[i] = max(orders[i], LEAST_AT_EDGE)
-        breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
+        breaks.insert(i + 1, breaks[i] + max(RATIO * gap, 1.5 * length))
         orders.insert(i, orders[i])
     return np.array(breaks), np.array(orders)

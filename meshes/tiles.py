@@ -16,7 +16,6 @@ from scenes.errors import NumericsError
 from scenes.model import ROUNDING
 
 WIDEST = np.radians(140.0)  # angle of a triangle
-MOST_ROUNDS = 200  # of cuts that follow from others
 # A tile with a sharp edge at one end is cut so far from that end, over its length: degree 3 then leaves as much of a
 # power of the distance on either part, so that half as many cuts reach as near
 # (`validate stress`: "constants").
@@ -154,7 +153,7 @@ class Tiles:
                 # At a corner of another tile, if that is less than half the way to an end away.
                 tiles, parent = tiles._cut(axis, which, at[parents[which], axis], 0.5)
                 parents = parents[parent]
-        for _ in range(MOST_ROUNDS):
+        for _ in range(200):  # rounds of cuts that follow from others
             wrong = tiles._wrong()
             if not (wrong >= 0).any():
                 return tiles, parents

@@ -24,7 +24,6 @@ SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
 """The paper's slower controllers (Figure 11): sample time (s), and gains (V) of sink and sensor."""
 STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
 """K: heights of the outer steps whose responses are drawn (Figure 12)."""
-BEFORE = 20  # Samples at the initial temperature before such a step.
 
 
 @dataclass(frozen=True)
@@ -220,9 +219,9 @@ def sampled_slowly(device: Device) -> Device:
 
 
 def stepped(device: Device, height: float) -> Device:
-    """The device settled at room temperature, and an outer step of ``height`` K soon after the start; the run goes on
+    """The device settled at room temperature, and an outer step of ``height`` K after 20 samples; the run goes on
     for as long as the scene's own does after its step."""
-    room, before = device.sink.room_temperature, BEFORE * device.control.sample_time
+    room, before = device.sink.room_temperature, 20 * device.control.sample_time
     after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
     return replace(device, external=External(room, room + height, before), end_time=before + after)
 
