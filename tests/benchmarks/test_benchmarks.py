@@ -182,7 +182,7 @@ def test_an_entry_that_fails_tells_which_and_why():
 
 @pytest.mark.parametrize("transient", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_the_plain_program_converges_to_this_toolkit(transient):
-    made = [programs.own("3d", transient, 1e-4), *(programs.plain(transient, first, 4, 1) for first in (3e-5, 8e-6))]
+    made = [programs.own("3d", transient, 1e-4), *(programs.plain(transient, first, 4, 2) for first in (3e-5, 8e-6))]
     ours, rough, fine = (read(solve()) for solve, read in made)
     errors = [bench.error_of(each["values"], ours["values"]) for each in (rough, fine)]
     assert errors[1] < errors[0] < 1e-2
