@@ -31,7 +31,6 @@ SURELY = 3.0
 # Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
 # believed.
 BELOW = (0.99, 0.95)
-ENOUGH = 2e-2  # relative error of a limit by its last two changes, with which no such state is needed
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -161,7 +160,7 @@ class Search:
             bases = [Base.of_steady(solution.state, study.accuracy) for solution in (level.fine, level.low)]
             return mesh.respond(study, problems, bases, shift, level, self.generations)
         shift = transient.shift(min(study.end, self.slowest), study.earliest)
-        bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]
+        bare = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
         linear = not bare[0].follows
         bases = marched.nested(problems, shift, study.end, study.accuracy) if linear else bare
         response = mesh.respond(study, problems, bases, shift, None, self.generations)
@@ -179,7 +178,8 @@ class Search:
         confirmed = runaway.whole - runaway.limit > SURELY * change
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
-        if confirmed and SURELY * max(change, before) <= ENOUGH * runaway.limit:
+        # A limit whose last two changes are small is believed without such a state.
+        if confirmed and SURELY * max(change, before) <= 0.02 * runaway.limit:
             runaway.error = SURELY * max(change, before)
             return None
         finer = None

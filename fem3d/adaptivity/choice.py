@@ -25,9 +25,6 @@ from scenes.free.grid import crowding
 from scenes.model import Scene
 from scenes.result import Step
 
-# Growth of the unknowns of tetrahedra per decade of the accuracy: with 10 pads beside a platinum meander a factor 7.8.
-PER_DECADE = 7.0
-
 
 @dataclass(frozen=True, eq=False)
 class BoxCells(CellMesh):
@@ -86,7 +83,8 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
 
 def _suits(scene: Scene, grid: Size) -> bool:
     """Return whether a first grid takes fewer unknowns than tetrahedra of the same accuracy, and fits the memory."""
-    most = LARGE * PER_DECADE ** max(np.log10(1e-2 / scene.accuracy), 0.0)
+    # With 10 pads beside a meander the unknowns of tetrahedra grow 7.8 times per decade of the accuracy.
+    most = LARGE * 7.0 ** max(np.log10(1e-2 / scene.accuracy), 0.0)
     return grid.unknowns <= most and reach.fits(scene, grid)
 
 

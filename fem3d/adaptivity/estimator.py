@@ -18,10 +18,6 @@ d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory 
 error on bricks is (p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986). Odd and even degrees alternate, so d_(p-1)
 gives a second value; the larger counts.
 
-An even solution on an interval has no contribution of odd degree. On bricks away from edges d_(p-1) is therefore also
-continued over every second degree, by q / (1 - q): q is the decay over two degrees of the energies of the solution's
-functions (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
-
 On the cells of a mesh the measured rate is used: at least SLOWEST, and at most 4s at an edge of exponent s, even if
 that is slower. A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. On
 tetrahedra the change that theory expects of later degrees is added to the values of quantities, unless the study wants
@@ -40,8 +36,9 @@ from meshes.grading import Features
 from meshes.grid import Grid
 
 # Rates a that are assumed at least: beside an edge unless theory has a slower one, and on bricks away from edges, where
-# 2 is the rate beside an edge of exponent 1/2. FASTEST is infinity, for a table of rates.
-SLOWEST, REGULAR, FASTEST = 1.0, 2.0, 40.0
+# 2 is the rate beside an edge of exponent 1/2. No faster rate than FASTEST is assumed: the contribution of an odd
+# degree to an even solution vanishes by chance.
+SLOWEST, REGULAR, FASTEST = 1.0, 2.0, 8.0
 # Lag in degrees behind the asymptotic decay at an edge: a constant, and a part to be divided by the exponent. Measured
 # for distances to powers from 0.13 to 0.67 about an edge, in cells up to four times longer than wide.
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
@@ -57,12 +54,10 @@ class Contributions(NamedTuple):
     Attributes
     ----------
     before, last: (3, cells) signed contributions of degrees p - 1 and p, divided among the axes.
-    energies: (3, 3, cells) energies of the solution's functions of degrees p - 1, p - 2 and p - 3, likewise.
     """
 
     before: np.ndarray
     last: np.ndarray
-    energies: np.ndarray
 
     @property
     def size(self) -> float:
@@ -147,52 +142,23 @@ class Estimator:
         return cls(degrees, slowest, fastest, singular, intervals * (degrees.max() + 1) + degrees)
 
     def indicators(self, goal: Contributions) -> np.ndarray:
-        """Return (3, cells) the error of a goal after the last degree in each cell, by axis: of the sum over a group
+        """Return (3, cells) the error of a goal after the last degree in each cell, by axis; their sum is the error
+        bound, without other errors than of the space. Of the sum over a group of cells it is
 
-            eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a, d_(p-1) q / (1 - q)),
+            eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a),
 
-        shared in proportion to d_p + d_(p-1), with the rate a from the ratio of d_p to d_(p-1). Away from edges of
-        bricks q is the decay of the solution's energies, at most of an error p^-2; else q = 0. For p = 2 only the first
-        term counts.
+        shared in proportion to d_p + d_(p-1), with the rate a from the ratio of d_p to d_(p-1). For p = 2 only the
+        first term counts.
         """
         p, before, last = self.degrees, self._pooled(goal.before), self._pooled(goal.last)
         a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), self.fastest).clip(self.slowest)
         continued = before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a
-        # Beside an edge both odd and even degrees contribute.
-        q = np.where(self.slowest == REGULAR, self._every_second(goal.energies), 0.0)
-        q = np.minimum(q, _contribution(p + 1) / _contribution(np.maximum(p - 1, 2)))
-        error = np.maximum(last * left(p, a), np.where(p > 2, np.maximum(continued, before * q / (1 - q)), 0.0))
+        error = np.maximum(last * left(p, a), np.where(p > 2, continued, 0.0))
         return error * (np.abs(goal.before) + np.abs(goal.last)) / np.maximum(before + last, 1e-300)
 
     def _pooled(self, parts: np.ndarray) -> np.ndarray:
         """Return (3, cells) the sum of absolute values over the group of each cell."""
         return np.array([np.bincount(pool, np.abs(part))[pool] for pool, part in zip(self.pools, parts, strict=True)])
-
-    def _every_second(self, energies: np.ndarray) -> np.ndarray:
-        """Return (3, cells) the decay of energies over two degrees; infinite if unknown."""
-        highest, middle, lowest = (self._pooled(each) for each in energies)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # Below degree 5 none is two degrees lower: the square of one degree's decay.
-            decay = np.where(lowest > 0, highest / lowest, (highest / middle) ** 2)
-        return np.nan_to_num(decay, nan=np.inf, posinf=np.inf)
-
-    @staticmethod
-    def bound(indicators: np.ndarray) -> float:
-        """Return the estimated bound on the error |J(u) - J(u(p))| of a goal J: the sum of its indicators.
-
-        Both are relative to the scale of the goal. The bound is extrapolated from the contributions of degrees p and
-        p - 1, not guaranteed. It covers the error of the space alone: `goal_errors` and `trace_errors` add the others.
-
-        Parameters
-        ----------
-        indicators : (3, cells), for the three axes, of one goal, as the method `indicators` returns them
-        """
-        return float(indicators.sum())
-
-    @property
-    def largest_factor(self) -> float:
-        """The largest error after the last degree over its contribution, at the slowest rates."""
-        return float(left(self.degrees, self.slowest).max())
 
     @property
     def extrapolates(self) -> bool:
@@ -216,8 +182,3 @@ class Estimator:
         shares = shares / np.maximum(np.bincount(space.dofs.ravel(), minlength=space.size), 1)
         axes = np.where(self.singular.any(axis=0), self.singular, True)
         return np.asarray(shares[space.dofs].sum(axis=0) * axes / axes.sum(axis=0))
-
-
-def _contribution(p: np.ndarray) -> np.ndarray:
-    """Return the contribution of degree p at the least rate away from edges."""
-    return (p - 1.0) ** -REGULAR - p**-REGULAR

@@ -25,38 +25,8 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import BeyondLawError, NumericsError
 
-# Least error bound of a rise over the largest one, both relative: without it the mean rise of the Joule-heated bar of
-# `validate verify` was off by 280 times its bound.
-OF_WORST = 0.1
 BY_TEMPERATURE = "by temperature "  # begins the names of rows
 Rows = dict[str, np.ndarray]
-
-
-def steady_parts(study: Study, fine: Solution, low: Solution, duals: Duals) -> dict[str, Contributions]:
-    """Return the contributions of degrees p - 1 and p to each goal, over its scale; ``duals`` are of the fine rise."""
-    given, scales, state = duals.given, duals.scales, low.state
-    heat = given.heat
-    if not physics.heat(given.domain.scene):
-        return _potentials(study, given, scales)
-    source = heat.loads[0].copy()
-    if state.conductor is not None:
-        source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
-    nonlinear = heat.about is not None
-    balanced = source + (heat.stiffness @ fine.state.rise - heat.outflow(fine.state.rise) if nonlinear else 0.0)
-    residuals = [source - heat.outflow(given.lifted(state.rise, -2))]
-    if len(given.heats) > 2:
-        # Two degrees lower only the rate matters: it takes the heat of the low solution and the conductivity of the
-        # fine one.
-        lowest = given.heats[0]
-        to_lowest = lowest.take(heat.field(balanced))
-        rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
-        residuals.insert(0, balanced - heat.stiffness @ given.lifted(rise, 0))
-    fields = heat.field(np.array(residuals))
-    changes = [
-        upper.field(upper.solve_steady(upper.take(each)[: upper.free]))
-        for upper, each in zip(given.heats[1:], fields, strict=True)
-    ]
-    return duals.thermal(changes, [*fields]) | _potentials(study, given, scales)
 
 
 class Duals:
@@ -81,14 +51,11 @@ class Duals:
         uppers = given.heats[1:] if self.rows else ()
         self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
 
-    def thermal(self, changes: Sequence[np.ndarray], residuals: Sequence[np.ndarray]) -> dict[str, Contributions]:
-        """Return the contributions to each goal, from the changes (functions,) to the next higher space and the
-        residuals (functions,) of the two lower spaces."""
+    def thermal(self) -> dict[str, Contributions]:
+        """Return the contributions of degrees p - 1 and p to each goal by the heat."""
         if not self.rows:
             return {}
-        rise = self.given.heat.field(self.rise)
-        parts = self.given.thermal(changes, self.fields, residuals, rise, self.time)
-        return dict(zip(self.rows, parts, strict=True))
+        return dict(zip(self.rows, self.given.thermal(self.rise, self.fields, self.time), strict=True))
 
     def joule(self, potentials: Sequence[np.ndarray]) -> dict[str, Contributions]:
         """Return the contributions of degrees p - 1 and p to each goal by way of the Joule heat.
@@ -276,41 +243,34 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     scales = study.steady_scales(fine.out)
     others, part_scales = by_temperature(study, given, fine.state, scales), of_part(study.part, study.goals, scales)
     duals = Duals(study.goals, given, fine.state.rise, part_scales, others=others)
-    parts = steady_parts(study, fine, low, duals)
-    by_heat = {name: Estimator.bound(estimator.indicators(parts.pop(name))) for name in others}
-    goals = {name: estimator.indicators(each) for name, each in parts.items()}
-    factor = _factor(goals, parts, estimator)
-    torn = {name: each for name, each in duals.contradictions(estimator).items() if name in goals}
-    electric, power = given.electric_parts, estimator.indicators(given.electric_parts)
+    thermal, electric = duals.thermal(), _potentials(study, given, scales)
+    by_heat = {name: float(estimator.indicators(thermal.pop(name)).sum()) for name in others}
+    parts, power = thermal | electric, estimator.indicators(given.electric_parts)
+    smooth = {name: estimator.indicators(each) for name, each in parts.items()}
+    torn = {name: each for name, each in duals.contradictions(estimator).items() if name in parts}
     joule = duals.joule(warmed(given, fine.state))
-    by_current = {name: estimator.indicators(each) for name, each in joule.items() if name in goals}
-    goals = {"power": power} | with_current(summed(goals, torn), by_current, power)
+    by_current = {name: estimator.indicators(each) for name, each in joule.items() if name in parts}
+    goals = {"power": power} | with_current(summed(smooth, torn), by_current, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     if estimator.extrapolates:
-        thermal = {name: each for name, each in parts.items() if name in duals.rows}
-        current = joule | {name: each for name, each in parts.items() if name not in duals.rows}
-        better, doubts = nested.extrapolated(study, given, fine, low, scales, thermal, current, estimator)
-        doubts |= {name: doubts[name] + Estimator.bound(each) * scales[name] for name, each in torn.items()}
+        better, doubts = nested.extrapolated(study, given, fine, low, scales, thermal, joule | electric, estimator)
+        doubts |= {name: doubts[name] + float(each.sum()) * scales[name] for name, each in torn.items()}
     else:
         better, doubts = fine, {}
-    changed = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
     errors = {}
-    for name, change in changed.items():
-        scale = scales[name]
-        heated = by_heat.get(BY_TEMPERATURE + name, by_heat.get(BY_TEMPERATURE, 0.0)) * scale
+    for name, value in fine.quantities.items():
+        scale, change = scales[name], abs(float(value - low.quantities[name]))
+        # A given current does not follow the resistance.
+        fixed = name not in parts and given.conductor is not None and given.conductor.by_current
+        heated = 0.0 if fixed else by_heat.get(BY_TEMPERATURE + name, by_heat.get(BY_TEMPERATURE, 0.0)) * scale
         if name not in parts:
-            # A given current does not follow the resistance.
-            fixed = given.conductor is not None and given.conductor.by_current
-            errors[name] = max(factor * change, 0.0 if fixed else heated) + Estimator.bound(power) * scale
+            errors[name] = max(change, heated) + float(power.sum()) * scale
             continue
         # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
-        own = parts[name].size + joule.get(name, electric).size
-        errors[name] = max(change, Estimator.bound(goals[name]) * scale + factor * max(change - own * scale, 0.0))
-        if name not in duals.rows:
+        own = parts[name].size + joule.get(name, given.electric_parts).size
+        errors[name] = max(change, float(goals[name].sum()) * scale + max(change - own * scale, 0.0))
+        if name in electric:
             errors[name] = max(errors[name], heated)
-    # An error far below the largest error of any rise is chance, as where odd degrees contribute nothing.
-    largest = max((errors[name] / scales[name] for name in study.rises), default=0.0)
-    errors |= {name: max(errors[name], OF_WORST * largest * scales[name]) for name in study.rises}
     errors = _with_others(study, fine, scales, errors, unsettled)
     least = _with_others(study, better, scales, doubts, unsettled) if doubts else {}
     return Level(given, better, low, scales, errors, goals, least, better is not fine)
@@ -326,13 +286,6 @@ def with_current(
 ) -> dict[str, np.ndarray]:
     """Add to the indicators of goals the indicators of their Joule heat, or else of the power."""
     return summed(goals, {name: joule.get(name, power) for name in goals})
-
-
-def _factor(goals: Mapping[str, np.ndarray], parts: Mapping[str, Contributions], estimator: Estimator) -> float:
-    """Return the error of all goals together over the contributions of the last degree, at least 1."""
-    last = sum(each.size for each in parts.values())
-    error = sum(map(Estimator.bound, goals.values()))
-    return max(1.0, min(error / last, estimator.largest_factor)) if last > 0 else 1.0
 
 
 def _with_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], unsettled: float) -> Errors:

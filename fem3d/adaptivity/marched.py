@@ -9,13 +9,12 @@ shows how far heating changes the currents; the currents at its hottest instants
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import zip_longest
+from dataclasses import dataclass
 
 import numpy as np
 
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.assembly import at_films, linearized, refine_quadratures
+from fem3d.problems.assembly import at_films, linearized
 from fem3d.problems.conductors import combined, independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -24,20 +23,15 @@ from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
 from fem3d.solution.march import FullResponse, march_full
-from fem3d.solution.steady import MOST_FINER, NEGLIGIBLE
+from fem3d.solution.steady import NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov, Transient
 from scenes.errors import BeyondLawError, RunawayInTimeError
 
 TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations within a step
-SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
-FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
-SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
 LOOSER = 10.0  # ratio of the tolerances of two responses that are compared
-QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
-ASKED = 200  # most requested times that are compared: each costs a state of every space
+FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 SOONEST = 1e-3  # part of the first requested time: sooner after a jump only values before the jump matter
-ROUGH = 1e-3  # accuracy of a response that only locates hot instants
 ROUNDS = 5  # of searches for hot instants, and of halving steps at full order
 # A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
 # value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
@@ -53,9 +47,7 @@ class Marched:
     answer, worse: the response, and the response in fewer fields or looser steps.
     generations: how many generations of Krylov fields the answer has; 0 at full order.
     checked: times (s) of the ``traces``, the outputs ``out`` and the comparison.
-    scales, gaps: of each trace its scale, and the error by fields, steps and quadratures.
-    halvings, quadrature: at full order how many times the steps were halved, and the relative error by quadratures of
-        laws.
+    scales, gaps: of each trace its scale, and the error by fields and steps.
     """
 
     answer: Response
@@ -66,8 +58,6 @@ class Marched:
     traces: Quantities
     scales: dict[str, float]
     gaps: dict[str, float]
-    halvings: int = 0
-    quadrature: float = 0.0
 
     @staticmethod
     def compared(
@@ -82,7 +72,7 @@ class Marched:
 
     def enough(self, accuracy: float) -> bool:
         """Return whether fields and steps cause a small part of the allowed error."""
-        return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= SPACE_SHARE * accuracy
+        return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= LOOSER * TIME_SHARE * accuracy
 
 
 def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
@@ -109,7 +99,7 @@ def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
             fewer = transient.march(base, reduced, end, LOOSER * TIME_SHARE * accuracy, dropped)
         except (BeyondLawError, RunawayInTimeError) as stop:
             # A true runaway happens at the same time in more fields.
-            same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
+            same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= (1 - BEFORE) * stop.time
             if same or count >= MOST_FIELDS:
                 raise
             count, stopped = count + 4, stop.time
@@ -122,66 +112,24 @@ def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
 
 
 def _full(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
-    """Solve a problem with temperature-dependent properties in steps whose halves show their error."""
-    tolerance = LOOSER * TIME_SHARE * study.accuracy
-    try:
-        whole = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest)
-    except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
-        whole = march_full(base.heat, base.conductor, study.end, tolerance / LOOSER, study.earliest)
-    points, off = _quadrature(base, whole, QUADRATURE * study.accuracy)
-    return halved(study, base, steady_out, whole, points, off, 1)
-
-
-def halved(
-    study: Study, base: Base, steady_out: Outputs | None, whole: FullResponse, points: int, off: float, halvings: int
-) -> Marched:
-    """Return the response at full order in the halves of the steps of another one.
+    """Solve a problem with temperature-dependent properties in steps whose halves show their error.
 
     Of the change 1 / (2^order - 1) is left. The order is 4, but in stiff problems may fall to that of the stages, 2
     (Hairer and Wanner, Solving ODEs II, section IV.15): a third of the change is stated. An error estimated within a
     step may vanish by chance; the change is zero only if the error is.
     """
-    tolerance = TIME_SHARE * study.accuracy * LOOSER ** (1 - halvings)
-    answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points, whole.ends(2))
-    march = Marched.compared(study, answer, whole, steady_out, 1 / 3)
-    gaps = {name: gap + off * march.scales[name] for name, gap in march.gaps.items()}
-    return replace(march, gaps=gaps, halvings=halvings, quadrature=off)
-
-
-def _quadrature(base: Base, response: FullResponse, enough: float) -> tuple[int, float]:
-    """Return how many more points the quadratures of laws need for their relative error to be small, and this error."""
-    times = response.end * np.geomspace(1e-3, 1.0, LOOKED_AT)
-    hot = tangent(base, response, times)
-    points, off = 0, _by_quadrature(base, hot, response, times, 0)
-    for _ in range(MOST_FINER):
-        if off <= enough:
+    tolerance = LOOSER * TIME_SHARE * study.accuracy
+    try:
+        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest)
+    except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
+        answer = march_full(base.heat, base.conductor, study.end, tolerance / LOOSER, study.earliest)
+    for _ in range(ROUNDS):
+        whole, tolerance = answer, tolerance / LOOSER
+        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, ends=whole.ends(2))
+        march = Marched.compared(study, answer, whole, steady_out, 1 / 3)
+        if march.enough(study.accuracy):
             break
-        points += 2 + points // 2
-        off = _by_quadrature(base, hot, response, times, points)
-    return points, off
-
-
-def _by_quadrature(base: Base, hot: HeatProblem, response: FullResponse, times: np.ndarray, points: int) -> float:
-    """Return the relative change of the largest rise by quadratures finer than with so many more points.
-
-    It is the steady response to the change of the heat at some times (s), at the initial temperature and about the
-    ``hot`` state. For stable modes it bounds every response over time. Of kinks one difference may be small by chance.
-    """
-    heat, conductor = refine_quadratures(base.heat, base.conductor, points)
-    if not heat.terms and (conductor is None or conductor.following is None):
-        return 0.0
-    rises = response.rises(times)
-    finer = [refine_quadratures(base.heat, base.conductor, points + more) for more in (1, 2)]
-    loads = [np.array([heat.outflow(rise) - other.outflow(rise) for rise in rises]) for other, _ in finer]
-    if conductor is not None and conductor.following is not None:
-        for i, (rise, voltage) in enumerate(zip(rises, heat.inputs.at(times) @ conductor.voltages, strict=True)):
-            own = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
-            for load, (_, other) in zip(loads, finer, strict=True):
-                assert other is not None
-                load[i] += other.joule_load(other.solve(rise, voltage).density, rise) - own
-    changes = np.concatenate([each.solve_steady(np.concatenate(loads)[:, : heat.free]) for each in (base.heat, hot)])
-    vertices, largest = heat.unit[: heat.free] == 1.0, float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
-    return float(np.abs(changes[:, vertices]).max(initial=0.0)) / largest
+    return march
 
 
 def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
@@ -199,12 +147,11 @@ def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
 
 
 def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
-    """Return the response of a lower space in as many generations of fields as the fine response, or with the same
-    steps and quadratures."""
+    """Return the response of a lower space in as many generations of fields as the fine response; or with the same
+    steps, and quadratures of laws with a point fewer along each axis, so that the change shows their error too."""
     tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
-        like = fine.answer
-        return march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, like.points, like.ends())
+        return march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, -1, fine.answer.ends())
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, tolerance)
@@ -218,7 +165,7 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     knots = heat.inputs.knots(end)
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
     wanted = np.array([t for t in study.instants if first <= t <= end])
-    groups.append(wanted[spread(wanted, ASKED)])
+    groups.append(wanted[spread(wanted, 200)])  # each costs a state of every space
     for knot in knots[spread(knots, KNOTS)]:
         following = knots[knots > knot]
         gap = (following[0] if len(following) else end) - knot
@@ -243,63 +190,47 @@ def distance(a: Quantities, b: Quantities) -> dict[str, float]:
 
 
 Hot = tuple[np.ndarray, np.ndarray]
-"""A state at which heating changes the currents: the rise (all nodes), and the inputs (channels,)."""
+"""A state at which heating changes the currents: the rise (functions,), and the inputs (channels,)."""
 
 
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
-    """Return the base in each nested space, the highest first; hot states are searched in the lowest space alone."""
-    lowest, hot = searched(given.heats[0], given.conductors[0], shift, end, accuracy)
-    upper = [hold(*pair, hot, lowest.heat)[0] for pair in zip(given.heats[1:], given.conductors[1:], strict=True)]
-    return [*upper[::-1], lowest]
+    """Return the bases in the highest space and in the next lower one, in which alone hot states are searched."""
+    low, hot = searched(given.heats[-2], given.conductors[-2], shift, end, accuracy)
+    return [hold(given.heat, given.conductor, hot)[0], low]
 
 
 def hold(
-    heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: HeatProblem, near: Sequence[Potential] = ()
+    heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot], near: Sequence[Potential] = ()
 ) -> tuple[Base, list[Potential]]:
-    """Return the base that holds the currents of hot states of another problem, in a lower space or on a moved mesh,
-    and its potentials; potentials ``near`` these are guesses."""
-    base, potentials = cold(heat, conductor, near)
-    driven = len(potentials)
-    for n, (rise, drive) in enumerate(hot, 1):
-        assert conductor is not None
-        mapped = heat.take(other.field(rise))
-        guesses = [*near[n * driven : (n + 1) * driven]] or potentials
-        base, potentials = joined_by(base, potentials, *heated(conductor, (mapped, drive), guesses))
-    return base, potentials
-
-
-def cold(
-    heat: HeatProblem, conductor: Conductor | None, near: Sequence[Potential] = ()
-) -> tuple[Base, list[Potential]]:
-    """Return the base at the initial temperature, and its potentials; the list ``near`` begins with guesses."""
+    """Return the base with the currents at the initial temperature and in ``hot`` states, and its potentials; the list
+    ``near`` begins with guesses."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
         return Base(heat, None, [], still, loads), []
-    lift = heat.inputs.at(0.0) @ heat.lifts
-    driven, guesses = [v for v in conductor.voltages if v.any()], [p.potential for p in near]
-    potentials = [conductor.solve(lift, v, guess) for v, guess in zip_longest(driven, guesses[: len(driven)])]
+    lift, near = heat.inputs.at(0.0) @ heat.lifts, list(near)
+    potentials = _potentials(conductor, lift, near)
+    driven = len(potentials)
     patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
-    return Base(heat, conductor, patterns, still, loads), potentials
+    for field, drive in hot:
+        rise, start = heat.take(field), len(potentials)
+        heated = _potentials(conductor, rise, near[start : start + driven] or potentials[:driven])
+        loads.append(conductor.joule_load(_density(conductor, heated, drive), rise))
+        potentials += heated
+    return Base(heat, conductor, independent(conductor, potentials), still, loads), potentials
 
 
-def heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
-    """Return the potentials of each driven channel in a hot state, and the Joule load (all nodes) of its currents; the
-    list ``cold`` begins with the initial guesses."""
-    rise, drive = state
-    driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
-    hot = [conductor.solve(rise, conductor.voltages[c], cold[k].potential) for k, c in enumerate(driven)]
-    return hot, conductor.joule_load(combined(hot, drive[driven]), rise)
+def _potentials(conductor: Conductor, rise: np.ndarray, near: Sequence[Potential]) -> list[Potential]:
+    """Return the potentials at a rise (all nodes) of each channel that has a voltage; ``near`` begins with guesses."""
+    driven = [v for v in conductor.voltages if v.any()]
+    guesses = [*(p.potential for p in near[: len(driven)]), *[None] * (len(driven) - len(near))]
+    return [conductor.solve(rise, v, guess) for v, guess in zip(driven, guesses, strict=True)]
 
 
-def joined_by(
-    base: Base, potentials: list[Potential], hot: list[Potential], load: np.ndarray
-) -> tuple[Base, list[Potential]]:
-    """Add the potentials and the load of a hot state to a base."""
-    assert base.conductor is not None
-    together = [*potentials, *hot]
-    return replace(base, patterns=independent(base.conductor, together), loads=[*base.loads, load]), together
+def _density(conductor: Conductor, potentials: list[Potential], drive: np.ndarray) -> np.ndarray:
+    """Return the current density of the channels' `_potentials` at inputs (channels,)."""
+    return combined(potentials, drive[conductor.voltages.any(axis=1)])
 
 
 def searched(
@@ -307,40 +238,39 @@ def searched(
 ) -> tuple[Base, list[Hot]]:
     """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
     rough response, some just before changes of the inputs, the worst joins until none matters."""
-    base, potentials = cold(heat, conductor)
-    joined: list[Hot] = []
+    hot: list[Hot] = []
+    base, potentials = hold(heat, conductor, hot)
     if conductor is None or not conductor.warms or not potentials:
-        return base, joined
+        return base, hot
     drive, size = heat.inputs, 1e-300
     knots = drive.knots(end)
     times = np.union1d(np.geomspace(end / 100, end, 4), knots[spread(knots, 4)] * (1 - 1e-9))
     for _ in range(ROUNDS):
-        answer = _rough(base, shift, end)
+        answer = _rough(base, shift, end, accuracy)
         times = np.unique(np.minimum(times, answer.end))
-        states, g = answer.trajectory(times)[0], drive.at(times)
-        rises, c = answer.rises(times), answer.reduced.currents(states, g)
-        worst, largest = None, 0.0
-        for i, rise in enumerate(rises):
-            if not ((g[i] @ conductor.voltages).any() and conductor.conducts(rise)):
+        inputs = drive.at(times)
+        currents = answer.reduced.currents(answer.trajectory(times)[0], inputs)
+        worst, largest = None, NEGLIGIBLE * accuracy
+        for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
+            if not ((g @ conductor.voltages).any() and conductor.conducts(rise)):
                 continue
-            hot, load = heated(conductor, (rise, g[i]), potentials)
-            change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c[i]), rise)).sum())
+            load = conductor.joule_load(_density(conductor, _potentials(conductor, rise, potentials), g), rise)
             size = max(size, float(np.abs(load).sum()))
+            change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c), rise)).sum()) / size
             if change > largest:
-                worst, largest = ((rise, g[i]), hot, load), change
-        if worst is None or largest < NEGLIGIBLE * accuracy * size:
+                worst, largest = (heat.field(rise), g), change
+        if worst is None:
             break
-        state, hot, load = worst
-        joined.append(state)
-        base, potentials = joined_by(base, potentials, hot, load)
-    return base, joined
+        hot.append(worst)
+        base, potentials = hold(heat, conductor, hot, potentials)
+    return base, hot
 
 
-def _rough(base: Base, shift: float, end: float) -> Transient:
+def _rough(base: Base, shift: float, end: float, accuracy: float) -> Transient:
     """Return a rough response up to ``end`` (s), or until shortly before a runaway; only the accurate response decides
     whether there is a runaway."""
     reduced = base.project(Krylov(base, shift).fields(FIELDS))
     try:
-        return transient.march(base, reduced, end, ROUGH)
+        return transient.march(base, reduced, end, accuracy)
     except (BeyondLawError, RunawayInTimeError) as stop:
-        return transient.march(base, reduced, BEFORE * stop.time, ROUGH)
+        return transient.march(base, reduced, BEFORE * stop.time, accuracy)

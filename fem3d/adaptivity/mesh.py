@@ -38,13 +38,12 @@ from scenes.result import Step
 # Largest ratio of the error to the difference of the two degrees: the worst of 1,200 steady scenes has 1.85, below the
 # coldest boundary (`validate stress`, "field away from the probes").
 CAUTION = 2.0
-POINTS = 6  # points along each axis of a cell at which two fields are compared
 # A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
-# Degree of a rough grid; a first grid with at least MANY unknowns is preceded by a rough grid. With fewer unknowns the
-# rough grid takes longer than it saves (random scenes, also on blocks).
-ROUGH, MANY = 2, 6_000
+# A first grid with at least so many unknowns is preceded by a rough grid of degree 2. With fewer unknowns the rough
+# grid takes longer than it saves (random scenes, also on blocks).
+MANY = 6_000
 LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`fem3d.adaptivity.choice`)
 
 
@@ -194,7 +193,8 @@ def sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
     """Return (cells, points) the difference of the two highest degrees, and likewise the fine field."""
     given, space = level.problems, level.problems.domain.space
     # Inside of cells, so that each point is of one cell alone.
-    inner = 0.5 - 0.499 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
+    count = 6  # along each axis
+    inner = 0.5 - 0.499 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
     X = np.array(np.meshgrid(inner, inner, inner)).reshape(3, -1)
     X = X[:, X.sum(axis=0) <= 1] if len(space.mesh.t) == 4 else X
     fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, -2)]))
@@ -242,7 +242,7 @@ class Bricks(Mesh):
         if foreseen(self.scene, self.grid).unknowns < MANY:
             return self
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
-        return replace(self, grid=self.grid.with_edges(ROUGH), aim=grading.raised(self.grid))
+        return replace(self, grid=self.grid.with_edges(2), aim=grading.raised(self.grid))
 
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)

@@ -30,8 +30,6 @@ from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Space
 from scenes import physics
 
-SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy; powers see the square of it
-
 
 @dataclass(frozen=True, eq=False)
 class Problems:
@@ -91,20 +89,36 @@ class Problems:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
-    def thermal(
-        self,
-        changes: Sequence[np.ndarray],
-        duals: Sequence[np.ndarray],
-        residuals: Sequence[np.ndarray],
-        rise: np.ndarray,
-        time: float | None,
-    ) -> list[Contributions]:
+    def steps(self, rise: np.ndarray, time: float | None = None) -> list[np.ndarray]:
+        """Return (all nodes,) the parts of a ``rise`` that each upper space adds to the next lower one, lowest first.
+
+        They are orthogonal in the energy product of the steady problem, or of a step of ``time`` (s).
+        """
+        heat, steps = self.heat, list[np.ndarray]()
+        for lower in self.heats[-2::-1]:
+            step = rise.copy()
+            step[np.isin(heat.order, lower.order, kind="table")] = 0.0
+            load = lower.take(heat.field(self.energetic(step, time)))[: lower.free]
+            solved = lower.solve_steady(load) if time is None else lower.solve_shifted(time)(time * load)
+            step = step - heat.take(lower.field(solved))
+            steps.insert(0, step)
+            rise = rise - step
+        return steps
+
+    def energetic(self, rise: np.ndarray, time: float | None) -> np.ndarray:
+        """(all nodes,): the load that a ``rise`` balances in the steady problem, or in a step of ``time`` (s)."""
+        load: np.ndarray = self.heat.stiffness @ rise
+        return load if time is None else load + self.heat.mass @ rise / time
+
+    def thermal(self, rise: np.ndarray, duals: Sequence[np.ndarray], time: float | None) -> list[Contributions]:
         """Return the contributions to goals by conduction at the initial temperature, and for a step of ``time`` (s) by
-        the stored heat; arguments as for `contributions`."""
-        domain, weights = self.domain, added([h.order[: h.free] for h in self.heats], duals)
+        the stored heat, of a ``rise`` (all nodes,) in the highest space; ``duals`` as for `added`."""
+        heat, domain, steps = self.heat, self.domain, self.steps(rise, time)
+        weights = added([h.order[: h.free] for h in self.heats], duals)
         capacity = np.zeros(len(domain.body)) if time is None else domain.per_cell("heat_capacity") / time
         properties = domain.per_cell("thermal_conductivity"), capacity
-        return contributions(domain.space, properties, changes, weights, residuals, rise)
+        residuals = [heat.field(self.energetic(step, time)) for step in steps]
+        return contributions(domain.space, properties, [heat.field(step) for step in steps], weights, residuals)
 
     def electric(
         self, duals: Sequence[np.ndarray], potentials: Sequence[np.ndarray], whole: bool = False
@@ -118,13 +132,13 @@ class Problems:
         changes = [upper - lower for lower, upper in pairwise(potentials)]
         residuals = [-(conductor.matrix @ lower) for lower in potentials[:-1]]
         properties = conductivity, np.zeros(len(domain.body))
-        return contributions(domain.electric.space, properties, changes, weights, residuals, potentials[-1])
+        return contributions(domain.electric.space, properties, changes, weights, residuals)
 
     @cached_property
     def electric_parts(self) -> Contributions:
         """Relative contributions of degrees p - 1 and p to the power of the cold conductor."""
         conductor, nothing = self.conductor, np.zeros((3, len(self.domain.body)))
-        total = Contributions(nothing, nothing, np.zeros((3, *nothing.shape)))
+        total = Contributions(nothing, nothing)
         if conductor is not None:
             powers = [max(float(np.sum(phi * (conductor.matrix @ phi.T).T)), 1e-300) for phi in self.cold_potentials]
             for channel in zip(*self.cold_potentials, strict=True):
@@ -150,7 +164,6 @@ def contributions(
     changes: Sequence[np.ndarray],
     weights: Sequence[np.ndarray],
     residuals: Sequence[np.ndarray],
-    solution: np.ndarray,
 ) -> list[Contributions]:
     """Return the contributions of degrees p - 1 and p to each goal, zero for p - 1 if there are two spaces only.
 
@@ -162,7 +175,6 @@ def contributions(
     properties: conductivity (cells,) or (3, cells), and capacity (cells,).
     changes, residuals: (functions,) from each space to the next, and of each space but the highest.
     weights: (goals, functions) parts of the dual solutions in each space but the lowest.
-    solution: (functions,) in the highest space.
     """
     parts = []
     for change, weight, residual in zip(changes, weights, residuals, strict=True):
@@ -170,16 +182,14 @@ def contributions(
         rest, sizes = np.abs(weight @ residual - energies.sum(axis=(1, 2))), np.abs(energies).sum(axis=(1, 2))
         parts.append((1 + rest / np.maximum(sizes, 1e-300))[:, None, None] * energies)
     before, last = parts if len(parts) > 1 else (np.zeros_like(parts[0]), parts[0])
-    by_degree = [np.where(space.depth == depth, solution, 0.0) for depth in (1, 2, 3)]
-    nothing = np.zeros((1, *last.shape[1:]))
-    own = [space.energies(*properties, u, u[None]) if u.any() else nothing for u in by_degree]
-    return [Contributions(*each, np.concatenate(own)) for each in zip(before, last, strict=True)]
+    return [Contributions(*each) for each in zip(before, last, strict=True)]
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
     """Return the problems of a domain, to be solved for a relative accuracy."""
     heat = assemble(domain)
-    conductor = conductors.find(heat, SOLVED * accuracy)
+    # Powers see the square of the error of potentials.
+    conductor = conductors.find(heat, 1e-8 * accuracy)
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
     return Problems(
         domain, (*lower, heat), (*(conductor and conductor.lower(k, h) for k, h in enumerate(lower)), conductor)

@@ -22,14 +22,6 @@ ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers, and of rough solutions
 HARDLY = 0.25  # exponent below which edges need more layers than fit above rounding
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
-# The shortest layers may leave this part of the allowed error: solved random scenes keep no more, and with only
-# a tenth for all other errors cells would grow without end.
-KEPT = 0.75
-# Where errors fall most slowly a decade takes 20 times the unknowns. Where as many leave more than 0.9, something else
-# than the mesh is wrong.
-GROWN, NOT_LESS = 20.0, 0.9
-SHARE = 0.8  # of the free memory that a run may take: sizes are foreseen to within 30 %, and other programs need some
-UNKNOWN = 4e9  # bytes that are assumed free where the operating system does not say
 _CGROUPS = Path("/sys/fs/cgroup")
 
 
@@ -89,7 +81,8 @@ def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accura
             at = np.isfinite(s) & (lengths < longest)
             left += float((indicator[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])).sum())
         kept = max(kept, left)
-    if kept > KEPT * accuracy:
+    # Solved random scenes keep no more; with only a tenth for all other errors cells would grow without end.
+    if kept > 0.75 * accuracy:
         raise not_reached(accuracy, because(marks))
 
 
@@ -112,10 +105,11 @@ class Falling:
 
     def check(self, unknowns: int, relative: Mapping[str, float]) -> None:
         """Raise NumericsError where the largest of the ``relative`` errors, by quantity, has hardly fallen on three
-        meshes or more while the unknowns grew `GROWN` times. A single estimate may be too large by chance."""
+        meshes or more while the unknowns grew 20 times, which bring a decade where errors fall most slowly. A single
+        estimate may be too large by chance."""
         name, worst = max(relative.items(), key=lambda item: item[1])
-        smaller = [k for k, (n, _) in enumerate(self._levels[:-2]) if GROWN * n <= unknowns]
-        if smaller and min(worst, self._levels[-1][1]) > NOT_LESS * max(w for _, w in self._levels[smaller[-1] :]):
+        smaller = [k for k, (n, _) in enumerate(self._levels[:-2]) if 20 * n <= unknowns]
+        if smaller and min(worst, self._levels[-1][1]) > 0.9 * max(w for _, w in self._levels[smaller[-1] :]):
             raise not_reached(
                 self._accuracy,
                 f": the error of {name} is {worst:.2g} of its size and doesn't fall, although the mesh grew from "
@@ -143,7 +137,8 @@ def because(marks: Features) -> str:
 
 def limit(scene: Any) -> float:
     """Return the bytes that a run of a scene may take in all."""
-    return float(scene.memory or SHARE * (free() + resident()))
+    # Sizes are foreseen to within 30 %, and other programs need some.
+    return float(scene.memory or 0.8 * (free() + resident()))
 
 
 def allowed(scene: Any) -> str:
@@ -170,7 +165,7 @@ def _free_of_machine() -> float:
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")) / 2
     except (AttributeError, OSError, ValueError):
-        return UNKNOWN
+        return 4e9  # the operating system does not say
 
 
 def _free_of_groups() -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -13,13 +12,10 @@ from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import (
     KNOTS,
-    ROUNDS,
     SOONEST,
-    TIME_SHARE,
     Marched,
     beside,
     distance,
-    halved,
     marched,
     spread,
     tangent,
@@ -28,14 +24,11 @@ from fem3d.adaptivity.nested import Problems
 from fem3d.results import fields, outputs, probes
 from fem3d.results.outputs import Quantities, Study
 from fem3d.results.outputs import Response as AnyResponse
-from fem3d.solution import transient
-from fem3d.solution.march import FullResponse
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
 from scenes.errors import NumericsError, RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
-EARLY_TIMES = 10  # times after a jump, before the earliest of interest, at which responses are compared
 
 
 class LowerSpaceError(NumericsError):
@@ -78,45 +71,35 @@ def respond(
     generations: int = 0,
     as_it_is: bool = False,
 ) -> Response:
-    """Return the response of the first of ``bases``, with errors by comparison with the lower spaces.
+    """Return the response of the first of two ``bases``, with errors by comparison with the lower space of the second.
 
-    With a ``steady`` level the degrees are lower by one, else also by two. Scales come from the outputs of the steady
-    level, else of the response; ``generations`` of fields are the first trial; ``judge`` estimates errors, ``as_it_is``
-    accepts the response in any case."""
+    Scales come from the outputs of the ``steady`` level, else of the response; ``generations`` of fields are the first
+    trial; ``judge`` estimates errors, ``as_it_is`` accepts the response in any case."""
     steady_errors: Mapping[str, float] = {}
     if steady is not None:
         steady_errors = steady.relative
         given.let_go()
-    steady_out = None if steady is None else steady.fine.out
-    march = marched(study, bases[0], shift, steady_out, generations)
+    march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
     if bases[0].follows:
         given = given.about(tangent(bases[0], march.answer, march.checked))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:
-        lesser = [beside(study, base, shift, march) for base in bases[1:]]
+        low = beside(study, bases[1], shift, march)
     except RunawayInTimeError as runaway:
         if not bases[0].follows:
             raise
         raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
-    errors, goals = Comparison(study, given, judge, march, lesser).errors(steady_errors)
-    enough = (1 - ROW_SHARE) * study.accuracy
-    # Shorter steps where all other errors leave them room.
-    others = {name: error - march.gaps[name] + march.quadrature * march.scales[name] for name, error in errors.items()}
-    while isinstance(march.answer, FullResponse) and march.halvings < ROUNDS:
-        if not _worst(march, others) <= enough < _worst(march, errors):
-            break
-        points, off, before = march.answer.points, march.quadrature, march
-        march = halved(study, bases[0], steady_out, march.answer, points, off, march.halvings + 1)
-        errors = {name: error + march.gaps[name] - before.gaps[name] for name, error in errors.items()}
-    answer, scales, count = march.answer, march.scales, march.generations
-    if _worst(march, errors) > enough and not as_it_is:
-        relative = {name: errors[name] / scales[name] for name in errors}
-        return Response(march.checked, march.traces, errors, False, np.nan, answer, count, goals, relative)
-    response = replace(with_rows(study, answer, errors, scales, count), goals=goals)
+    errors, goals = Comparison(study, given, judge, march, low).errors(steady_errors)
+    relative = {name: error / march.scales[name] for name, error in errors.items()}
+    if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
+        return Response(
+            march.checked, march.traces, errors, False, np.nan, march.answer, march.generations, goals, relative
+        )
+    response = replace(with_rows(study, march.answer, errors, march.scales, march.generations), goals=goals)
     if not study.from_start:
         return response
-    early = _early(study, march, lesser[0])
+    early = _early(study, march, low)
     return replace(response, early={name: error + early[name] for name, error in response.errors.items()})
 
 
@@ -126,79 +109,77 @@ def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
     first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
     knots = inputs.knots(study.end)
     jumps = np.append(0.0, knots[np.any(inputs.jumps(knots), axis=1)])
-    since = np.append(0.0, np.geomspace(SOONEST * first, first, EARLY_TIMES))
+    since = np.append(0.0, np.geomspace(SOONEST * first, first, 10))
     times = np.unique(np.minimum((jumps[spread(jumps, KNOTS), None] + since).ravel(), study.end))
-    answer, fewer = march.answer, march.worse
-    if isinstance(answer, Transient):
-        reduced = answer.reduced
-        fewer = transient.march(answer.base, reduced, study.end, 10 * TIME_SHARE * study.accuracy, reduced.states // 4)
-    fine, *others = (study.traces(outputs.of_transient(t, study.part, times)) for t in (answer, low, fewer))
+    responses = march.answer, low, march.worse
+    fine, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in responses)
     apart = [distance(fine, other) for other in others]
     return {name: 2 * sum(each[name] for each in apart) for name in fine}
 
 
 class Comparison:
-    """The errors of a response (``march``) by comparison with the responses ``lesser`` of lower spaces, the highest
-    first."""
+    """The errors of a response (``march``) by comparison with the response ``low`` of the next lower space."""
 
-    def __init__(
-        self, study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[AnyResponse]
-    ) -> None:
-        self.study, self.given, self.judge, self.march, self.lesser = study, given, judge, march, lesser
-        lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
-        self.pairs = [*pairwise([march.traces, *lower])]
-        self.changes = [distance(fine, low) for fine, low in self.pairs]
+    def __init__(self, study: Study, given: Problems, judge: Estimator, march: Marched, low: AnyResponse) -> None:
+        self.study, self.given, self.judge, self.march = study, given, judge, march
+        self.lower = study.traces(outputs.of_transient(low, study.part, march.checked))
+        self.changes = distance(march.traces, self.lower)
 
     def errors(self, steady_errors: Mapping[str, float]) -> tuple[dict[str, float], list[np.ndarray]]:
         """Return the error of each trace in its unit, and the indicators of the power and of all goals.
 
         By the mesh it is the largest of the lower space's change, the indicators of its goal and its steady error;
-        errors of the current, of Krylov fields and of extremes' places are added.
+        errors of the current, of Krylov fields and of extremes' places are added. Where a steady level exists, goals
+        are estimated only to refine the mesh, and steady errors include the error of the current.
         """
         study, march, judge = self.study, self.march, self.judge
-        goals, power, errors = self._indicators(), judge.indicators(self.given.electric_parts), {}
-        # Steady errors include the error of the current.
+        largest = max(change / march.scales[name] for name, change in self.changes.items())
+        estimated = not steady_errors or largest > (1 - ROW_SHARE) * study.accuracy
+        goals = self._indicators() if estimated else {}
+        power, errors = judge.indicators(self.given.electric_parts), {}
         joule = {} if steady_errors else {n: judge.indicators(each) for n, each in self._of_joule_heat().items()}
         for name, scale in march.scales.items():
             goal = study.trace_goals.get(name, name)
             of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
             at_rest = max(of_it or steady_errors.values(), default=0.0)
-            by_goal = Estimator.bound(goals[name]) if name in goals else 0.0
-            of_space = max(self.changes[0][name], at_rest * scale, by_goal * scale)
-            of_current = 0.0 if steady_errors else Estimator.bound(joule.get(name, power)) * scale
+            by_goal = float(goals[name].sum()) if name in goals else 0.0
+            of_space = max(self.changes[name], at_rest * scale, by_goal * scale)
+            of_current = 0.0 if steady_errors else float(joule.get(name, power).sum()) * scale
             doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
             errors[name] = of_space + of_current + march.gaps[name] + doubt
         return errors, [power, *goal_errors.with_current(goals, joule, power).values()]
 
     def _indicators(self) -> dict[str, np.ndarray]:
-        """Return the indicators of each thermal trace; none where one lower space is enough.
+        """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or
+        jump of the inputs.
 
-        The indicators of each rise are scaled by the ratio of the lower spaces' changes to the contributions, at least
-        1. The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for
-        long. One of two degrees does not change an even solution, so both degrees count together.
+        The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for
+        long: the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of
+        either degree, at least 1. One of two degrees does not change an even solution.
         """
-        study, march = self.study, self.march
-        largest = max((self.changes[0][n] / march.scales[n] for n in self.changes[0]), default=0.0)
-        if not (self.lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy):
-            return {}
-        goals, parts = self._remains()
-        for name in set(study.trace_rises) & set(parts):
-            before = float(np.abs(parts[name].before).sum())
-            both = (parts[name].size + before) * march.scales[name]
-            changed = sum(change[name] for change in self.changes) / len(self.changes)
-            factor = (2 if before else 1) * changed / max(both, 1e-300)
-            goals[name] = max(factor, 1.0) * goals[name]
-        return goals
+        study, given, march = self.study, self.given, self.march
+        goals, times = study.trace_goals, self._when_worst()
+        scales, spreads = goal_errors.of_part(study.part, goals, march.scales), dict[str, np.ndarray]()
+        knots = np.append(0.0, given.heat.inputs.knots(study.end))
+        for time, rise in zip(times, march.answer.rises(times), strict=True):
+            duals = goal_errors.Duals(goals, given, rise, scales, float(time - knots[knots < time].max()))
+            parts = duals.thermal()
+            smooth = {name: self.judge.indicators(each) for name, each in parts.items()}
+            for name, remains in goal_errors.summed(smooth, duals.contradictions(self.judge)).items():
+                if name in study.trace_rises:
+                    size = max(float(np.abs(part).sum()) for part in parts[name]) * march.scales[name]
+                    remains = max(self.changes[name] / max(size, 1e-300), 1.0) * remains
+                if name not in spreads or remains.sum() > spreads[name].sum():
+                    spreads[name] = remains
+        return spreads
 
     def _when_worst(self) -> np.ndarray:
-        """Return the times (s) of error indicators: the last time, and for each lower space the times of the largest
-        change of each rise and of the trace that changes most (after a jump perhaps the entering heat). Two spaces are
-        needed: an even solution may not change at all from one degree to the next."""
-        at = {len(self.march.checked) - 1}
-        for (fine, low), changed in zip(self.pairs, self.changes, strict=True):
-            worst = max(changed, key=lambda n: changed[n] / self.march.scales[n])
-            at |= {int(np.abs(fine[n] - low[n]).argmax()) for n in {*self.study.trace_rises, worst}}
-        times: np.ndarray = self.march.checked[sorted(at)]
+        """Return the times (s) of error indicators: the first and the last time, and the times of the largest change of
+        each rise and of the trace that changes most (after a jump perhaps the entering heat)."""
+        worst = max(self.changes, key=lambda n: self.changes[n] / self.march.scales[n])
+        names = {*self.study.trace_rises, worst}
+        at = {int(np.abs(self.march.traces[n] - self.lower[n]).argmax()) for n in names}
+        times: np.ndarray = self.march.checked[sorted({0, *at, len(self.march.checked) - 1})]
         return times
 
     def _of_joule_heat(self) -> dict[str, Contributions]:
@@ -210,34 +191,6 @@ class Comparison:
         (last,) = self.march.answer.rises(np.array([study.end]))
         scales = goal_errors.of_part(study.part, study.trace_goals, self.march.scales)
         return goal_errors.Duals(study.trace_goals, given, last, scales, study.end).joule(potentials)
-
-    def _remains(self) -> tuple[dict[str, np.ndarray], dict[str, Contributions]]:
-        """Return for each thermal trace the largest indicators at some times (s), with their contributions; each time
-        counts from the last bend or jump of the inputs."""
-        study, given = self.study, self.given
-        heat, goals, times = given.heat, study.trace_goals, self._when_worst()
-        own_scales = goal_errors.of_part(study.part, goals, self.march.scales)
-        rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate((self.march.answer, *self.lesser))]
-        spreads, worst = dict[str, np.ndarray](), dict[str, Contributions]()
-        knots = np.append(0.0, heat.inputs.knots(study.end))
-        for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
-            fine, low = rises[0][i], rises[1][i]
-            # Without the lowest space, assume equal contributions of both degrees.
-            lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
-            steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
-            residuals = [heat.field(heat.stiffness @ u + heat.mass @ u / time) for u in steps]
-            duals = goal_errors.Duals(goals, given, fine, own_scales, time)
-            parts = duals.thermal([heat.field(u) for u in steps], residuals)
-            smooth = {name: self.judge.indicators(each) for name, each in parts.items()}
-            for name, remains in goal_errors.summed(smooth, duals.contradictions(self.judge)).items():
-                if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):
-                    spreads[name], worst[name] = remains, parts[name]
-        return spreads, worst
-
-
-def _worst(march: Marched, errors: Mapping[str, float]) -> float:
-    """Return the largest error over its scale."""
-    return max(error / march.scales[name] for name, error in errors.items())
 
 
 def with_rows(

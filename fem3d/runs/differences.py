@@ -282,7 +282,7 @@ class _Solver:
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
             self._fields, self._potentials = dict[int, np.ndarray](), dict[int, list[Potential]]()
             if answer.steady is None:
-                self._base, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
+                _, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
@@ -352,7 +352,7 @@ class _Solver:
             base = Base.of_steady(state, study.accuracy)
         else:
             near = self._potentials.get(level, ())
-            base, potentials = hold(given.heats[level], given.conductors[level], self._hot, self._base.heat, near)
+            base, potentials = hold(given.heats[level], given.conductors[level], self._hot, near)
             self._potentials.setdefault(level, potentials)
         if level not in self._fields:
             self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))

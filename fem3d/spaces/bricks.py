@@ -30,7 +30,7 @@ from fem3d.spaces.element import (
     separate,
     side,
 )
-from fem3d.spaces.integrals import Space, entities, halves
+from fem3d.spaces.integrals import Space, entities
 from meshes.grid import Grid
 
 
@@ -113,14 +113,7 @@ class BrickSpace(Space):
                 energy[:, cells] = shares @ (flow * each[at])
         return energies
 
-    def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
-        # Both have one pattern, so both travel through one conversion as a complex number.
-        return halves(self._matrix(np.arange(len(c)) if cells is None else cells, k, c))
-
-    def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        return self.matrices(k, np.zeros(len(cells)), cells)[0]
-
-    def _matrix(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
+    def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
         h, entries, scale = self.h[:, cells], [], np.zeros((4, self.h.shape[1]))
         scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):

@@ -29,7 +29,6 @@ from skfem.helpers import dot, grad
 from skfem.refdom import RefHex
 
 Degrees = tuple[int, int, int]
-NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
 
 
 class ElementHexTrunk(ElementH1):
@@ -233,5 +232,6 @@ def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], func
     normal = np.cross(along[:, 0], along[:, 1])
     normal = normal * np.sign(normal @ (corners[:, 0] - reference.p.mean(axis=1)))
     on_side = rule(corners[:, :1] + along @ plane[0], plane[1], functions)
-    values = np.where(np.abs(on_side.values).max(axis=0) > NONE, on_side.values, 0.0)
+    # Functions are of size one: smaller ones vanish on the side.
+    values = np.where(np.abs(on_side.values).max(axis=0) > 1e-12, on_side.values, 0.0)
     return on_side._replace(values=values), normal

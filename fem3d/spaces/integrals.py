@@ -63,11 +63,6 @@ class Space(ABC):
     torn: np.ndarray = np.empty(0, int)
     beyond: Mapping[str, tuple[np.ndarray, np.ndarray]] = MappingProxyType({})
 
-    @property
-    def plain(self) -> bool:
-        """Whether no function jumps, and all are of cells."""
-        return not len(self.torn) and not self.beyond
-
     @cached_property
     def origin(self) -> np.ndarray:
         """(functions,): the number of each function before the split."""
@@ -119,13 +114,17 @@ class Space(ABC):
         """(functions,): the coefficients of the constant 1."""
 
     @abstractmethod
+    def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
+        """The integrals of `matrices` over n cells, the second as the imaginary part: both have one pattern."""
+
     def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
         """The integrals of k grad u . grad v and of c u v over all or some cells, for k (n,), or (3, n) along the axes,
         and c (n,)."""
+        return halves(self._summed(np.arange(len(c)) if cells is None else cells, k, c))
 
-    @abstractmethod
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         """The integral of k grad u . grad v over some cells, for k (n,), or (3, n) along the axes."""
+        return self.matrices(k, np.zeros(len(cells)), cells)[0]
 
     @abstractmethod
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:

@@ -28,10 +28,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
-from fem3d.spaces.integrals import Faces, Space, entities, halves, summed
-
-LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
-AT_ONCE = 2_000  # cells whose matrices are made together, which bounds the memory
+from fem3d.spaces.integrals import Faces, Space, entities, summed
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
@@ -111,21 +108,13 @@ class MappedSpace(Space):
             energy[:] = whole * np.where(total > 0, sizes / np.maximum(total, 1e-300), 1 / 3)
         return energies
 
-    def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
-        # Both have one pattern, so one elimination order suits both.
-        return halves(self._summed(np.arange(len(c)) if cells is None else cells, k, c))
-
-    def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        return halves(self._summed(cells, k, np.zeros(len(cells))))[0]
-
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over n cells, for k (n,), or
-        (3, n) along the axes, and c (n,)."""
         k = np.broadcast_to(k, (3, len(cells)))
         quadrature, n = self.rule(cells, 0), len(self.dofs)
         blocks = np.empty((len(cells), n, n), complex)
         weights, slopes = quadrature.weights, quadrature.slopes
-        for some in (slice(i, i + AT_ONCE) for i in range(0, len(cells), AT_ONCE)):
+        step = 2_000  # cells together, which bounds the memory
+        for some in (slice(i, i + step) for i in range(0, len(cells), step)):
             inverse, sizes = self.jacobian(cells[some], quadrature.points)
             at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
             by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
@@ -196,7 +185,7 @@ def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
     """scikit-fem's rule of the tetrahedron, or triangle; beyond its highest order the rule of a collapsed cube, or
     square (Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.4). From the fifth on, its rules of
     the tetrahedron are exact to one order less than stated."""
-    if order <= (LARGEST_ORDER if axes == 3 else LARGEST_OF_TRIANGLE):
+    if order <= (8 if axes == 3 else 19):
         return get_quadrature(RefTet, order + (order >= 5)) if axes == 3 else get_quadrature(RefTet.brefdom, order)
     x, w = gauss(order // 2 + 2)
     points, room = np.empty((axes, len(x) ** axes)), np.ones(len(x) ** axes)
@@ -298,19 +287,14 @@ class Interface:
         """Facets inside, seen from both of their cells."""
         first, second = space.mesh.f2t[:, facets]
         one = Faces(space, facets, first)
-        # A function of the first cell and its partner in the second cell have the same origin.
-        keys, numbers = [], []
-        for functions, at in _of_sides(space, facets, second):
-            keys.append((at * len(space.origin) + space.origin[functions]).ravel())
-            numbers.append(functions.ravel())
-        key, number = np.concatenate(keys), np.concatenate(numbers)
-        order = np.argsort(key)
         partner = np.empty((len(facets), len(space.dofs)), int)
         for at, face, _ in one.sides:
-            wanted = at[:, None] * len(space.origin) + space.origin[face.dofs]
-            place = np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)
-            # Other functions of the cell vanish on the side.
-            partner[at] = np.where(key[order][place] == wanted, number[order][place], face.dofs)
+            # A function of the first cell and its partner in the second cell have the same origin; functions without a
+            # partner vanish on the side.
+            others = space.dofs[:, second[at]].T
+            same = space.origin[face.dofs][:, :, None] == space.origin[others][:, None]
+            partners = np.take_along_axis(others, same.argmax(axis=2), axis=1)
+            partner[at] = np.where(same.any(axis=2), partners, face.dofs)
         return Interface(one, twin(one, partner))
 
     def jump(self, u: np.ndarray) -> np.ndarray:
