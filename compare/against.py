@@ -66,15 +66,12 @@ class Data:
     def said(self) -> str:
         """One sentence: which column is which quantity, of which run, and which are left out, and why."""
         names = {"time_s": "time", **self.words}
-        how = {key: f" ({text})" for key, text in self.how.items()}
-        headers = {k: quoted(header) for k, header in self.headers.items()}
         text = (
-            f"{names.get(k, k)}{'' if quoted(k) == headers[k] else f' is {headers[k]}'}{how.get(k, '')}"
-            for k in headers
+            f"{names.get(k, k)}{'' if k == header else f' is {quoted(header)}'}"
+            + (f" ({self.how[k]})" if k in self.how else "")
+            for k, header in self.headers.items()
         )
-        parts = [", ".join(text)]
-        parts += [self.run] if self.run else []
-        parts += list(self.notes)
+        parts = [", ".join(text), *filter(None, [self.run]), *self.notes]
         omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
         omitted += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
         parts += [f"left out: {'; '.join(omitted)}"] if omitted else []

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.units import TIME, Powers, Unit, UnitError, parse_unit
-
-ICE_POINT = 273.15  # K, of 0 degC: the definition of the degree Celsius
+from scenes.units import ICE_POINT, TIME, Powers, Unit, UnitError, parse_unit
 
 _UNITS = (
     re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
@@ -23,15 +21,13 @@ _UNITS = (
 )
 """The unit in a header, surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
 _NAMES = {"second": "s", "sec": "s", "volt": "V", "ampere": "A", "amp": "A", "watt": "W", "kelvin": "K", "ohm": "ohm"}
-_PREFIXES = {"": "", "milli": "m", "micro": "u", "nano": "n", "m": "m", "u": "u"}
-_CELSIUS = ("c", "oc", "degc", "deg c", "celsius", "deg celsius", "degrees celsius", "degree celsius")
-_WORDS = {
-    f"{prefix}{name}{plural}": f"{sign}{unit}"
-    for prefix, sign in _PREFIXES.items() for name, unit in _NAMES.items() for plural in ("", "s")
-} | dict.fromkeys(("mins", "minute", "minutes"), "min") | dict.fromkeys(_CELSIUS, "degC") | {"s": "s"}  # fmt: skip
-"""Units in words, as instruments write them in any case: "second", "Volts", "millisec", "S"."""
-_MISSING = {"", "nan", "-nan", "na", "n/a", "null", "none", "-", "--", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind"}
-SHEET_ERROR = re.compile(r"#(N/?[AV]\b|[^\W\d_/]+(/0)?[!?])")
+"""Units in words, as instruments write them in any case, with a prefix and in the plural: "Volts", "millisec"."""
+_WORD = re.compile(rf"(milli|micro|nano|[mu]?)({'|'.join(_NAMES)})s?")
+_CELSIUS = re.compile(r"(o|deg(ree)?s?)? ?c(elsius)?")
+_MISSING = re.compile(
+    r"|-?nan(\(ind\))?|n/?a|null|none|--?|-?1\.#(qnan|ind)|#(n/?[av]|[^\W\d_/]+(/0)?[!?])", re.IGNORECASE
+)
+"""Cells without a number, such as "", "NaN" and a sheet's "#N/A" and "#DIV/0!"."""
 _VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
 
 
@@ -42,51 +38,39 @@ class Column:
     Attributes
     ----------
     name : the header
-    unit : the text of the unit, "" for none
+    unit : ``None`` without one
     values : (rows,), NaN in empty cells
     spice : whether the column is of a circuit, where volts may stand for kelvins
-    role : its meaning by `--column`: "time", "ignore", a quantity or a key of the scene; "" without
+    role : its meaning: "time", "ignore", a quantity or a key of the scene; "" where only its name shows it
     kind : "rise" or "curve" where `--column` adds that word
     """
 
     name: str
-    unit: str
+    unit: Unit | None
     values: np.ndarray
     spice: bool = False
     role: str = ""
     kind: str = ""
 
     @property
-    def powers(self) -> Powers | None:
-        """The powers of SI base units of the unit, ``None`` for none or an unknown one."""
-        unit = find_unit(self.unit)
-        return None if unit is None else unit.powers
-
-    @property
     def plain(self) -> str:
-        """The name without the unit."""
-        return split_unit(self.name)[0]
+        """The header without the unit."""
+        return self.name if self.spice else split_unit(self.name)[0]
 
     @property
-    def is_time(self) -> bool:
-        """Whether the column has a unit of time and the name of one."""
-        return self.powers == TIME.powers and is_clock(self.name)
-
-    @property
-    def is_celsius(self) -> bool:
-        unit = find_unit(self.unit)
-        return unit is not None and unit.celsius
+    def powers(self) -> Powers | None:
+        """The powers of SI base units of the unit, ``None`` without a unit."""
+        return None if self.unit is None else self.unit.powers
 
     @property
     def si(self) -> np.ndarray:
         """(rows,): the values in SI units, temperatures absolute; numbers without a unit stay."""
-        return self.differences + (ICE_POINT if self.is_celsius else 0.0)
+        return self.differences + float(ICE_POINT) * (self.unit is not None and self.unit.celsius)
 
     @property
     def differences(self) -> np.ndarray:
         """(rows,): the values in SI units as differences."""
-        unit = find_unit(self.unit)
-        return self.values if unit is None else self.values * float(unit.factor)
+        return self.values if self.unit is None else self.values * float(self.unit.factor)
 
     def at(self, rows: np.ndarray) -> Column:
         """Return some rows of the column."""
@@ -102,13 +86,16 @@ def refusing(name: str) -> Iterator[None]:
         raise SceneError(f"{name}: {error}") from None
 
 
-def parse_number(cell: str, mark: str = ".") -> float:
-    """Return the number of a cell, NaN for a missing one; ValueError for a text. Fortran writes 1.0D-06."""
-    if cell.lower() in _MISSING or SHEET_ERROR.fullmatch(cell):
+def parse_number(cell: str, mark: str = ".") -> float | None:
+    """Return the number of a cell, NaN for a missing one, ``None`` for a text. Fortran writes 1.0D-06."""
+    if _MISSING.fullmatch(cell):
         return np.nan
     if "_" in cell or (mark == "," and "." in cell):
-        raise ValueError(cell)
-    return float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
+        return None
+    try:
+        return float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
+    except ValueError:
+        return None
 
 
 def find_unit(text: str) -> Unit | None:
@@ -116,33 +103,45 @@ def find_unit(text: str) -> Unit | None:
     spelled = " ".join(text.replace("°", "deg").replace("\N{MASCULINE ORDINAL INDICATOR}", "deg").split())
     if not spelled or spelled[0].isdigit():
         return None
+    if word := _WORD.fullmatch(spelled.lower()):
+        spelled = {"milli": "m", "micro": "u", "nano": "n"}.get(word[1], word[1]) + _NAMES[word[2]]
+    elif _CELSIUS.fullmatch(spelled.lower()):
+        spelled = "degC"
+    elif spelled.lower() in ("mins", "minute", "minutes"):
+        spelled = "min"
     try:
-        return parse_unit(_WORDS.get(spelled.lower(), spelled))
+        return parse_unit("s" if spelled == "S" else spelled)
     except UnitError:
         return None
 
 
-def split_unit(header: str) -> tuple[str, str]:
-    """Split a header into the name and the unit, "" where the header has no unit."""
+def split_unit(header: str) -> tuple[str, Unit | None]:
+    """Split a header into the name and the unit."""
     for place in _UNITS:
         for match in place.finditer(header):
             name = " ".join(f"{header[: match.start()]} {header[match.end() :]}".split())
-            minimum = place is _UNITS[-1] and match.group(1).lower() == "min" and not is_clock(name)
-            if find_unit(match.group(1)) is not None and not minimum:
-                return name, match.group(1).strip()
-    return header, ""
+            is_minimum = place is _UNITS[-1] and match[1].lower() == "min" and not is_clock(name)
+            if not is_minimum and (unit := find_unit(match[1])):
+                return name, unit
+    return header, None
 
 
 def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
     """Return the column of a header: "Temperature (degC), Point 1", "peak [K]", "V(mid)"."""
     name = " ".join(header.split())
-    spice = _VECTOR.match(name) is not None
-    if spice and not unit:
-        unit = "V" if name[0] in "vV" else "A"
-    return Column(name, unit or split_unit(name)[1], values, spice)
+    if _VECTOR.match(name):
+        return Column(name, find_unit(unit or ("V" if name[0] in "vV" else "A")), values, spice=True)
+    return Column(name, find_unit(unit) or split_unit(name)[1], values)
 
 
 def is_clock(name: str) -> bool:
     """Return whether a name is one of the time."""
     words = re.findall(r"[^\W\d_]+", name.lower())
     return bool({"time", "zeit"} & set(words)) or words[:1] == ["t"]
+
+
+def find_times(columns: Sequence[Column]) -> list[Column]:
+    """Return the columns of times: by unit and name, else by unit alone, else by the name alone."""
+    timed = [c for c in columns if c.powers == TIME.powers]
+    bare = [c for c in columns if c.unit is None and c.name.lower() in ("time", "zeit", "t")]
+    return [c for c in timed if is_clock(c.name)] or timed or bare

@@ -1,8 +1,8 @@
 """Raw files of ngspice and LTspice, as text or binary, and the exports of COMSOL.
 
-The header of a raw file is "name: value" lines, then "Variables:" with number, name and type of each, then "Values:" or
-"Binary:" with the numbers point by point (Berkeley spice3). LTspice writes its header in UTF-16, values other than the
-time as single precision, and marks times of interpolated points with a minus sign.
+The header of a raw file is "name: value" lines, then "Variables:" with number, name and type of each, then "Values:"
+or "Binary:" with the numbers point by point (Berkeley spice3). LTspice writes its header in UTF-16, values other than
+the time as single precision, and marks times of interpolated points with a minus sign.
 
 A data export of COMSOL has a row for each point and a column for each expression and time, "T (K) @ t=1E-3, V0=0.5".
 The sectionwise and grid formats have the same columns below one another, each under its header.
@@ -21,7 +21,6 @@ from scenes.errors import SceneError, quoted
 
 _UNITS = {"time": "s", "power": "W", "temperature": "K"}
 _VARIABLES = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOTALL | re.MULTILINE)
-_MOST_POINTS = 200  # Points of a data export at most: more are a field.
 
 
 def is_raw(data: bytes) -> bool:
@@ -32,17 +31,17 @@ def is_raw(data: bytes) -> bool:
 
 def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
     """Read the kind of a file, and the columns of the one analysis that is called ``plot``. Raises SceneError."""
-    data, start, names, kind, columns = _with_plain_headers(data), 0, [], "", list[Column]()
+    data, start, names, columns = _with_plain_headers(data), 0, [], list[Column]()
     while head := _VARIABLES.search(data, start):
         fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
-        variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
-        points, flags, program = fields.get("No. Points", ""), fields.get("Flags", ""), fields.get("Command", "")
+        variables = [line.split() for line in head[1].decode("latin-1").splitlines()[1:] if line.strip()]
+        points, flags = fields.get("No. Points", ""), fields.get("Flags", "")
         if not (points.isascii() and points.isdigit() and int(points) and variables):
             raise SceneError(f"a run with {len(variables)} variables and {quoted(points)} points (No. Points) is none")
         width = len(variables) * (2 if "complex" in flags else 1)
-        if head.group(2) == b"Binary":
-            single = "LTspice" in program and "double" not in flags and "complex" not in flags
-            row = np.dtype([("first", "<f8"), ("rest", "<f4" if single else "<f8", (width - 1,))])
+        if head[2] == b"Binary":
+            is_single = "LTspice" in fields.get("Command", "") and "double" not in flags and "complex" not in flags
+            row = np.dtype([("first", "<f8"), ("rest", "<f4" if is_single else "<f8", (width - 1,))])
             rows = np.frombuffer(data, row, min(int(points), (len(data) - head.end()) // row.itemsize), head.end())
             values = np.column_stack([rows["first"], rows["rest"]])
             start = head.end() + row.itemsize * int(points)
@@ -57,17 +56,15 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
             raise SceneError(f"there are several {plot} analyses: write one of them only")
         if len(values) != int(points):
             raise SceneError(f"the file is cut off after {len(values)} of {points} points")
-        units = [_unit(variable[2].lower() if len(variable) > 2 else "") for variable in variables]
-        # A transient analysis has no times below zero: the minus sign is LTspice's mark.
-        columns = [
-            Column(variable[1], unit, np.abs(column) if unit == "s" else column, spice=True)
-            for variable, unit, column in zip(variables, units, values.T, strict=False)
-        ]
-        kind = f"{'LTspice' if 'LTspice' in program else 'ngspice'} raw file"
+        for (_, name, *types), column in zip(variables, values.T, strict=False):
+            kind = types[0].lower() if types else ""
+            unit = "V" if "voltage" in kind else "A" if "current" in kind else _UNITS.get(kind, "")
+            # A transient analysis has no times below zero: the minus sign is LTspice's mark.
+            columns.append(Column(name, find_unit(unit), np.abs(column) if unit == "s" else column, spice=True))
     if not columns:
         listed = f" but {', '.join(map(quoted, names[:4]))}" if names else ""
         raise SceneError(f"there is no {plot} analysis{listed}: export one")
-    return kind, columns
+    return "raw file", columns
 
 
 def _with_plain_headers(data: bytes) -> bytes:
@@ -77,10 +74,6 @@ def _with_plain_headers(data: bytes) -> bytes:
     end = re.search(rb"B\0i\0n\0a\0r\0y\0:\0(\r\0)?\n\0", data)
     at = len(data) if end is None else end.end()
     return data[:at].decode("utf-16-le", "replace").encode("latin-1", "replace") + data[at:]
-
-
-def _unit(kind: str) -> str:
-    return "V" if "voltage" in kind else "A" if "current" in kind else _UNITS.get(kind, "")
 
 
 def _read_values(text: str, width: int) -> np.ndarray:
@@ -93,8 +86,13 @@ def _read_values(text: str, width: int) -> np.ndarray:
     return values[: len(values) // width * width].reshape(-1, width)
 
 
+def has_sections(remarks: Sequence[str]) -> bool:
+    """Return whether remarks are headers of the sectionwise or the grid format."""
+    return any(re.fullmatch(r"Data\b.*|Grid|Coordinates|X", remark) for remark in remarks)
+
+
 def read_sections(text: str) -> list[Column]:
-    """Read the columns of COMSOL's sectionwise and grid formats, which stand below one another."""
+    """Read the columns of the sectionwise and grid formats."""
     sections: dict[str, list[list[float]]] = {}
     name = ""
     for number, line in enumerate(text.splitlines(), 1):
@@ -108,14 +106,12 @@ def read_sections(text: str) -> list[Column]:
                 raise SceneError(f"row {number}: {quoted(bare)} is no row of numbers") from None
     values: dict[str, np.ndarray] = {}
     for name, rows in sections.items():
-        if name == "Grid":
-            # The first coordinate varies fastest.
-            points = np.array(np.meshgrid(*map(np.array, rows), indexing="ij")).T.reshape(-1, len(rows))
-            values |= dict(zip("xyz", points.T, strict=False))
-        elif name == "Coordinates":
-            values |= dict(zip("xyz", np.array(rows).T, strict=False))
+        if name in ("Grid", "Coordinates"):
+            # The first coordinate of a grid varies fastest.
+            grid = np.array(np.meshgrid(*rows, indexing="ij")).T.reshape(-1, len(rows)) if name == "Grid" else rows
+            values |= dict(zip("xyz", np.array(grid).T, strict=False))
         elif not name.startswith("Elements"):
-            values[name] = np.concatenate([np.array(row) for row in rows])
+            values[name] = np.concatenate(rows)
     columns = [make_column(name, each) for name, each in values.items()]
     if len({len(c.values) for c in columns}) != 1 or not any(c.unit for c in columns):
         raise SceneError(
@@ -124,26 +120,22 @@ def read_sections(text: str) -> list[Column]:
     return columns
 
 
-def find_places(columns: Sequence[Column]) -> dict[str, Column]:
-    """Return the columns of coordinates, by axis."""
-    return {c.plain.lower(): c for c in columns if c.plain.lower() in ("x", "y", "z")}
-
-
 def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> list[Column]:
     """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
     another. Only files with ``remarks`` of COMSOL have points."""
-    places = find_places(columns) if remarks else {}
+    axes = {c.name: c.values for c in columns if remarks and c.plain.lower() in ("x", "y", "z")}
     count = len(columns[0].values)
-    if places:
-        if count > _MOST_POINTS:
+    if axes:
+        if count > 200:
             raise SceneError(f"this is a field of {count} points: export a table of point evaluations instead")
-        units = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", remark) for remark in remarks)
-        length = next((float(unit.factor) for match in units if match and (unit := find_unit(match[1]))), 1.0)
-        points = [", ".join(f"{c.values[row] * length:.9g}" for c in places.values()) for row in range(count)]
+        given = re.search(r"Length unit[:,\s\"]+([^\s\",]+)", "\n".join(remarks))
+        unit = given and find_unit(given[1])
+        points = np.column_stack(list(axes.values())) * (float(unit.factor) if unit else 1.0)
         columns = [
-            replace(c, name=" @ ".join([f"{name}, Point: ({point})", *behind]), values=c.values[row : row + 1])
-            for c in columns if c not in places.values()
-            for name, *behind in [c.name.split(" @ ", 1)] for row, point in enumerate(points)
+            replace(c, name=f"{name}, Point: ({', '.join(f'{x:.9g}' for x in point)}){at}{behind}", values=value)
+            for c in columns if c.name not in axes
+            for name, at, behind in [c.name.partition(" @ ")]
+            for point, value in zip(points, c.values[:, None], strict=True)
         ]  # fmt: skip
         count = 1
     blocks: dict[str, list[Column]] = {}
@@ -155,9 +147,12 @@ def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> list[Column]:
         return list(columns)
     stacked: dict[str, Column] = {}
     for k, (behind, block) in enumerate(blocks.items()):
-        pairs = re.findall(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)", behind)
-        headers = {name: f"{name} ({unit or 's'})" if unit or name == "t" else name for name, _, unit in pairs}
-        parameters = [make_column(headers[name], np.full(count, parse_number(value))) for name, value, _ in pairs]
+        parameters = [
+            make_column(
+                f"{name} ({unit or 's'})" if unit or name == "t" else name, np.full(count, parse_number(value), float)
+            )
+            for name, value, unit in re.findall(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)", behind)
+        ]
         for c in (*parameters, *shared, *block):
             new = stacked.setdefault(c.name, replace(c, values=np.full(count * len(blocks), np.nan)))
             new.values[k * count : (k + 1) * count] = c.values

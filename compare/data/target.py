@@ -9,11 +9,9 @@ import numpy as np
 
 from compare import quantities
 from compare.data.columns import Column
-from scenes.keys import SINK
 from scenes.model import values
 from scenes.parameters import SECTION
-from scenes.sink import Sink
-from scenes.units import TEMPERATURE, Powers, dimension_of, parse_unit
+from scenes.units import CURRENT, POWER, TEMPERATURE, Powers, parse_unit
 from scenes.varied import every_number
 
 RISE_WORDS = {"rise", "delta", "deltat", "dt"}
@@ -22,43 +20,39 @@ _PLACES = {
     "end_K": {"end", "edge", "anchor"},
     "mean_K": {"mean", "average", "avg", "ave", "aveop", "equivalent"},
 }
-_TEMPERATURES = {"t", "temp", "temperature", *RISE_WORDS}
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
 _POINT = re.compile(r"\(\s*{0}\s*,\s*{0}\s*,\s*{0}\s*\)".format(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"))
-_NEAR = 1e-3
-"""A point is at the place of a quantity within this part of the extent of the scene."""
 
 
 class Target:
     """A scene with probes and parameters as the target of data.
 
-    ``keys`` are the dimensions of the keys that a column or a parameter may stand for, ``values`` their values,
-    ``initial`` is the key of the temperature at the start, ``called`` and ``example`` complete messages.
+    ``numbers`` are the keys that a column or a parameter may stand for, ``initial`` is the key of the temperature at
+    the start, ``called`` and ``example`` complete messages.
     """
 
     called = "a probe of the scene"
     initial = "scene.initial_temperature"
 
     def __init__(self, scene: Any) -> None:
-        self.scene, self.quantities, given = scene, quantities.of(scene), scene.parameters
-        free = {} if given is None else {f"{SECTION}.{name}": name for name in given.free}
-        self.keys = {path: dimension_of(given.measures[name].powers) for path, name in free.items()}
-        self.values = {path: given.values[name] for path, name in free.items()}
+        self.scene, self.quantities = scene, quantities.of(scene)
+        self.numbers = {k: n for k, n in every_number(scene).items() if scene.kind == "sink" or k.startswith(SECTION)}
         some = [f'"{name} ({unit})"' for name, unit in list(self.quantities.units.items())[:3]]
         self.example = f"as the probes are, such as {', '.join(some)}"
 
     def show(self, key: str, value: float) -> str:
         """Return an SI value of a key in words, to six digits."""
-        return self.keys[key].show(float(f"{value:.6g}"))
+        return self.numbers[key].kind.dimension.show(float(f"{value:.6g}"))
 
     def find_key(self, name: str) -> str:
-        """Return the key that a name stands for, "" for none."""
-        if name in self.quantities.units:
-            return ""
-        wanted = name, f"{SECTION}.{name}"
-        exact = [path for path in self.keys if path in wanted]
-        alike = [path for path in self.keys if path.lower() in (wanted[0].lower(), wanted[1].lower())]
-        return next(iter(exact + alike), "")
+        """Return the key that ends with a name, of the scene's main section where there are several; "" for none."""
+        wanted = "." + re.sub(r"\s+", "_", name.strip())
+        for text, ends in ((wanted, str), (wanted.lower(), str.lower)):
+            keys = [key for key in self.numbers if ends(f".{key}").endswith(text)]
+            keys = [key for key in keys if ends(key) in (text[1:], f"sink{text}")] or keys
+            if len(keys) == 1 and name not in self.quantities.units:
+                return keys[0]
+        return ""
 
     def find_quantity(self, column: Column) -> tuple[str, str]:
         """Return the quantity of a column by its name and unit, and a note; or "" and the reason why it is none."""
@@ -83,30 +77,30 @@ class Target:
 
     def _find_point(self, name: str, powers: Powers | None) -> tuple[str, str]:
         """The quantity at the point in a header, in m or in the unit of the geometry, which may be mm or um."""
-        units = self.quantities.units
-        places = [place for place in self._places() if parse_unit(units[place[0]]).powers == powers]
-        match, near = _POINT.search(name), _NEAR * max((np.abs(ends).max() for _, *ends in places), default=0.0)
-        point = np.array(match.groups(), float) if match else np.full(3, np.nan)
+        if not (match := _POINT.search(name)):
+            return "", ""
         for unit, factor in (("m", 1.0), ("mm", 1e-3), ("um", 1e-6)):
-            at = factor * point
-            keys = {key for key, lower, upper in places if np.abs(at - np.clip(at, lower, upper)).max() <= near}
-            # In a unit that is too small every point is near the origin.
-            if len(keys) == 1 and (unit == "m" or np.abs(at).max() > near):
+            at = factor * np.array(match.groups(), float)
+            keys = {
+                key for key, lower, upper in self._places()
+                if parse_unit(self.quantities.units[key]).powers == powers
+                and np.abs(at - np.clip(at, lower, upper)).max() <= 1e-3 * np.abs(at).max()
+            }  # fmt: skip
+            if len(keys) == 1:
                 return keys.pop(), "by its place" if unit == "m" else f"by its place in {unit}"
         return "", ""
 
     def sign(self, key: str) -> float:
         """Return the sign of a current: 1 at an electrode of the largest voltage, -1 of the smallest, otherwise 0."""
-        probe = next(p for p in self.scene.probes if p.name == key)
-        drives = [b for b in self.scene.boundaries if b.kind == "voltage"]
-        own = [b for b in drives if _place(b) == _place(probe)]
-        if probe.quantity != "current" or len(own) != 1:
+        place = _place(next(probe for probe in self.scene.probes if probe.name == key))
+        drives = {_place(b): b for b in self.scene.boundaries if b.kind == "voltage"}
+        largest = {place: max(values(b.value), key=abs) for place, b in drives.items()}
+        if place not in drives:
             return 0.0
-        value = max(values(own[0].value), key=abs)
-        if own[0].series_resistance == np.inf:
-            return float(np.sign(value))
-        others = [max(values(b.value), key=abs) for b in drives if b is not own[0] and b.series_resistance != np.inf]
-        return float(bool(others) and value > max(others)) - float(bool(others) and value < min(others))
+        if drives[place].series_resistance == np.inf:  # a given current
+            return float(np.sign(largest[place]))
+        others = [largest[p] for p, b in drives.items() if p != place and b.series_resistance != np.inf]
+        return float((largest[place] > max(others)) - (largest[place] < min(others)) if others else 0)
 
 
 class SinkTarget(Target):
@@ -115,34 +109,25 @@ class SinkTarget(Target):
     called = "a quantity of the sink"
     initial = "room_temperature"
 
-    def __init__(self, sink: Sink) -> None:
-        super().__init__(sink)
-        for path, number in every_number(sink).items():
-            self.keys[path], self.values[path] = number.kind.dimension, number.value
+    def __init__(self, scene: Any) -> None:
+        super().__init__(scene)
         self.example = (
             'with place and unit, such as "peak (K)", "end (degC)", "mean temperature (K)", "current (mA)", "power (W)"'
         )
 
     def find_key(self, name: str) -> str:
-        plain = re.sub(r"\s+", "_", name.strip()).lower()
-        ends = [path for path in self.keys if f".{path}".lower().endswith(f".{plain}")]
-        ends = [path for path in ends if path.lower() in (plain, f"{SINK.schema.main}.{plain}")] or ends
-        if len(ends) == 1:
-            return ends[0]
-        return "drive.voltage" if _VOLTAGE.fullmatch(plain) else ""
+        return super().find_key(name) or ("drive.voltage" if _VOLTAGE.fullmatch(name) else "")
 
     def find_quantity(self, column: Column) -> tuple[str, str]:
-        powers = column.powers
-        for key, unit in (("current_A", "A"), ("power_W", "W")):
-            if powers == parse_unit(unit).powers:
-                return key, ""
+        powers, places = column.powers, set().union(*_PLACES.values())
+        if powers in (CURRENT.powers, POWER.powers):
+            return "current_A" if powers == CURRENT.powers else "power_W", ""
         words = set(re.findall(r"[^\W\d_]+", column.name.lower()))
-        known = set().union(*_PLACES.values())
-        if powers is None and not words <= _TEMPERATURES | known | {f"t{word}" for word in known}:
+        words = {word[1:] if word[0] == "t" and word[1:] in places else word for word in words}
+        if powers is None and not words <= {"t", "temp", "temperature"} | RISE_WORDS | places:
             return "", "has no unit that is known"
         if powers not in (None, TEMPERATURE.powers) and not column.spice:
             return "", "is no temperature, current or power"
-        words |= {word[1:] for word in words if word.startswith("t")}
         keys = {key for key, names in _PLACES.items() if words & names}
         if keys == {"end_K", "mean_K"}:
             return "end_K", ""  # The quantity of an end is the mean over its cross-section.

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from compare.data.columns import ICE_POINT, find_unit
+from compare.data.columns import find_unit
 from compare.models.model import (
     LONGEST,
     STEPS,
@@ -28,7 +28,7 @@ from compare.models.model import (
 from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.units import parse_unit
+from scenes.units import ICE_POINT, parse_unit
 
 HORIZONS = tuple(10.0**n for n in range(-6, 7))
 """Ends (s) of the runs to the steady state, from below the time constants of a film to eleven days."""
@@ -189,7 +189,7 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
     unit = find_unit(name)
     if unit is None:
         return Unit(name)
-    return Unit(name, unit.powers, float(unit.factor), ICE_POINT if unit.celsius else 0.0)
+    return Unit(name, unit.powers, float(unit.factor), float(ICE_POINT) * unit.celsius)
 
 
 def simulate(folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.course import bends
 from compare.data import text
-from compare.data.columns import Column, refusing
+from compare.data.columns import Column, find_times, refusing
 from compare.models.model import Answer, Model, Question, find_file, match_outputs
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
@@ -59,10 +59,10 @@ def open_model(given: str, folder: str) -> Table:
     path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     content = text.read_bytes(path, "--model")
     with refusing(f"--model {quoted(path)}"):
-        if pairs := text.read_pairs(content):
-            return Table(path.name, {column.name.lower(): column for column in pairs})
-        _, columns = text.read(content)
-    clock = next((c for c in columns if c.is_time or c.name.lower() in ("time", "t", "time_s")), None)
+        kind, columns = text.read(content)
+    if kind == text.LIST:
+        return Table(path.name, {column.name.lower(): column for column in columns})
+    clock = next(iter(find_times(columns)), None)
     if clock is None:
         raise SceneError(
             f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'

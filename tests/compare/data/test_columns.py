@@ -106,7 +106,6 @@ def test_wrdata(names, single, tmp_path):
             found(tmp_path, wrdata(names, single))
         told = ("peak=2", "end=3", "current=4") if single else ("peak=2", "end=4", "current (A)=6")
     data = found(tmp_path, wrdata(names, single), *told)
-    assert data.kind == "ngspice wrdata"
     assert data.time == pytest.approx(1e-3 * TIMES)
     assert data.values["peak_K"] == pytest.approx(293 + RISES)
     assert data.values["end_K"] == pytest.approx(293 + RISES / 4)

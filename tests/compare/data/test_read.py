@@ -167,8 +167,7 @@ def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path):
     assert found(tmp_path, below(volts=(1.0,))).run == "the run at V0 = 1 V (drive.voltage)"
     with pytest.raises(SceneError, match="no run of this scene"):
         found(tmp_path, below(volts=(2.0,)))
-    data = found(tmp_path, below("tbeam (um)", volts=(2.0,)))
-    assert "2 um throughout" in data.left_out["tbeam (um)"]
+    assert "tbeam (um)" in found(tmp_path, below("tbeam (um)", volts=(2.0,))).left_out
 
 
 @pytest.mark.parametrize("second", [[0.0, 1.0, 2.0], [1.5, 3.0, 4.0]])

@@ -40,7 +40,7 @@ TABLES: dict[str, tuple[str | bytes, int | str]] = {
     "words": ("once upon a time\nthere was a beam\n", 2), "binary": (bytes(range(256)) * 9, "binary"),
     "zeros": (bytes(9999), 2),
     "workbook": (b"PK\3\4" + bytes(99), "save the table as text or CSV"),
-    "numbers": ("1,2\n3,4\n5,6\n", 'there are "column 1", "column 2"'),
+    "numbers": ("1,2\n3,4\n5,6\n", '"column 2" has no unit'),
     "ragged": ("time,peak\n0,293\n1\n2,3,4\n", "columns"),
     "a word": ("time,peak\n0,293\n1e-3,hot\n2e-3,294\n", "row 3"),
     "long cell": (f'time,peak\n0,"{LONG}"\n', "is no table of numbers: field larger"),
