@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.slopes import Slopes
 
-NOTHING = 1e-6
-"""Uncertainties below this part of u_val are shown as 0."""
 V20 = (
     "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, has an uncertainty u_val by the "
     "numerics, the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and "
@@ -163,8 +161,8 @@ class Validation(Analysis[Validated]):
         heads = ["S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error"]
         rows = []
         for s in found.statements:
-            parts = [
-                "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > NOTHING * s.u_val else "0"
+            parts = [  # An uncertainty that adds nothing to u_val is shown as 0.
+                "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > 1e-6 * s.u_val else "0"
                 for u in (s.u_num, s.u_input, s.u_data, s.u_val)
             ]
             middle = [signed(s.E, s.unit, 2)] * style.page
