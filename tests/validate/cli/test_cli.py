@@ -134,10 +134,10 @@ def test_fields_open_in_pyvista():
     import pyvista
 
     assert sink("--fields", "--field-times", "0.5ms, 2 ms") == 0
-    reader = pyvista.get_reader("results/sink-1V-fields-500us-2ms/fem3d.pvd")
+    reader = pyvista.get_reader("results/sink-1V-fields-0.5ms-2-ms/fem3d.pvd")
     assert {0.0, 5e-4, 2e-3, 0.02} <= set(reader.time_values)
     assert len(reader.time_values) == 16
-    grid = pyvista.read("results/sink-1V-fields-500us-2ms/fem3d_steady.vtu")
+    grid = pyvista.read("results/sink-1V-fields-0.5ms-2-ms/fem3d_steady.vtu")
     assert grid.point_data["temperature_K"].max() == 300.0
     assert grid.point_data["rise_K"].max() == pytest.approx(7.0)
     assert grid.point_data["potential_V"].max() == 1.0

@@ -165,7 +165,7 @@ def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
 
 
 def test_a_finished_sweep_solves_nothing_and_another_is_refused(undisturbed, monkeypatch, capsys):
-    monkeypatch.setattr("compare.worker.Worker.begin", lambda *_: pytest.fail("nothing is left to solve"))
+    monkeypatch.setattr("compare.worker.Worker.run", lambda *_: pytest.fail("nothing is left to solve"))
     rows = table(undisturbed)
     assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
     assert table(undisturbed) == rows
