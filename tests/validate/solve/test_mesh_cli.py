@@ -91,6 +91,6 @@ def test_bad_input_is_one_sentence(capsys):
     assert main(["solve", "wire.toml", "--no-figures", "--set", "boundary.cold.group=rim"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert "= \"rim\" is no group of the mesh: the surface groups are " in err
+    assert '= "rim" is no group of the mesh: the surface groups are ' in err
     assert len(err.splitlines()) == 1
     assert not Path("results").exists()
