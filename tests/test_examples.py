@@ -58,7 +58,7 @@ def test_crosstalk_of_an_array_agrees_with_plate_series():
     # On a poor conductor the crosstalk is a larger part of the rise, so that a coarser solution has its digits.
     poor = ["substrate.thickness=0.5mm", "materials.substrate.thermal_conductivity=13", "run.accuracy=2e-3"]
     found = example["crosstalk"](load("sink", poor), 2, 400e-6)
-    # The oxide blocks are 1150 um apart at both ends of each beam, and 50 um long; half of the heat leaves through each,
+    # The oxide blocks are 1150 um apart at the ends of each beam, and 50 um long; half of the heat leaves through each,
     # more of it on the side of the beam: between the middle and the inner end of a block.
     feet = [[[(1.5e-3 + x, 1.5e-3 + y) for y in (-at, at)] for x in (-200e-6, 200e-6)] for at in (575e-6, 550e-6)]
     low, high = (np.mean([[plate_series(p, q) for p in a] for q in b]) for a, b in feet)
