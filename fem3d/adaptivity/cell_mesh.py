@@ -55,13 +55,14 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
     """Return a level with errors and indicators corrected by the ``history`` of earlier meshes.
 
     No error is below ``level.least``, nor below its estimate where this is no smaller than on the mesh before, which
-    was then refined for other readings.
+    was then refined for other readings, or where a law of the temperature causes errors away from edges.
     """
     values = {name: float(value) for name, value in level.fine.quantities.items()}
     least = {n: level.least.get(n, 0.0) for n in level.errors}
     record = Record(values, level.errors, level.scales, least)
     part, larger = _fractions(record, history)
-    fell = {n for before in history[-1:] for n, e in before.errors.items() if level.errors[n] <= FELL * e}
+    before = history[-1].errors if history and not level.problems.follows else {}
+    fell = {n for n, e in before.items() if level.errors[n] <= FELL * e}
     most = _cautious(record, history) if level.extrapolated else {}
     whole = AS_IT_IS if level.extrapolated else 1.0
     smaller = {n: min(part * e, most.get(n, np.inf)) if n in fell else np.inf for n, e in level.errors.items()}

@@ -54,7 +54,8 @@ class Problems:
     @property
     def follows(self) -> bool:
         """Whether a property follows the temperature by a law."""
-        return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
+        heat = self.heat
+        return heat.follows or heat.about is not None or bool(self.conductor and self.conductor.following)
 
     def driven(self, factor: float, by_heat: bool) -> Problems:
         """Scale the voltages by a factor; or ``by_heat`` all heat loads and given values, without voltages."""
@@ -245,7 +246,7 @@ def extrapolated(
     cell, relative to the scales. The rest of a change comes by way of other quantities, and continues like all
     contributions together, including the contributions to the power.
     """
-    known = study.extrapolated and not given.follows and given.heat.about is None
+    known = study.extrapolated and not given.follows
     kinds, power = ((heat, False), (current, True)), given.electric_parts
     every = [(parts.last, electric) for goals, electric in kinds for parts in goals.values()] + [(power.last, True)]
     sizes = [(np.abs(last).sum(axis=0), electric) for last, electric in every]
