@@ -18,13 +18,17 @@ and unknowns stay the same.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
+from threadpoolctl import threadpool_limits
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import left
@@ -213,11 +217,9 @@ def sensitivities(
     solver = _Solver(study, answer, rows)
     steady, course = Table(), Course(solver.times, solver.base[0].traces, {}, {})
     profile, left_out = dict[str, np.ndarray](), dict[str, str]()
-    for key, vary in keys.items():
-        try:
-            found = solver.difference(vary)
-        except (SceneError, NumericsError) as error:
-            left_out[key] = str(error)
+    for key, found in solver.differences(keys):
+        if isinstance(found, Exception):
+            left_out[key] = str(found)
             continue
         steady[key] = {name: found.logarithmic(name, e) for name, e in known.items()}
         if rows is not None:
@@ -295,6 +297,19 @@ class _Solver:
                 k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
         self.base = self._levels(study, self._own)
+
+    def differences(self, keys: Mapping[str, Vary]) -> Iterator[tuple[str, Difference | Exception]]:
+        """Yield each key with its differences, or the reason why there are none; each processor solves one."""
+
+        def tried(vary: Vary) -> Difference | Exception:
+            try:
+                return self.difference(vary)
+            except (SceneError, NumericsError) as error:
+                return error
+
+        with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool, ExitStack() as stack:
+            stack.callback(pool.shutdown, cancel_futures=True)
+            yield from zip(keys, pool.map(tried, keys.values()), strict=True)
 
     def difference(self, vary: Vary) -> Difference:
         """Solve with a larger and a smaller key. Raises SceneError where a scene beside the base is not the same but

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
 
+from fem3d.problems.following import solve_by_gmres
 from fem3d.solution.newton import MOST_NEWTON
 from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
@@ -125,18 +126,25 @@ def _collocate(
     """Solve for the states (n, r) = free + weights sources and the sources at the times of a step, by Newton's method
     with the sources' slope at the state in front; None where it does not converge."""
     states, slope = np.repeat(state[None], len(times), axis=0), _slope(source, float(times[0]), state, size)
-    if not np.isfinite(slope).all():
-        return None
-    jacobian = np.eye(states.size) - np.einsum("tnr,rs->trns", weights, slope).reshape((states.size,) * 2)
+
+    def driven(sources: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("tnr,nr->tr", weights, sources))
+
+    def product(v: np.ndarray) -> np.ndarray:
+        change = v.reshape(states.shape)
+        return (change - driven(change @ slope.T)).ravel()
+
     for _ in range(MOST_NEWTON):
         sources = source(times, states)
-        lacking = free + np.einsum("tnr,nr->tr", weights, sources) - states
-        if not np.isfinite(lacking).all():
+        lacking = free + driven(sources) - states
+        if not (np.isfinite(lacking).all() and np.isfinite(slope).all()):
             return None
-        change = np.linalg.solve(jacobian, lacking.ravel()).reshape(states.shape)
+        change, _ = solve_by_gmres(product, lacking.ravel(), 1e-3, lacking.size)
+        if change is None:
+            return None
         # Sources by their slope: of large ones that differ little, they are known better than by the states.
-        sources = sources + change @ slope.T
-        before, states = states, free + np.einsum("tnr,nr->tr", weights, sources)
+        sources = sources + change.reshape(states.shape) @ slope.T
+        before, states = states, free + driven(sources)
         if np.abs(states - before).max(initial=0.0) <= 1e-12 * size:
             return states, sources
     return None
