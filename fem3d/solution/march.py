@@ -26,7 +26,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 from scipy.sparse import csc_array
 
 from fem3d.problems.assembly import linearized, refine_quadratures
@@ -72,11 +71,11 @@ class Step(NamedTuple):
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
+        from scipy.interpolate import CubicHermiteSpline  # takes as long to import as all else; laws alone need it
+
         ends, rates = [self.rise, self.last_rise], [self.rate, self.last_rate]
-        cubic, since = (
-            CubicHermiteSpline([0.0, self.length], ends, rates),
-            min(max(time - self.start, 0.0), self.length),
-        )
+        cubic = CubicHermiteSpline([0.0, self.length], ends, rates)
+        since = min(max(time - self.start, 0.0), self.length)
         return cubic(since), cubic(since, 1)
 
 
