@@ -42,7 +42,7 @@ FULL = "the full model"
 TRUTH, SPACE, ROUGH = 0.5, 0.02, 3.0
 """Parts of the accuracy: for the runs of the full model and the mesh of the compact one, for the fields, and for the
 mesh where its part is not reached."""
-LONGEST, ALWAYS = 7.0, 50.0
+LONGEST, ALWAYS = 5.0, 30.0
 """Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
 """
 INSTANTS = 60
@@ -129,8 +129,9 @@ def _compact(
     steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
     say("compact model: mesh and fields")
     try:
-        # The errors of a model on a mesh file are those of its mesh, which is kept.
-        problem = _problem(scene, inputs, (ROUGH if isinstance(scene, MeshScene) else TRUTH) * accuracy, own)
+        # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
+        part = ROUGH if isinstance(scene, MeshScene) else min(truth, ROUGH)
+        problem = _problem(scene, inputs, part * accuracy, own)
     except NumericsError as error:
         problem, because = _problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
     rich, times, guessed = _rich(scene, inputs, problem, steps, accuracy)
