@@ -43,7 +43,7 @@ class Outcome(Generic[S_co]):
     answer : the difference between the models in a sentence
     timing : seconds by stage, and "total"
     failure : why the user's model has no answer (KeyboardInterrupt: it was interrupted); 3D is kept
-    folder, files, replaced : the results folder, the names of its files, the earlier run that it replaced
+    folder, files, replaced : the results folder, the names of its files, the command of the run that it replaced
     """
 
     scene: S_co

@@ -13,7 +13,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from functools import partial
 from importlib import import_module
 from itertools import groupby
 from pathlib import Path
@@ -113,8 +112,6 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     folder = named or folder_name(kind, chosen, scene, names)
     planned = plan(scene, options) if arguments.explain or arguments.dry_run else None
     if planned is not None:
-        if arguments.dry_run and named:
-            _picture(scene, folder)
         show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     if arguments.dry_run:
         return FINE
@@ -160,7 +157,7 @@ def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> s
     figures = sum(file.endswith(".svg") for file in files)
     kinds += [f"{figures} figure{'s' * (figures > 1)}"] * bool(figures) + ["fem3d.pvd"] * ("fem3d.pvd" in files)
     said = f"{', '.join(kinds)}. Took {outcome.timing['total']:.1f} s."
-    said += f" Replaces {outcome.replaced}." if outcome.replaced else ""
+    said += f" Replaces the earlier run ({outcome.replaced})." if outcome.replaced else ""
     folder, here = outcome.folder, Path.cwd()
     # A path is not broken over lines, so that it can be copied.
     where = f"Results in {folder.relative_to(here) if folder.is_relative_to(here) else folder}/\n"
@@ -188,15 +185,6 @@ def refuse(*faults: tuple[object, str]) -> None:
     for is_one, sentence in faults:
         if is_one:
             raise SceneError(sentence)
-
-
-def _picture(scene: Any, folder: Path) -> None:
-    """Draws a scene that is not solved, where it is one of boxes."""
-    from validate.folder import PICTURE, RUN, Folder
-    from validate.viewer.boxes import of_boxes
-    from validate.viewer.window import save_picture
-
-    show(f"Wrote {Folder(folder, RUN).add(PICTURE, partial(save_picture, of_boxes(scene)))}\n")
 
 
 def table(

@@ -20,7 +20,7 @@ from compare.pipeline import solve
 from scenes.formats import sink_text
 from scenes.result import noted, step
 from scenes.units import TIME
-from validate.folder import MODEL, RUN, Folder, replaced
+from validate.folder import MODEL, RUN, Folder
 from validate.report.figures.render import Field, Renderer
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def run(
 
             with progress.stage("files"):
                 files.write(outcome.analyses["export"], exports.partial)
-    outcome.folder, outcome.replaced, outcome.timing = folder.target, replaced(folder), progress.timing()
+    outcome.folder, outcome.timing = folder.target, progress.timing()
+    outcome.replaced = folder.replaced.get("command") or ""
     return outcome
 
 

@@ -102,7 +102,7 @@ COMMANDS: dict[str, int | str] = {
     "solve 'a b.toml' --no-figures --quiet": 0, "solve ./-dash.toml --no-figures --quiet": 0, "solve -dash.toml": 2,
     "solve 'a b.toml' --no-figures --quiet --out 'my runs/the first'": 0, "solve mine": 2, "solve mine/": 2,
     "solve beam.toml --no-figures --quiet --out beam.toml": 2, "solve beam.toml --no-figures --out mine": 2,
-    "solve beam.toml --no-figures --out .": 2, "solve bridge --dry-run --out mine": "files that are not a run",
+    "solve beam.toml --no-figures --out .": 2,
     "solve beam.toml --no-figures --out /": 2, "solve beam.toml --no-figures --out /proc/a": 2,
     "solve beam.toml --no-figures --out /dev/null": 2,
     "solve beam.toml --no-figures --out link": 2, "solve beam.toml --no-figures --quiet --out nowhere": 0,
@@ -154,7 +154,7 @@ REFUSED = {
     "sink --set sink.spans=3 --set gap_gas_conductivity=0.026": "is not solved beside sink.spans = 3",
     "sink --set sink.widht=1um": "sink.width", "sink --only 2d": "invalid choice",
     "sink --set sink.width": "KEY=VALUE",
-    "sink --out /dev/null/x": "output folder",
+    "sink --out /dev/null/x": "cannot be written",
     "sink --fields --field-times abc": "--field-times", "sink --fields --field-times 1s": "--field-times",
     "sink --fields --field-times 0.1ms --steady": "--field-times",
     # reductions and models

@@ -117,46 +117,6 @@ def test_an_export_over_another_is_the_one_that_is_imported(tmp_path):
     assert found == ["1.0", "2.0", "3.0"]
 
 
-KILLED = """
-import os, signal, sys
-from pathlib import Path
-from validate import folder
-from validate.folder import RUN
-how = sys.argv[2]
-if how != "exchange":
-    folder._exchange = lambda a, b: False
-move = folder.Folder._keep
-def die(*_): os.kill(os.getpid(), signal.SIGKILL)
-if how in ("exchange", "moved"):
-    folder.Folder._keep = die
-if how == "old":
-    rename = Path.rename
-    Path.rename = lambda self, to: rename(self, to) if to.suffix == ".old" or "new" in self.name else die()
-with folder.Folder(Path(sys.argv[1]), RUN) as new:
-    (new.partial / "summary.json").write_text('{"schema": 1, "plan": [], "new": true}')
-    if how == "written":
-        die()
-"""
-
-
-@pytest.mark.parametrize("how", ["written", "exchange", "moved", "old"])
-def test_what_a_killed_run_leaves_the_next_one_removes_and_nothing_of_a_users(how, tmp_path):
-    """Killed before its folder is swapped in, between that and the move of a user's file, also where folders can't be
-    exchanged in one step, and where the earlier run has been moved away for that."""
-    target = tmp_path / "run"
-    run(target, summary__json=SUMMARY)
-    (target / "notes.txt").write_text("mine", encoding="utf-8")
-    with Folder(tmp_path / "run", RUN) as other:  # which is at work, and is left alone
-        subprocess.run([sys.executable, "-c", KILLED, target, how], timeout=60)
-        assert len(names(tmp_path)) == 3
-        run(tmp_path / "run", summary__json=SUMMARY, traces__csv="")
-        assert names(tmp_path) == {"run", other.partial.name}
-        assert names(target) == {"summary.json", "traces.csv", "notes.txt"}
-        (other.partial / "summary.json").write_text(SUMMARY, encoding="utf-8")
-    assert names(tmp_path) == {"run"}
-    assert (target / "notes.txt").read_text(encoding="utf-8") == "mine"
-
-
 FIELDS = ["solve", "bridge", "--set", "run.accuracy=1e-2", "--no-figures", "--quiet", "--fields", "--out"]
 
 
