@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -230,8 +231,13 @@ def _where(item: Any) -> dict[str, Any]:
 
 def as_toml(scene: m.AnyScene) -> str:
     """The file that reads back as an equal scene, in SI units."""
+    return toml(as_dict(scene))
+
+
+def toml(document: Mapping[str, Any]) -> str:
+    """Return a document of tables and lists of tables as a TOML file."""
     lines: list[str] = []
-    for table, content in as_dict(scene).items():
+    for table, content in document.items():
         for item in content if isinstance(content, list) else [content]:
             lines.append(f"[[{table}]]" if isinstance(content, list) else f"[{table}]")
             lines += [f"{key} = {_value(value)}" for key, value in item.items()]

@@ -42,20 +42,6 @@ class Reader(HTMLParser):
             self.text.append(data)
 
 
-def test_slopes_are_counted_apart(tmp_path):
-    """As in the headline, which counts the other checks alone."""
-    verdicts = {"fig4": "differs", "eq13": "agrees", "slope_sink.width": "differs", "slope_sink.length": "agrees"}
-    document = {
-        "checks": [
-            {"id": name, "verdict": verdict, "u_num": 0.0, "difference": 0.1} for name, verdict in verdicts.items()
-        ]
-    }
-    said = " ".join(Reader(page(tmp_path, "a", "b", (), document)).text)
-    assert re.search(r"1 differ\s+: fig4 ", said)
-    assert re.search(r"1 agree\s+: eq13 ", said)
-    assert "slopes by the scene's keys: 1 of 2 differ" in said
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """The real run, steady and with figures: the folder."""
@@ -97,7 +83,10 @@ def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path, no
 
 
 def test_a_name_or_text_is_not_taken_for_markup(tmp_path):
-    document = {"warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"}}
+    document = {
+        "warnings": ["5 < 6 & <b>bold</b>"],
+        "scene": {"scene": {"name": "<script>alert(1)</script>"}, "box": []},
+    }
     told = Section("More", [Table(("<b>", "share"), [Row(["<b>", "1 K"], "agrees", "a < b")]), ["<b>"], "<b>"])
     text = page(tmp_path, "<i>", "a & b", [told], document)
     assert not re.search("<script|<b>", text)
