@@ -1,5 +1,4 @@
-"""Figures: titles, legends and axes of time; and the picture of a scene before it is
-solved, with the names of its parts."""
+"""Figures: titles and fields; and the picture of a scene before it is solved, with the names of its parts."""
 
 from dataclasses import replace
 
@@ -10,14 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from compare.options import Options
-from compare.outcome import Outcome, Progress
+from compare.outcome import Progress
 from compare.pipeline import solve
 from scenes.loading import load, load_free
 from scenes.model import Box, Contact, Scene
-from scenes.result import Result, Traces
 from scenes.sink import SILICON
 from validate.cli import main
-from validate.report.figures import scene_figures
 from validate.report.figures.drawing import new_figure
 from validate.report.output import field_of
 from validate.viewer.boxes import THIN, parts
@@ -37,37 +34,6 @@ def test_a_long_title_is_in_lines():
     assert inside(figure)
     figure.texts[0].set_text(title)
     assert not inside(figure)
-
-
-END = 0.1
-
-
-@pytest.mark.parametrize(
-    ("constant", "driven", "scale"),
-    [(END / 3, "at once", "linear"), (END / 100, "at once", "log"), (END / 100, "in a wave", "linear")],
-)
-def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant, driven, scale):
-    """All probes of the hotplate rise from 293 to 300 with a time constant (s); not where the drive changes later."""
-    scene = load_free("hotplate", ["run.end_time=0.1", "boundary.drive.voltage=0.2"])
-    if driven == "in a wave":
-        scene = replace(scene, boundaries=load_free("hotplate").boundaries)
-    time = np.concatenate([[0.0], np.geomspace(1e-6 * END, END, 60)])
-    values = 293 + 7 * (1 - np.exp(-time / constant))
-    names = [probe.name for probe in scene.probes]
-    found = Result("fem3d", {}, Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3)))
-    axes = scene_figures.traces(Outcome(scene, Options(), {"fem3d": found})).axes
-    assert {ax.get_xscale() for ax in axes} == {scale}
-    assert axes[-1].get_xlim()[1] == pytest.approx(1e3 * END)
-    if scale == "log":
-        # A decade that begins before a hundredth of the rise, which is after 1 % of the time constant.
-        assert axes[-1].get_xlim()[0] == pytest.approx(1e3 * 1e-5)
-        line = axes[0].lines[0]
-        exact = 293 + 7 * (1 - np.exp(-line.get_xdata() / 1e3 / constant))
-        assert np.abs(line.get_ydata() - exact).max() < 0.05
-    since = Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3), since=2e-5)
-    for traces, said in ((found.over_time, False), (since, True)):
-        figure = scene_figures.traces(Outcome(scene, Options(), {"fem3d": replace(found, traces=traces)}))
-        assert ("larger until 20 µs after the start" in figure.texts[-1].get_text()) == said
 
 
 @pytest.mark.long

@@ -13,10 +13,8 @@ from compare.report.checks import with_mu
 from compare.sink_checks import profile as sampled
 from compare.verdict import PAPERS, Check
 from reduced1d.equations import parabola
-from scenes import physics
 from scenes.formats import cut, quantity, scale, sink_text
-from scenes.model import UNITS, Schedule
-from scenes.result import Traces
+from scenes.model import UNITS
 from scenes.sink import OF_A_SINK, Sink
 from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure
@@ -27,10 +25,6 @@ if TYPE_CHECKING:
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
 MOST_NAME = 24
 """Characters of a name that there is room for."""
-_EARLY, _SEEN = 0.05, 0.01
-"""Time is logarithmic where a trace has half its change within the first part of the run; its axis starts where the
-trace has moved by the second part of its change."""
-
 Panel = tuple[str, str, float, Mapping[str, str]]
 """The label and the unit of an axis, the value at its zero, and the words of its traces by name."""
 
@@ -57,18 +51,16 @@ def traces(
 ) -> Figure:
     """Draw traces from the start on: 3D with a band for its errors, a 1D model dashed, a user's data as dots.
 
-    By default they are all probes of a free scene. Time is logarithmic where a trace has done half of all it does in
-    the first twentieth of the run, and nothing that drives the scene changes later.
+    By default they are all probes of a free scene.
     """
     scene, data = outcome.scene, outcome.options.against
     results = [each for each in (outcome.fem3d, outcome.reduced1d) if each is not None and each.traces is not None]
-    given = scene.scene() if scene.kind == "sink" else scene
     if not panels:
         by_quantity: dict[str, dict[str, str]] = {}
         for probe in scene.probes:
             by_quantity.setdefault(probe.quantity, {})[probe.name] = probe.name
         panels = [(q.replace("_", " "), UNITS[q], 0.0, by_quantity[q]) for q in UNITS if q in by_quantity]
-    first, (factor, time_unit) = _first(given, results[0].over_time), scale(scene.end_time, "s")
+    factor, time_unit = scale(scene.end_time, "s")
     height = 1.1 + 0.2 * len(checks) + (2.4 if len(panels) > 1 else 3.4) * len(panels)
     figure = new_figure(9.5, height, title or f"{scene.name}: probes against time", checks, left=0.9, bottom=0.8)
     figure.subplots_adjust(right=0.78)
@@ -83,49 +75,23 @@ def traces(
                 course = result.over_time
                 if name not in course.values:
                     continue
-                times, values = course.time, course.values[name]
-                if first:  # Rows are few where a straight line over time does, which a logarithmic axis bends.
-                    from scipy.interpolate import PchipInterpolator
-
-                    times = np.geomspace(first, scene.end_time, 400)
-                    values = PchipInterpolator(course.time, values)(np.minimum(times, course.time[-1]))
-                values = per * (values - zero)
+                values = per * (course.values[name] - zero)
                 who = "1D" if result.model in PAPERS else result.model
                 look: dict[str, Any] = {"ls": ":", "lw": 2.4, "label": cut(f"{word}, {who}", MOST_NAME)}
                 if result is outcome.fem3d:
-                    bound = per * course.error_at(name, times)
+                    bound = per * course.error_at(name, course.time)
                     values = np.where(np.isfinite(bound), values, np.nan)
-                    band(ax, times * factor, values, bound, colour)
+                    band(ax, course.time * factor, values, bound, colour)
                     look = {"ls": dash, "label": cut(word, MOST_NAME)}
-                ax.plot(times * factor, values, color=colour, **look)
+                ax.plot(course.time * factor, values, color=colour, **look)
             if data is not None and name in data.values:
                 dots = per * (data.values[name] - zero)
                 ax.plot(data.time * factor, dots, ".", color=colour, ms=5, zorder=1, label=f"{word}, {data.name[:24]}")
         ax.set_ylabel(with_mu(f"{label} ({shown})"))
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
-    axes[-1].set(xlabel=with_mu(f"time ({time_unit})"), xscale="log" if first else "linear")
-    axes[-1].set_xlim(first * factor, scene.end_time * factor)
-    note = "shaded: the estimated error of 3D"
-    if (since := results[0].over_time.since) > first:
-        note += f", larger until {quantity(since, 's', 2)} after the start"
-        note += " and each jump of a given temperature" * bool(results[0].over_time.jumps)
-    figure.text(0.5, 0.12 / height, with_mu(note), ha="center", fontsize=9)
+    axes[-1].set(xlabel=with_mu(f"time ({time_unit})"), xlim=(0.0, scene.end_time * factor))
+    figure.text(0.5, 0.12 / height, "shaded: the estimated error of 3D, where it is known", ha="center", fontsize=9)
     return figure
-
-
-def _first(scene: Any, traces: Traces) -> float:
-    """Where a logarithmic axis starts (s): before any trace has moved visibly; 0 where a linear one is better."""
-    if any(t > 0 for value in physics.driving(scene) if isinstance(value, Schedule) for t in value.times):
-        return 0.0
-    halves, starts = [], []
-    for values in traces.values.values():
-        moved = np.abs(values - values[0])
-        if moved.max() > 1e-9 * np.abs(values).max():
-            halves.append(traces.time[np.argmax(moved > 0.5 * moved.max())])
-            starts.append(traces.time[np.argmax(moved > _SEEN * moved.max())])
-    if not halves or min(halves) > _EARLY * scene.end_time:
-        return 0.0
-    return max(10.0 ** np.floor(np.log10(min(starts))), 1e-6 * scene.end_time)
 
 
 def profile(outcome: Outcome[Sink]) -> Figure:
