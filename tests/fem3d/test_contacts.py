@@ -15,7 +15,7 @@ from scenes.free.rules import checked
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
 from tests.fem3d import gap, plain_grid, steady_on, whole
-from validate.verify import newton, second_path
+from validate.verify.second_path import SecondPath
 
 LENGTH, SIDE, K, CAPACITY = 1e-3, 0.2e-3, 2.0, 3e6
 RESISTANCE = 5e-4  # m2 K/W: as much as the length of a slab
@@ -136,9 +136,8 @@ def test_contact_that_ends_inside_agrees_with_second_path():
     """On one mesh; a contact one percent worse differs."""
     scene = replace(_rim(RESISTANCE), probes=_rim(RESISTANCE).probes[2:3])
     grid = plain_grid(scene, 2, cuts=2)
-    basis, *owner_order = second_path.base(scene, grid)
-    state = newton.steady(second_path.problem(scene, basis, *owner_order))
-    (exact,) = second_path.readings(scene, basis, state).values()
+    path = SecondPath(scene, grid)
+    (exact,) = path.readings(path.steady()).values()
     for worse in (1.0, 1.01):
         contacts = (Contact("c", ("plate", "block"), worse * RESISTANCE),)
         other = replace(scene, contacts=contacts)

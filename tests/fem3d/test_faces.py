@@ -13,7 +13,7 @@ from fem3d.runs.scene import solve
 from scenes.free import as_dict, from_dict
 from scenes.sink import Sink
 from tests.fem3d import gap, plain_grid, steady_on, whole
-from validate.verify import newton, second_path
+from validate.verify.second_path import SecondPath
 
 SIGMA = 5.670374419e-8  # W/(m2 K4), CODATA 2018
 LENGTH, WIDTH, HOT, ROOM = 1e-3, 1e-5, 1000.0, 300.0
@@ -146,8 +146,8 @@ def test_radiating_block_agrees_with_second_path():
     """On one mesh; an emissivity one percent larger differs."""
     scene = block(1e-3)
     grid = plain_grid(scene, 2)
-    basis, *owner_order = second_path.base(scene, grid)
-    exact = second_path.readings(scene, basis, newton.steady(second_path.problem(scene, basis, *owner_order)))
+    path = SecondPath(scene, grid)
+    exact = path.readings(path.steady())
     for more in (1.0, 1.01):
         faces = (replace(b, value=more * b.value) if b.kind == "radiation" else b for b in scene.boundaries)
         other = replace(scene, boundaries=tuple(faces))

@@ -16,7 +16,7 @@ from reduced1d.ladder.plate import below
 from scenes.model import Boundary, Box, Probe, Scene
 from scenes.sink import SUBSTRATE, Sink
 from tests.fem3d import gap, plain_grid, silicon, state_on
-from validate.verify import newton, second_path
+from validate.verify.second_path import SecondPath
 
 TERMS = 800
 ON = Sink(substrate_thickness=0.5e-3)
@@ -127,12 +127,11 @@ def difference(sink: Sink, other: Sink) -> float:
     part = symmetry.reduce(other.scene())
     grid = plain_grid(part.scene, 1)
     scene = replace(part.scene, probes=tuple(p for p in part.scene.probes if p.reduce == "mean"))
-    basis, *owner_order = second_path.base(scene, grid)
-    problem = second_path.problem(scene, basis, *owner_order)
-    means = second_path.readings(scene, basis, newton.steady(problem))
+    path = SecondPath(scene, grid)
+    means = path.readings(path.steady())
     row = symmetry.reduce(sink.scene())
     _, found = state_on(sink, plain_grid(row.scene, 1), row)
-    off = [found[f"{name}_rise_K"] / (value - problem.start) - 1 for name, value in means.items()]
+    off = [found[f"{name}_rise_K"] / (value - scene.initial_temperature) - 1 for name, value in means.items()]
     return float(np.abs(off).max())
 
 

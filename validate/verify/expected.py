@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.rows import Row
 from fem3d.runs.scene import solve
-from scenes.model import Scene
+from scenes.model import UNITS, Scene
 
 ORDER_TOLERANCE = 0.1  # between an observed order and theory
 ACCURACY = 1e-4  # of the solver
@@ -24,9 +24,8 @@ class Expected:
     Attributes
     ----------
     probe : name in the scene
-    unit : of the value and its errors; temperatures are in K
-    value : a number, or for a transient one for each output time
-    scale : the largest rise, flow or current
+    value : a number in SI units, or for a transient one for each output time
+    scale : the largest rise, flow or current; by default of the value
     unsure : error of the value itself: rounding of a printed number, straight lines in place of a sine
     name : of the row, where it is not the probe's
     settled : part of the scale that the error bound may reach; None for any
@@ -34,9 +33,8 @@ class Expected:
     """
 
     probe: str
-    unit: str
     value: float | np.ndarray
-    scale: float
+    scale: float | None = None
     unsure: float = 0.0
     name: str = ""
     settled: float | None = SETTLED
@@ -45,7 +43,7 @@ class Expected:
 
 def rows(group: str, case: str, scene: Scene, expected: Sequence[Expected], note: str = "") -> Iterator[Row]:
     """Solve a scene and yield a row for each expected value; of a trace, the instant that is furthest off."""
-    result = solve(scene)
+    result, units = solve(scene), {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     for each in expected:
         values = np.atleast_1d(np.asarray(each.value, dtype=float))
         if result.traces is None:
@@ -55,10 +53,11 @@ def rows(group: str, case: str, scene: Scene, expected: Sequence[Expected], note
             error = result.traces.errors[each.probe]
         worst = int(np.abs(found - values).argmax())
         name = each.name or each.probe
-        settled = None if each.settled is None else each.settled * each.scale + each.unsure
+        scale = float(np.abs(values).max()) if each.scale is None else each.scale
+        settled = None if each.settled is None else each.settled * scale + each.unsure
         name = f"{name}, worst of {len(values)}" if len(values) > 1 else name
-        yield Row(group, case, name, float(found[worst]), float(values[worst]), error + each.unsure, each.unit,
-                  settled=settled, note=each.note or note)  # fmt: skip
+        yield Row(group, case, name, float(found[worst]), float(values[worst]), error + each.unsure,
+                  units[each.probe], settled=settled, note=each.note or note)  # fmt: skip
 
 
 def order_row(

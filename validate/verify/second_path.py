@@ -1,7 +1,14 @@
-"""Scenes on the second path: the problem that `newton` solves, on hexahedra of degree 1 or 2, and its readings.
+"""The second path: Newton's method on scikit-fem's own hexahedra, for temperature T (K) and potential phi (V) at once.
 
-Nodes are doubled at contacts, where a temperature or a potential jumps. A scene with all features of both paths,
-beam.toml, is solved by Newton's method on scikit-fem's own hexahedra too. The second path's own error is bounded by its
+For all functions v and w
+
+    int rho c(T) dT/dt v + k(T) grad T . grad v - sigma(T) |grad phi|^2 v + q_face(T) v = int heat source v,
+    int sigma(T) grad phi . grad w = 0,
+
+with jumps of both across contacts, where half the heat of the current enters either side. Nothing of `fem3d` is used.
+Nodes are doubled at contacts, where a temperature or a potential jumps.
+
+A scene with all features of both paths, beam.toml, is solved by both. The second path's own error is bounded by its
 change when its intervals are halved: next to an edge it falls by 2^(4/3) from one mesh to the next, so that 0.7 of the
 change is left.
 """
@@ -12,226 +19,309 @@ import math
 from collections.abc import Collection, Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.constants import Stefan_Boltzmann
+from scipy.sparse import bmat, coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
-from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex
+from skfem import Basis, BilinearForm, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex
 
 from benchmarks.rows import Row
 from meshes.grid import Grid, graph
 from scenes import laws
+from scenes.errors import NumericsError
 from scenes.laws import Property
 from scenes.loading import load
-from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Value
-from validate.verify import newton
+from scenes.model import Boundary, Probe, Scene
+from scenes.model import Contact as Given
 from validate.verify.expected import Expected
 from validate.verify.expected import rows as solved
-from validate.verify.newton import Electrode, Law, Part, Problem, State
 
 Pair = frozenset[int]
 """The numbers of two boxes."""
+State = np.ndarray
+"""(2, nodes): temperature (K) and potential (V)."""
 FAMILY, CASE = "second paths", "silicon on a foot: laws, contact, radiation, given current"
 BEAM = Path(__file__).with_name("beam.toml")
 # Of the length between two planes: along x and z intervals next to edges are short.
 GRADED, EVEN = np.array([0.0, 0.12, 0.88, 1.0]), np.array([0.0, 1.0])
+SETTLED = 1e-12  # of the largest rise: the change that ends Newton's iterations
+MOST = 60  # iterations
+
+
+@BilinearForm
+def tangent(u: Any, v: Any, w: Any) -> Any:
+    """Integrand c u v + (flow u + k grad u) . grad v."""
+    return w.c * u * v + ((w.flow * u + w.k * u.grad) * v.grad).sum(axis=0)
+
+
+@LinearForm
+def load_vector(v: Any, w: Any) -> Any:
+    """Integrand c v + flow . grad v."""
+    return w.c * v + (w.flow * v.grad).sum(axis=0)
+
+
+def along_axes(given: Property, T: np.ndarray, coefficient: float = 0.0, at: float = 0.0) -> tuple[Any, Any]:
+    """Return a property along x, y and z at temperatures (K), and its derivatives; one that is given as a number has
+    a temperature coefficient (1/K)."""
+    pairs = [
+        (each(T), each.slope(T)) if laws.varies(each)
+        else (each * (1 + coefficient * (T - at)), np.full_like(T, each * coefficient))
+        for each in laws.along(given)
+    ]  # fmt: skip
+    values, slopes = (np.stack(each) for each in zip(*pairs, strict=True))
+    return values, slopes
+
+
+def leaving(boundary: Boundary, T: np.ndarray) -> tuple[Any, Any]:
+    """Return the flux (W/m2) out of a face at temperatures (K), and its derivative."""
+    value: Any = boundary.value
+    ambient: Any = boundary.ambient
+    if boundary.kind == "heat_flux":
+        return -value + 0 * T, 0 * T
+    if boundary.kind == "convection":
+        return value * (T - ambient), value + 0 * T
+    factor = value * Stefan_Boltzmann
+    return factor * (T**4 - ambient**4), 4 * factor * T**3
+
+
+class Electrode(NamedTuple):
+    """``nodes`` of one potential: a given ``voltage`` (V), or ``None`` where a ``source`` (A) beside a ``conductance``
+    (S) drives the current source - conductance potential into the solid."""
+
+    nodes: np.ndarray
+    voltage: float | None
+    source: float
+    conductance: float
+
+
+class Contact(NamedTuple):
+    """A jump on a ``face``, with resistances of heat (m2 K/W) and of current (ohm m2; 0 where an insulator is on one
+    side). The matrices (nodes, nodes) give on the face's nodes the difference of the values on both sides (``less``),
+    and their sum (``plus``)."""
+
+    face: FacetBasis
+    less: csr_matrix
+    plus: csr_matrix
+    thermal: float
+    electrical: float
+
+
+class SecondPath:
+    """A scene with constant values on the cells of a grid of one degree, 1 or 2.
+
+    The quadrature has one Gauss point more than the degree along each axis, as the bricks have, or ``finer`` by so
+    much.
+
+    Attributes
+    ----------
+    basis : functions on the cells
+    parts : functions on the cells of each box, and the box
+    held : nodes and their given temperature (K)
+    faces : functions on facets, and the boundary whose flux leaves there
+    electrodes, contacts : as in the scene
+    free : the nodes whose temperature isn't given
+    unknown : (2 nodes, unknowns), the entries of a state that each unknown sets: free temperatures, then the potentials
+        of floating electrodes and of other nodes that conduct
+    """
+
+    def __init__(self, scene: Scene, grid: Grid, finer: int = 0) -> None:
+        (degree,) = set(np.concatenate(grid.degrees).tolist())
+        mesh = MeshHex.init_tensor(*grid.breaks)
+        middles = mesh.p[:, mesh.t].mean(axis=1)
+        at = tuple(np.searchsorted(b, middle) - 1 for b, middle in zip(grid.breaks, middles, strict=True))
+        solid = np.flatnonzero(grid.solid[at])
+        mesh, owner = mesh.restrict(solid), grid.owner[at][solid]
+        names = [box.name for box in scene.boxes]
+        pairs = [frozenset(map(names.index, contact.between)) for contact in scene.contacts]
+        if pairs:
+            mesh = split_contacts(mesh, owner, pairs)
+        self.scene, self.order = scene, 2 * degree + 1 + finer
+        self.basis = basis = Basis(mesh, {1: ElementHex1, 2: ElementHexS2}[degree](), intorder=self.order)
+        self.size = basis.N
+        cells = [np.flatnonzero(owner == number) for number in range(len(names))]
+        self.parts = [(basis.with_elements(c), box) for c, box in zip(cells, scene.boxes, strict=True) if len(c)]
+        kinds = {kind: [b for b in scene.boundaries if b.kind == kind] for kind in ("temperature", "voltage")}
+        self.held: list[tuple[np.ndarray, Any]] = [(self._nodes(b), b.value) for b in kinds["temperature"]]
+        self.faces = [(self._exposed(b), b) for b in scene.boundaries if b.kind not in kinds]
+        self.electrodes = [self._electrode(b) for b in kinds["voltage"]]
+        self.contacts = [self._contact(c, owner, pair) for c, pair in zip(scene.contacts, pairs, strict=True)]
+        none = np.empty(0, int)
+        self.free = np.setdiff1d(np.arange(self.size), np.concatenate([none, *(nodes for nodes, _ in self.held)]))
+        live = [p.element_dofs.ravel() for p, box in self.parts if box.material.resistivity and self.electrodes]
+        inner = np.setdiff1d(np.concatenate([none, *live]), np.concatenate([none, *(e.nodes for e in self.electrodes)]))
+        groups = [*self.free[:, None], *(self.size + e.nodes for e in self.electrodes if e.voltage is None)]
+        groups += [*(self.size + inner)[:, None]]
+        columns = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+        ones = np.ones(len(columns))
+        self.unknown = csr_matrix((ones, (np.concatenate(groups), columns)), (2 * self.size, len(groups)))
+
+    def _facets(self, where: Boundary | Probe) -> np.ndarray:
+        """The facets in a flat box."""
+        mesh = self.basis.mesh
+        middle, small = mesh.p[:, mesh.facets].mean(axis=1).T, 1e-9 * np.ptp(mesh.p)
+        inside = (middle > np.array(where.lower) - small) & (middle < np.array(where.upper) + small)
+        return np.flatnonzero(inside.all(axis=1))
+
+    def _nodes(self, where: Boundary) -> np.ndarray:
+        return np.asarray(self.basis.get_dofs(facets=self._facets(where)).flatten())
+
+    def _exposed(self, boundary: Boundary) -> FacetBasis:
+        """The functions on the part of a flat box that is surface."""
+        mesh = self.basis.mesh
+        outer = np.intersect1d(self._facets(boundary), mesh.boundary_facets())
+        return FacetBasis(mesh, self.basis.elem, facets=outer, intorder=self.order)
+
+    def _electrode(self, boundary: Boundary) -> Electrode:
+        value: Any = boundary.value
+        series = boundary.series_resistance
+        if series == 0:
+            return Electrode(self._nodes(boundary), value, 0.0, 0.0)
+        return Electrode(self._nodes(boundary), None, value if series == math.inf else value / series, 1 / series)
+
+    def _contact(self, given: Given, owner: np.ndarray, pair: Pair) -> Contact:
+        basis, mesh = self.basis, self.basis.mesh
+
+        def same(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """The numbers of the points a (3, points) and b that are in the same place."""
+            distances, nearest = cKDTree(b.T).query(a.T)
+            near = np.flatnonzero(distances < 1e-9 * np.ptp(mesh.p))
+            return near, nearest[near]
+
+        # Facets of the two sides lie on each other, and so do their nodes.
+        outer = mesh.boundary_facets()
+        sides = [outer[owner[mesh.f2t[0, outer]] == number] for number in sorted(pair)]
+        both = same(*(mesh.p[:, mesh.facets[:, side]].mean(axis=1) for side in sides))
+        one, other = (basis.get_dofs(facets=side[at]).flatten() for side, at in zip(sides, both, strict=True))
+        here, there = same(basis.doflocs[:, one], basis.doflocs[:, other])
+        a, b = np.array([one[here], other[there]])[:, one[here] != other[there]]
+        ones = np.ones(len(a))
+        less, plus = (
+            csr_matrix((np.r_[ones, sign * ones], (np.r_[a, a], np.r_[a, b])), (self.size,) * 2) for sign in (-1, 1)
+        )
+        face = FacetBasis(mesh, basis.elem, facets=sides[0][both[0]], intorder=self.order)
+        return Contact(face, less, plus, given.thermal_resistance, given.electrical_resistance)
+
+    @property
+    def rest(self) -> State:
+        """The state at rest, without a drive."""
+        return np.stack([np.full(self.size, self.scene.initial_temperature), np.zeros(self.size)])
+
+    def assembled(self, state: State, rate: np.ndarray | float = 0.0, by_rate: float = 0.0) -> tuple[State, Any]:
+        """Return the residuals of heat (W) and current (A), (2, nodes), at a state and a rate (K/s), which changes by
+        ``by_rate`` (1/s) times the temperature; and the four matrices of their derivatives."""
+        size, (temperature, potential) = self.size, state
+        rate = rate * np.ones(size)
+        heat, current = np.zeros(size), np.zeros(size)
+        tt, tp, pt, pp = (csr_matrix((size, size)) for _ in range(4))
+        for on, box in self.parts:
+            m, T, dT = box.material, on.interpolate(temperature), np.asarray(on.interpolate(rate))
+            at, slope = np.asarray(T), np.asarray(T.grad)
+            k, dk = along_axes(m.thermal_conductivity, at)
+            c, dc = (m.density * each[0] for each in along_axes(m.specific_heat, at))
+            source, by_T = c * dT - box.heat_source, c * by_rate + dc * dT
+            if m.resistivity:
+                field = np.asarray(on.interpolate(potential).grad)
+                rho, drho = along_axes(m.resistivity, at, m.temperature_coefficient, m.reference_temperature)
+                sigma, dsigma = 1 / rho, -drho / rho**2
+                source, by_T = source - (sigma * field**2).sum(axis=0), by_T - (dsigma * field**2).sum(axis=0)
+                current += load_vector.assemble(on, c=0.0, flow=sigma * field)
+                pp = pp + tangent.assemble(on, c=0.0, flow=0.0, k=sigma)
+                pt = pt + tangent.assemble(on, c=0.0, flow=dsigma * field, k=0.0)
+                tp = tp - 2 * tangent.assemble(on, c=0.0, flow=sigma * field, k=0.0).T
+            heat += load_vector.assemble(on, c=source, flow=k * slope)
+            tt = tt + tangent.assemble(on, c=by_T, flow=dk * slope, k=k)
+        for face, boundary in self.faces:
+            flux, by_T = leaving(boundary, np.asarray(face.interpolate(temperature)))
+            heat += load_vector.assemble(face, c=flux, flow=0.0)
+            tt = tt + tangent.assemble(face, c=by_T, flow=0.0, k=0.0)
+        for face, less, plus, thermal, electrical in self.contacts:
+            area = less.T @ tangent.assemble(face, c=1.0, flow=0.0, k=0.0) @ less
+            heat += area @ temperature / thermal
+            tt = tt + area / thermal
+            if electrical:
+                jump = np.asarray(face.interpolate(less @ potential))
+                current += area @ potential / electrical
+                pp = pp + area / electrical
+                heat -= plus.T @ load_vector.assemble(face, c=jump**2 / electrical / 2, flow=0.0)
+                tp = tp - plus.T @ tangent.assemble(face, c=jump / electrical, flow=0.0, k=0.0) @ less
+        return np.stack([heat, current]), [[tt, tp], [pt, pp]]
+
+    def solve(self, guess: State, before: np.ndarray | None = None, by_rate: float = 0.0) -> State:
+        """Return the state at which the residuals vanish; the rate is ``by_rate`` times the temperature less the
+        temperature ``before``. Raises NumericsError where Newton's iterations don't settle."""
+        state = guess.copy()
+        temperature, potential = state
+        for nodes, value in self.held:
+            temperature[nodes] = value
+        floating = [electrode for electrode in self.electrodes if electrode.voltage is None]
+        for electrode in self.electrodes:
+            if electrode.voltage is not None:
+                potential[electrode.nodes] = electrode.voltage
+        before = temperature.copy() if before is None else before
+        for iteration in range(MOST + 1):
+            # The first solution is of the potential alone, at the temperature that is guessed.
+            unknown = self.unknown if iteration else self.unknown[:, len(self.free) :]
+            residual, blocks = self.assembled(state, by_rate * (temperature - before), by_rate)
+            leads = np.zeros(2 * self.size)
+            for nodes, _, source, conductance in floating:
+                residual[1, nodes[0]] -= source - conductance * potential[nodes[0]]
+                leads[self.size + nodes[0]] = conductance
+            jacobian = unknown.T @ (bmat(blocks, "csr") + diags(leads)) @ unknown
+            change = -(unknown @ spsolve(jacobian.tocsc(), unknown.T @ residual.ravel())).reshape(state.shape)
+            if not np.isfinite(change).all():
+                break
+            state += change
+            rise = float(np.abs(temperature - self.scene.initial_temperature).max())
+            settled = max(SETTLED * rise, 4 * np.finfo(float).eps * float(np.abs(temperature).max()))
+            if iteration and np.abs(change[0]).max() <= settled:
+                return state
+        raise NumericsError("Newton's iterations of the second path don't settle")
+
+    def steady(self) -> State:
+        """Return the steady state. Raises NumericsError."""
+        return self.solve(self.rest)
+
+    def mean(self, probe: Probe) -> np.ndarray:
+        """Return the weights (nodes,) of the mean over a point, a flat box or a volume."""
+        basis, mesh = self.basis, self.basis.mesh
+        if probe.lower == probe.upper:
+            return np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
+        if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
+            part = FacetBasis(mesh, basis.elem, facets=self._facets(probe), intorder=5)
+        else:
+            middle = mesh.p[:, mesh.t].mean(axis=1).T
+            part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
+        return np.asarray(load_vector.assemble(part, c=1.0, flow=0.0)) / float(part.dx.sum())
+
+    def readings(self, state: State) -> dict[str, float]:
+        """Return the means that probes read: temperatures (K) and potentials (V)."""
+        fields = dict(zip(("temperature", "potential"), state, strict=True))
+        return {p.name: float(self.mean(p) @ fields[p.quantity]) for p in self.scene.probes if p.quantity in fields}
 
 
 def split_contacts(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair]) -> MeshHex:
-    """The mesh with a point of its own on each side of every face between two boxes that have a contact; ``owner``
-    (cells,) is the box of each cell. Boxes keep a point in common where a third one joins them, as at the edge of a
-    crack.
-
-    Raises ValueError where a face keeps all its points, so that nothing could jump across it.
-    """
+    """Return the mesh with a point of its own on each side of every face between two boxes that have a contact;
+    ``owner`` (cells,) is the box of each cell. Boxes keep a point in common where a third one joins them, as at the
+    edge of a crack."""
     (points, boxes), number = np.unique(
         [mesh.t.ravel(), np.broadcast_to(owner, mesh.t.shape).ravel()], axis=1, return_inverse=True
     )
     joined = []
     for step in range(1, 8):  # The boxes at a point stand next to each other; a corner has eight at most.
         first = np.flatnonzero(points[step:] == points[:-step])
-        first = first[~_apart(boxes[first], boxes[first + step], contacts)]
+        pairs = zip(boxes[first].tolist(), boxes[first + step].tolist(), strict=True)
+        first = first[np.array([frozenset(pair) not in contacts for pair in pairs], bool)]
         joined.append([first, first + step])
     rows, columns = np.hstack(joined)
     graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points),) * 2)
     count, component = connected_components(graph, directed=False)
     places = np.empty((3, count))
     places[:, component] = mesh.p[:, points]
-    split = MeshHex(places, component[number].reshape(mesh.t.shape))
-    first, second = owner[split.f2t[:, split.f2t[1] >= 0]]
-    if _apart(first, second, contacts).any():
-        raise ValueError("a contact is one face wide and open on no side: its nodes cannot be doubled")
-    return split
-
-
-def _apart(first: np.ndarray, second: np.ndarray, contacts: Collection[Pair]) -> np.ndarray:
-    """Which pairs of boxes have a contact."""
-    return np.array([frozenset(pair) in contacts for pair in zip(first.tolist(), second.tolist(), strict=True)], bool)
-
-
-def contact(
-    basis: Basis, owner: np.ndarray, pair: Pair, order: int, thermal: float, electrical: float | None
-) -> newton.Contact:
-    """The contact of two boxes on a mesh that was split there. Raises ValueError where they don't touch."""
-    mesh, outer = basis.mesh, basis.mesh.boundary_facets()
-    sides = [outer[owner[mesh.f2t[0, outer]] == number] for number in sorted(pair)]
-    # Facets of the two sides lie on each other, and so do their nodes.
-    middles = [mesh.p[:, mesh.facets[:, side]].mean(axis=1) for side in sides]
-    first, second = _same(middles[0], middles[1], mesh)
-    if not len(first):
-        raise ValueError("two boxes with a contact don't touch")
-    one, other = (basis.get_dofs(facets=side[at]).flatten() for side, at in zip(sides, (first, second), strict=True))
-    here_nodes, there_nodes = _same(basis.doflocs[:, one], basis.doflocs[:, other], mesh)
-    a, b = one[here_nodes], other[there_nodes]
-    double = a != b
-    a, b, ones = a[double], b[double], np.ones(int(double.sum()))
-    less, plus = (
-        csr_matrix((np.r_[ones, sign * ones], (np.r_[a, a], np.r_[a, b])), shape=(basis.N,) * 2) for sign in (-1, 1)
-    )
-    face = FacetBasis(mesh, basis.elem, facets=sides[0][first], intorder=order)
-    return newton.Contact(face, less, plus, thermal, electrical)
-
-
-def _same(a: np.ndarray, b: np.ndarray, mesh: MeshHex) -> tuple[np.ndarray, np.ndarray]:
-    """The numbers of the points a (3, points) and b that are in the same place."""
-    distances, nearest = cKDTree(b.T).query(a.T)
-    near = np.flatnonzero(distances < 1e-9 * np.ptp(mesh.p))
-    return near, nearest[near]
-
-
-def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
-    """Return the cells of the solid as scikit-fem's mesh, and the number of the box (cells,) that owns each."""
-    mesh = MeshHex.init_tensor(*grid.breaks)
-    middles = mesh.p[:, mesh.t].mean(axis=1)
-    at = tuple(np.searchsorted(b, middle) - 1 for b, middle in zip(grid.breaks, middles, strict=True))
-    solid = np.flatnonzero(grid.solid[at])
-    return mesh.restrict(solid), grid.owner[at][solid]
-
-
-def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, int]:
-    """Return the functions on the cells of a grid, the box that owns each cell, and the order of the quadrature: one
-    Gauss point more than the degree along each axis, as the bricks have, or ``finer`` by so much. Nodes of contacts
-    are there twice. Raises ValueError for a grid of several degrees, or of one above 2."""
-    degrees = set(np.concatenate(grid.degrees).tolist())
-    if degrees not in ({1}, {2}):
-        raise ValueError(f"the second path takes one degree, 1 or 2, everywhere, not {sorted(degrees)}")
-    mesh, owner = hexahedra(grid)
-    if scene.contacts:
-        mesh = split_contacts(mesh, owner, [_pair(scene, contact) for contact in scene.contacts])
-    (degree,) = degrees
-    order = 2 * degree + 1 + finer
-    return Basis(mesh, (ElementHex1(), ElementHexS2())[degree - 1], intorder=order), owner, order
-
-
-def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Problem:
-    """Return the problem of a scene with constant values (else ValueError) on a `base`."""
-    parts = []
-    for number, box in enumerate(scene.boxes):
-        cells = np.flatnonzero(owner == number)
-        if len(cells):
-            m = box.material
-            conductivity = _along(m.thermal_conductivity)
-            on, source = basis.with_elements(cells), constant(box.heat_source)
-            parts.append(Part(on, conductivity, newton.law(m.specific_heat, m.density), resistivity(m), source))
-    held, faces, electrodes = [], [], []
-    for boundary in scene.boundaries:
-        value = constant(boundary.value)
-        if boundary.kind == "temperature":
-            held.append((nodes(basis, boundary), value))
-        elif boundary.kind == "voltage":
-            series, where = boundary.series_resistance, nodes(basis, boundary)
-            if series == 0:
-                electrodes.append(Electrode(where, value))
-            elif series == math.inf:
-                electrodes.append(Electrode(where, source=value))
-            else:
-                electrodes.append(Electrode(where, source=value / series, conductance=1 / series))
-        else:
-            leaving = {
-                "heat_flux": lambda value, _: newton.law(-value), "convection": newton.cooled,
-                "radiation": newton.radiating,
-            }[boundary.kind]  # fmt: skip
-            faces.append((exposed(basis, boundary, order), leaving(value, constant(boundary.ambient))))
-    contacts = tuple(
-        contact(basis, owner, _pair(scene, c), order, c.thermal_resistance, c.electrical_resistance or None)
-        for c in scene.contacts
-    )
-    return Problem(
-        basis.N, scene.initial_temperature, tuple(parts), tuple(held), tuple(faces), tuple(electrodes), contacts
-    )
-
-
-def _pair(scene: Scene, contact: Contact) -> Pair:
-    names = [box.name for box in scene.boxes]
-    return frozenset(names.index(name) for name in contact.between)
-
-
-def _along(given: Property) -> tuple[Law, Law, Law]:
-    x, y, z = (newton.law(each) for each in laws.along(given))
-    return x, y, z
-
-
-def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
-    """Return the resistivity along x, y and z; None for an insulator."""
-    if material.resistivity is None:
-        return None
-    a, at = material.temperature_coefficient, material.reference_temperature
-    x, y, z = (
-        newton.law(each) if laws.varies(each) else newton.linear(each, a, at)
-        for each in laws.along(material.resistivity)
-    )
-    return x, y, z
-
-
-def constant(value: Value) -> float:
-    """Return a value that doesn't vary in time; raise ValueError for one that does."""
-    if isinstance(value, Schedule):
-        raise ValueError("the second path takes values that don't vary in time")
-    return value
-
-
-def facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
-    """Return the facets in a flat box."""
-    middle, small = mesh.p[:, mesh.facets].mean(axis=1).T, 1e-9 * np.ptp(mesh.p)
-    inside = (middle > np.array(where.lower) - small) & (middle < np.array(where.upper) + small)
-    return np.flatnonzero(inside.all(axis=1))
-
-
-def nodes(basis: Basis, where: Boundary) -> np.ndarray:
-    """Return the nodes in a flat box."""
-    return np.asarray(basis.get_dofs(facets=facets(basis.mesh, where)).flatten())
-
-
-def exposed(basis: Basis, boundary: Boundary, order: int) -> FacetBasis:
-    """Return the functions on the part of a flat box that is surface."""
-    outer = np.intersect1d(facets(basis.mesh, boundary), basis.mesh.boundary_facets())
-    return FacetBasis(basis.mesh, basis.elem, facets=outer, intorder=order)
-
-
-@LinearForm
-def integral(v: Any, w: Any) -> Any:
-    """Return the integrand of the integral of each function."""
-    return v
-
-
-def mean(basis: Basis, probe: Probe) -> np.ndarray:
-    """Return the weights (nodes,) of the mean over a point, a flat box or a volume."""
-    if probe.lower == probe.upper:
-        return np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
-    if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
-        part = FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
-    else:
-        middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
-        part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
-    return np.asarray(integral.assemble(part)) / float(part.dx.sum())
-
-
-def readings(scene: Scene, basis: Basis, state: State) -> dict[str, float]:
-    """Return the means that probes read: temperatures (K) and potentials (V)."""
-    fields = dict(zip(("temperature", "potential"), state, strict=True))
-    return {p.name: float(mean(basis, p) @ fields[p.quantity]) for p in scene.probes if p.quantity in fields}
+    return MeshHex(places, component[number].reshape(mesh.t.shape))
 
 
 def rows() -> Iterator[Row]:
@@ -242,8 +332,8 @@ def rows() -> Iterator[Row]:
     expected = []
     for probe in scene.probes:
         value, unsure = fine[probe.name], abs(fine[probe.name] - coarse[probe.name])
-        unit, scale = ("K", rise) if probe.quantity == "temperature" else ("V", value)
-        expected.append(Expected(probe.name, unit, value, scale, unsure, settled=scene.accuracy))
+        scale = rise if probe.quantity == "temperature" else None
+        expected.append(Expected(probe.name, value, scale, unsure, settled=scene.accuracy))
     yield from solved(FAMILY, CASE, scene, expected, "Newton's method on scikit-fem's hexahedra")
 
 
@@ -255,7 +345,5 @@ def halved_readings(scene: Scene, halvings: int) -> dict[str, float]:
             parts = np.sort(np.concatenate([parts, (parts[1:] + parts[:-1]) / 2]))
         planes = pairwise(graph(scene).planes[axis].tolist())
         breaks.append(np.unique(np.concatenate([a + (b - a) * parts for a, b in planes])))
-    grid = Grid(tuple(breaks), tuple(np.full(len(b) - 1, 2) for b in breaks), scene.boxes)
-    basis, owner, order = base(scene, grid)
-    state = newton.steady(problem(scene, basis, owner, order))
-    return readings(scene, basis, state)
+    path = SecondPath(scene, Grid(tuple(breaks), tuple(np.full(len(b) - 1, 2) for b in breaks), scene.boxes))
+    return path.readings(path.steady())

@@ -17,56 +17,39 @@ from scenes.laws import PowerLaw
 from scenes.model import Contact
 from scenes.sink import SILICON, Sink
 from tests.fem3d import BAR, bar, bar_grid, end, plain_grid, silicon, state_on
-from validate.verify import newton, orders, second_path
+from validate.verify import orders, second_path
+from validate.verify.second_path import SecondPath
 
 ROOM = 293.0
 PLAIN = replace(SILICON, temperature_coefficient=0.0)
 FALLING = PowerLaw(130.0, 293.0, -1.3)
 
 
-def of_bar(boundaries, conductivity, intervals=16, heat_source=0.0, material=PLAIN, planes=()):
-    """A bar along y with a conductivity, and its problem on a mesh with some planes (m) besides equal intervals."""
-    scene = bar(material, *boundaries, heat_source=heat_source)
-    grid = bar_grid(scene, intervals, 2)
-    y = np.union1d(grid.breaks[1], planes)
-    degrees = (grid.degrees[0], np.full(len(y) - 1, 2), grid.degrees[2])
-    grid = grid.with_axes((grid.breaks[0], y, grid.breaks[2]), degrees)
-    basis, *of = second_path.base(scene, grid, 4)
-    found = second_path.problem(scene, basis, *of)
-    places = basis.doflocs[1]
-    return replace(found, parts=tuple(replace(part, conductivity=(conductivity,) * 3) for part in found.parts)), places
-
-
-def at(places, state, y):
-    """The temperature (K) at a place along the bar, of nodes at some places."""
-    place = np.abs(places - y)
-    assert place.min() < 1e-9 * BAR[1]
-    return state[0][place.argmin()]
-
-
 def test_the_hottest_place_of_a_conductor_is_kohlrausch_s():
-    law, volts = newton.law(FALLING), 5.0
-    rho = newton.linear(6e-5, SILICON.temperature_coefficient, ROOM)
+    volts, silicon = 5.0, replace(SILICON, thermal_conductivity=FALLING)
 
     def missing(hottest):
         """Kohlrausch, Annalen der Physik 306, 132, 1900: the integral of k rho dT up to the hottest place is V^2/8."""
         T, weights = legendre.leggauss(40)
         T = ROOM + (hottest - ROOM) * (1 + T) / 2
-        return float((weights * law(T)[0] * rho(T)[0]).sum()) * (hottest - ROOM) / 2 - volts**2 / 8
+        rho = 6e-5 * (1 + SILICON.temperature_coefficient * (T - ROOM))
+        return float((weights * FALLING(T) * rho).sum()) * (hottest - ROOM) / 2 - volts**2 / 8
 
     expected = brentq(missing, ROOM, 5000.0, xtol=1e-11, rtol=1e-14)
     errors = []
     for intervals in (8, 16):
         ends = [end(side, kind, value) for side, given in ((0, volts), (1, 0.0))
                 for kind, value in (("voltage", given), ("temperature", ROOM))]  # fmt: skip
-        problem, places = of_bar(ends, law, intervals, material=SILICON)
-        errors.append(abs(at(places, newton.steady(problem), BAR[1] / 2) - expected))
+        scene = bar(silicon, *ends)
+        path = SecondPath(scene, bar_grid(scene, intervals, 2), 4)
+        middle = np.abs(path.basis.doflocs[1] - BAR[1] / 2).argmin()
+        errors.append(abs(path.steady()[0, middle] - expected))
     assert errors[1] < 2e-6 * (expected - ROOM)
     assert errors[0] > 10 * errors[1]  # quadratic elements are of order 4 at their corners
 
 
 def halves(resistance, electrical=None, **material):
-    """Two halves of a bar, hot at one end and cold at the other, with a contact between; and places of the nodes."""
+    """Two halves of a bar, hot at one end and cold at the other, with a contact between."""
     ends = [end(0, "temperature", 400.0), end(1, "temperature", ROOM)]
     if electrical is not None:
         ends += [end(0, "voltage", 1.0), end(1, "voltage", 0.0)]
@@ -76,17 +59,16 @@ def halves(resistance, electrical=None, **material):
     boxes = (replace(whole, name="a", upper=(BAR[0], half, BAR[2])),
              replace(whole, name="b", lower=(0.0, half, 0.0)))  # fmt: skip
     scene = replace(scene, boxes=boxes, contacts=(Contact("c", ("a", "b"), resistance, electrical or 0.0),))
-    basis, *owner_order = second_path.base(scene, bar_grid(scene, 3, 2))
-    return second_path.problem(scene, basis, *owner_order), basis.doflocs[1]
+    return SecondPath(scene, bar_grid(scene, 3, 2))
 
 
 def test_a_contact_s_own_heat_enters_either_side():
     electrical, k, rho = 1e-8, 130.0, 6e-5
-    problem, places = halves(1e-6, electrical)
-    state = newton.steady(problem)
+    path = halves(1e-6, electrical)
+    state, places = path.steady(), path.basis.doflocs[1]
     density = 1.0 / (rho * BAR[1] + electrical)
-    plus = problem.electrodes[0]
-    entering = problem.assembled(state)[0][1, plus.nodes].sum()
+    plus = path.electrodes[0]
+    entering = path.assembled(state)[0][1, plus.nodes].sum()
     assert entering == pytest.approx(density * BAR[0] * BAR[2], rel=1e-9)
     # Each half: its own heat, and the heat at the contact; the temperatures of both sides a and b by resistances.
     r, q = BAR[1] / 2 / k, density**2 * rho * BAR[1] / 2
@@ -109,12 +91,10 @@ RISES = ("peak", "end", "mean")
 
 def of_newton(part, grid):
     """The rises (K) and the power (W) of a sink."""
-    basis, *owner_order = second_path.base(part.scene, grid)
-    problem = second_path.problem(part.scene, basis, *owner_order)
-    state = newton.steady(problem)
-    means = second_path.readings(part.scene, basis, state)
-    currents = problem.assembled(state)[0][1]
-    return [*(means[name] - problem.start for name in RISES), part.copies * float(state[1] @ currents)]
+    path = SecondPath(part.scene, grid)
+    state = path.steady()
+    means, currents = path.readings(state), path.assembled(state)[0][1]
+    return [*(means[name] - part.scene.initial_temperature for name in RISES), part.copies * float(state[1] @ currents)]
 
 
 @pytest.mark.parametrize("name", SINKS)
@@ -133,18 +113,18 @@ def test_steady_states_agree_to_the_tolerance_of_the_solvers(name):
     assert np.abs(ours(twin) / theirs - 1).max() > 1e-8
 
 
-def transient(problem, times):
+def transient(path, times):
     """Yield the state at each of some times (s, from 0), each interval being one step of the method of `sdirk`."""
-    state = problem.rest
-    for nodes, value in problem.held:
+    state = path.rest
+    for nodes, value in path.held:
         state[0, nodes] = value
     yield state
     for length in np.diff(times):
         begin, by_rate, rates = state[0], 1 / (sdirk.GAMMA * length), []
         for weights in sdirk.TABLEAU:
             start = begin + length * sum((w * r for w, r in zip(weights, rates, strict=False)), 0 * begin)
-            state = problem.solve(state, before=start, by_rate=by_rate)
-            rates.append(np.where(np.isin(np.arange(problem.size), problem.free), by_rate * (state[0] - start), 0.0))
+            state = path.solve(state, before=start, by_rate=by_rate)
+            rates.append(np.where(np.isin(np.arange(path.size), path.free), by_rate * (state[0] - start), 0.0))
         yield state
 
 
@@ -158,26 +138,19 @@ def test_transients_with_laws_agree_within_their_errors(exponent):
     ends = [end(s, kind, value) for s, volts in ((0, 6.0), (1, 0.0))
             for kind, value in (("voltage", volts), ("temperature", 293.0))]  # fmt: skip
     scene, times = bar(material, *ends), 2e-5 * 2.0 ** np.arange(5)
-    basis, *owner_order = second_path.base(scene, bar_grid(scene, 16, 2))
-    problem = second_path.problem(scene, basis, *owner_order)
+    path = SecondPath(scene, bar_grid(scene, 16, 2))
 
     def means(pieces):
         steps = np.arange(1, pieces + 1) / pieces
         instants = np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise([0.0, *times]))])
-        states = list(transient(problem, instants))[pieces::pieces]
-        return np.array([second_path.readings(scene, basis, state)["mean"] for state in states])
+        states = list(transient(path, instants))[pieces::pieces]
+        return np.array([path.readings(state)["mean"] for state in states])
 
     coarse, fine = means(1), means(2)
     found = solve(replace(scene, steady=False, end_time=times[-1], output_times=tuple(times), accuracy=1e-3)).over_time
     off = np.abs(np.interp(times, found.time, found.values["mean"]) - fine)
     assert fine[-1] > 343.0
     assert (off <= found.errors["mean"] + np.abs(fine - coarse)).all()
-
-
-def test_the_second_path_takes_one_degree_only():
-    scene = Sink().scene()
-    with pytest.raises(ValueError, match="one degree, 1 or 2, everywhere"):
-        second_path.base(scene, plain_grid(scene, 3))
 
 
 @pytest.mark.long
