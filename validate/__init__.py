@@ -1,3 +1,3 @@
-"""The `validate` command: what it takes, prints, draws and measures. Nothing else imports it."""
+"""The `validate` command: its arguments, texts, figures and tables. Nothing else imports it."""
 
 __version__ = "0.2.0"

@@ -26,8 +26,8 @@ COMMANDS = {
     "scene": "print a built-in scene as TOML",
     "completion": "print what a shell needs to complete this command",
 }
-"""The commands, one file each: its docstring is the text of its help, `OPTIONS` says what it takes, as
-`common.add` reads that, and `run` does the work. Only the module of the command that is asked for gets imported."""
+"""The commands, one file each: its docstring is the text of its help, `OPTIONS` has its arguments, as
+`common.add` reads them, and `run` does the work. Only the module of the command that is asked for gets imported."""
 
 
 class _Parser(argparse.ArgumentParser):

@@ -12,7 +12,7 @@ examples:
 
 results: summary.json, traces.csv (a column per probe) and figures in
 results/<scene>-<what distinguishes it>/
-exit status: 0 solved, 1 a check of a model differs from what is declared, 2 bad input, 3 the numerics failed
+exit status: 0 solved, 1 a check of a model is not as declared, 2 bad input, 3 the numerics failed
 """
 
 from __future__ import annotations
