@@ -50,12 +50,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _fault(error)
         package = _PACKAGES.get(module, module)
         return complain(f"the package {package} is missing: pip install {package}", BAD_INPUT)
-    except UnicodeEncodeError as error:
-        text = printable(error.object[error.start : error.end])
-        return complain(
-            f'this system writes names and text in {error.encoding}, which has no "{text}": set PYTHONUTF8=1, or give '
-            "other names", BAD_INPUT,
-        )  # fmt: skip
     except OSError as error:
         which = "a file" if error.filename is None else f'"{printable(str(error.filename), 200)}"'
         return complain(f"{which} could not be read or written: {reason(error)}", BAD_INPUT)

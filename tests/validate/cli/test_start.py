@@ -87,26 +87,6 @@ def test_a_full_standard_output_is_a_sentence(tmp_path):
     )  # fmt: skip
 
 
-@pytest.mark.long
-def test_a_system_that_writes_ascii(tmp_path):
-    """A name that the command line has passes through; one from a file is refused in a sentence."""
-    bridge = subprocess.run([*START, "scene", "bridge"], capture_output=True, encoding="utf-8", check=True).stdout
-    (tmp_path / "mine.toml").write_text(
-        bridge.replace('name = "bridge"', 'name = "\N{HEBREW LETTER GIMEL}"', 1), encoding="utf-8"
-    )
-    ascii_only = os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    command = [*START, "solve", "mine.toml", "--no-figures", "--quiet"]
-    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)
-    assert found.returncode == 2
-    assert found.stderr.count("\n") == 1
-    assert "in ascii, which has no" in found.stderr
-    folder = "\N{HEBREW LETTER GIMEL}"
-    command = [*START, "solve", "bridge", "--no-figures", "--quiet", "--out", folder]
-    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)
-    assert found.returncode == 0
-    assert folder in summary(tmp_path / folder)["command"]
-
-
 def test_a_file_name_that_is_not_utf_8(tmp_path, capsys):
     name = os.fsdecode(b"\xff.toml")
     main(["scene", "bridge"])
