@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
+from typing import Any
 
 from scenes.errors import SceneError, quoted
 from validate.cli.common import refuse
@@ -32,37 +33,27 @@ OPTIONS = {
     "--edges": "draw the mesh's edges",
     "--screenshot FILE": "write a picture (.png) and open no window",
     "--movie FILE": "write a film of the transient (.gif, or .mp4) and open no window",
-    "--off-screen": "open no window, as on a server; needs --screenshot or --movie",
     "--size WxH": "size of window or picture in pixels (default: 1400x800)",
 }  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from scenes.kinds import Quantity
-    from scenes.units import NUMBER, TIME
     from validate.viewer.window import start
 
-    files = [name for name in (arguments.screenshot, arguments.movie) if name]
-    if arguments.off_screen and not files:
-        raise SceneError("--off-screen shows nothing by itself: give --screenshot FILE or --movie FILE")
-    _ending("--screenshot", arguments.screenshot, (".png", ".jpg", ".jpeg"))
-    if is_scene(arguments.path):
-        return _scene(arguments)
-    refuse((arguments.set, f"--set is for a scene, and {quoted(Path(arguments.path))} is none: leave it out"))
-    _ending("--movie", arguments.movie, (".gif", ".mp4"))
-    options = vars(arguments) | {
-        "path": str(Path(arguments.path)),
-        "show": arguments.show or "rise",
-        "clip": _clip(arguments.clip),
-        "off_screen": bool(arguments.off_screen or files),
-        "size": _size(arguments.size or "1400x800"),
-    }
-    for name, kind in (("time", Quantity(TIME, 0.0, 1e6)), ("exaggerate", Quantity(NUMBER, 1e-3, 1e6))):
-        if options[name] is not None:
-            options[name] = kind.read(f"--{name}", options[name])
+    endings = {"screenshot": (".png", ".jpg", ".jpeg"), "movie": (".gif", ".mp4")}
+    files = {name: Path(given) for name in endings if (given := vars(arguments)[name])}
+    for name, path in files.items():
+        said, known = f"--{name} {quoted(path)}", " or ".join(endings[name])
+        refuse(
+            (path.suffix.lower() not in endings[name], f"{said}: give a file that ends in {known}"),
+            (not path.absolute().parent.is_dir(), f"{said}: the folder {quoted(path.parent)} does not exist"),
+        )
+    module, request = _scene(arguments) if is_scene(arguments.path) else _fields(arguments)
+    size = _size(arguments.size or "1400x800")
     with progress() as say:
-        notes = start(options, say)
-    for line in (*notes, *(f"Wrote {name}" for name in files)):
+        say("starting the viewer")
+        notes = start(module, {**vars(arguments), **request, "off_screen": bool(files), "size": size})
+    for line in (*notes, *(f"Wrote {name}" for name in files.values())):
         show(line)
     return FINE
 
@@ -74,51 +65,40 @@ def is_scene(path: str) -> bool:
     return path.endswith(".toml") or (path in known_names() and not Path(path).exists())
 
 
-def _scene(arguments: argparse.Namespace) -> int:
-    """A scene that isn't solved yet: its picture, or a window with it."""
-    from scenes.loading import document, known_names, load, says_nothing, type_of_file
-    from validate.viewer.boxes import of_boxes, parts
-    from validate.viewer.window import save_picture, start
+def _fields(arguments: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    """Return the module that draws fields and the options that it reads."""
+    from scenes.kinds import Quantity
+    from scenes.units import NUMBER, TIME
 
-    values = vars(arguments)
+    path, options = quoted(Path(arguments.path)), vars(arguments)
+    refuse(
+        (arguments.set, f"--set is for a scene, and {path} is none: leave it out"),
+        (not Path(arguments.path).exists(), f"{path} does not exist: give a results folder, or a .pvd or .vtu file"),
+    )
+    axis, _, part = ("x" if arguments.clip is None else arguments.clip).partition("=")
+    if axis not in ("x", "y", "z"):
+        raise SceneError(f"--clip {quoted(arguments.clip)}: give x, y or z, and maybe a part of the extent: y=0.25")
+    kinds = {"time": Quantity(TIME, 0.0, 1e6), "exaggerate": Quantity(NUMBER, 1e-3, 1e6)}
+    read = {name: kind.read(f"--{name}", options[name]) for name, kind in kinds.items() if options[name] is not None}
+    place = Quantity(NUMBER, 0.0, 0.99).read("--clip", part or "0.5")
+    return "stage", {**read, "show": arguments.show or "rise", "clip": arguments.clip and (axis, place)}
+
+
+def _scene(arguments: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    """Return the module that draws a scene before its solution, and the parts to draw."""
+    from scenes.loading import document, known_names, load, says_nothing, type_of_file
+    from validate.viewer.boxes import of_boxes, request
+
     for name in ("show", "time", "exaggerate", "clip", "probe", "edges", "movie"):
-        refuse((values[name], f"--{name} is for fields, and {quoted(Path(arguments.path))} is a scene: leave it out"))
+        is_given, path = vars(arguments)[name], quoted(Path(arguments.path))
+        refuse((is_given, f"--{name} is for fields, and {path} is a scene: leave it out"))
     content = document(arguments.path, known_names())[0]
     if says_nothing(content) and not arguments.set:
         raise SceneError(f"{quoted(Path(arguments.path))} has no [[box]], so there is nothing to draw: add some")
     # A scene to look at needs no end time yet.
     said = "run" in content or any(text.startswith(("run.", "end_time", "steady")) for text in arguments.set)
     steady = ["run.steady=true"] if type_of_file(content) is None and not said else []
-    size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, [*steady, *arguments.set]))
-    if arguments.screenshot:
-        save_picture(scene, Path(arguments.screenshot), (size[0], size[1]))
-        show(f"Wrote {arguments.screenshot}")
-        return FINE
-    with progress() as say:
-        start({"off_screen": False, "screenshot": None, "movie": None, "size": size, **parts(scene)}, say)
-    return FINE
-
-
-def _ending(option: str, given: str | None, allowed: tuple[str, ...]) -> None:
-    if given is None:
-        return
-    path = Path(given)
-    if path.suffix.lower() not in allowed:
-        raise SceneError(f"{option} {quoted(path)}: give a file that ends in {' or '.join(allowed)}")
-    if not path.resolve().parent.is_dir():
-        raise SceneError(f"{option} {quoted(path)}: the folder {quoted(path.parent)} does not exist")
-
-
-def _clip(given: str | None) -> tuple[str, float] | None:
-    if given is None:
-        return None
-    from scenes.kinds import Quantity
-    from scenes.units import NUMBER
-
-    axis, _, part = given.partition("=")
-    if axis not in ("x", "y", "z"):
-        raise SceneError(f"--clip {quoted(given)}: give x, y or z, and maybe a part of the extent: y=0.25")
-    return axis, float(Quantity(NUMBER, 0.0, 1.0).read("--clip", part) or 0.0) if part else 0.5
+    return "boxes", request(of_boxes(load(arguments.path, [*steady, *arguments.set])))
 
 
 def _size(given: str) -> list[int]:

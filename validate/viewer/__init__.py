@@ -1,5 +1,5 @@
-"""`validate view`: the fields of a run in pyvista, on screen or into pictures and films.
+"""`validate view`: fields and scenes in pyvista, on screen or into pictures and films.
 
-``source`` reads the files and holds the current view and the effect of each key, ``stage`` draws the view, and
-``window`` runs the process that owns the graphics.
+``source`` reads the fields, ``stage`` draws them, ``boxes`` draws a scene, and ``window`` runs the process that owns
+the graphics.
 """

@@ -1,189 +1,253 @@
-"""Drawing a view with pyvista: the field, and the line probe's plot along a line through the structure."""
+"""Draw a field with pyvista, into pictures and films or in a window with keys."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from matplotlib.colors import ListedColormap
 from matplotlib.ticker import MaxNLocator
-from vtkmodules.util.numpy_support import numpy_to_vtk
 
+from scenes.errors import SceneError, quoted
+from validate.report.fields import ARRAYS
 from validate.report.figures import INK, LINES, table
-from validate.viewer.source import KEYS, QUANTITIES, Source, View, title
+from validate.viewer.source import Field, size, stored
 
-MICRO = 1e6
-POINTS = 401
-"""Number of points of the line probe."""
-FIELD, PLOT = 0, 1
-"""Parts of the window."""
-LABEL = "%.7g"  # Of round numbers at the colour bar.
-PLOT_SHARE = 0.3  # Height of the line plot, as a part of the window's.
+KEYS = {"space": "play", "t": "next quantity", "x": "clip", "l": "line plot", "r": "reset the camera", "q": "close"}
+STEPS_PER_SECOND = 4
+"""Stored states that the window plays a second."""
+FRAMES, FRAMES_PER_SECOND = 40, 10
+"""Of a film, which then rests for a second."""
+
+
+def draw(request: dict[str, Any]) -> list[str]:
+    """Draw a field by the options of the command, and return notes. Raises SceneError before anything is drawn."""
+    path, movie, notes = Path(request["path"]), request["movie"], list[str]()
+    files = stored(path)
+    number = len(files) - 1
+    if request["time"] is not None:
+        number, notes = nearest([time for time, _ in files], request["time"])
+    if movie and len(files) == 1:
+        raise SceneError("--movie needs a transient, and this is one state: run without --steady, view the folder")
+    if movie and Path(movie).suffix.lower() == ".mp4" and not find_spec("imageio_ffmpeg"):
+        raise SceneError(
+            f"--movie {quoted(Path(movie))} needs pip install 'imageio[ffmpeg]'; a .gif needs nothing more"
+        )
+    name = path.resolve().name
+    if request["screenshot"]:
+        # The colours are of this state alone.
+        state = Field.read(name, files[number : number + 1], request["exaggerate"])
+        Stage(state, request).plotter.screenshot(request["screenshot"])
+    if movie or not request["screenshot"]:
+        stage = Stage(Field.read(name, files, request["exaggerate"]), request, number)
+        stage.film(Path(movie)) if movie else stage.open()
+    return notes
+
+
+def nearest(times: Sequence[float | None], wanted: float) -> tuple[int, list[str]]:
+    """Return the number of the stored time nearest to a given time (s), and note a difference; SceneError outside."""
+    known = np.array([time for time in times if time is not None])
+    if not known.size:
+        raise SceneError("--time needs a transient, and this is one state")
+    number, when = int(np.argmin(np.abs(known - wanted))), f"{wanted * 1e3:.6g}"
+    if not known[0] <= wanted <= known[-1]:
+        ends = f"{known[0] * 1e3:.4g} to {known[-1] * 1e3:.4g} ms"
+        raise SceneError(f"--time {when} ms is not in this run, which goes from {ends}")
+    found = f"{known[number] * 1e3:.4g} ms"
+    note = f"{when} ms is not stored: this is {found}, the nearest (a run with --field-times {when}ms stores it)"
+    return number, [] if np.isclose(known[number], wanted) else [note]
 
 
 class Stage:
-    """A plotter that shows a source; ``show`` brings it to a view."""
+    """A plotter with a field, and the state of the view.
 
-    def __init__(self, source: Source, off_screen: bool, size: tuple[int, int]) -> None:
-        self.source = source
-        self._ranges: dict[tuple[str, int | None], tuple[float, float]] = {}
+    Attributes
+    ----------
+    place : number of the state, with a fraction between two
+    array : name of the array that is shown
+    axis, part : "x", "y" or "z" across which the field is clipped, or none, and the place as a part of the extent
+    line : whether the line plot is shown
+    """
+
+    def __init__(self, field: Field, request: dict[str, Any], place: float = 0.0) -> None:
+        self.field, self.place, self.line, self.edges = field, place, request["probe"], request["edges"]
+        clip: tuple[str, float] = request["clip"] or ("", 0.5)
+        self.axis, self.part = clip
+        self.array = ARRAYS[request["show"]]
+        if self.array not in field.arrays:
+            raise SceneError(f"--show {request['show']}: the field has no such data, but {', '.join(field.arrays)}")
+        self._bounds = np.reshape(field.grids[0].bounds, (3, 2))
+        self._outline = _surface(field.grids[0]).extract_feature_edges(30, manifold_edges=False)
+        self._longest = int(np.argmax(np.ptp(self._bounds, axis=1)))
+        pv.global_theme.allow_empty_mesh = True  # a round body has no outline
         # Any: pyvista's decorators hide the signatures of its methods.
         plotter: Any = pv.Plotter
-        self.plotter: Any = plotter(shape=(2, 1), off_screen=off_screen, window_size=list(size), border=False)
-        self._keys = "" if off_screen else ", ".join(f"{shown}: {what}" for shown, what, _ in KEYS.values())
-        self._ink = max(1.0, min(size[0] / 1400, size[1] / 800))
-        self.plotter.set_background("white", all_renderers=True)
-        # Not of the plot, whose size it would halve.
-        self.plotter.subplot(FIELD, 0)
-        self.plotter.enable_anti_aliasing("ssaa" if off_screen else "msaa", all_renderers=False)
-        self._bounds = np.array(source.grid(0).bounds).reshape(3, 2)
-        self._has_plot: bool | None = None
-        self._chart: Any = None
-        self._drawn: list[Any] = []
-
-    def show(self, view: View) -> None:
-        """Draw everything of a view; the camera stays where it is."""
-        # Nothing half done is ever seen: pyvista would draw after every addition.
-        self.plotter.suppress_rendering = True
-        for bar in list(self.plotter.scalar_bars.keys()):
-            self.plotter.remove_scalar_bar(bar, render=False)
-        for actor in self._drawn:
-            self.plotter.renderers[FIELD].remove_actor(actor, render=False)
-        self._drawn.clear()
-        if self._chart is not None:
-            self.plotter.renderers[PLOT].remove_chart(self._chart)
-            self._chart = None
-        self._frame(PLOT_SHARE * view.probe)
-        self.plotter.subplot(FIELD, 0)
-        self._field(view)
-        self._text(title(view, self.source.name, self.source.times[view.step]), 12, "upper_left")
-        self._text(self._keys, 9, "lower_left")
-        if view.probe:
-            self._probe(view)
-        if self._has_plot != view.probe:
-            self._look(view)
-            self._has_plot = view.probe
-        self.plotter.suppress_rendering = False
-
-    def _frame(self, plot: float) -> None:
-        """Give the field its place, above a plot with a share of the window's height."""
-        for number, (bottom, end) in enumerate(((plot, 1.0), (0.0, plot))):
-            renderer = self.plotter.renderers[number]
-            renderer.SetDraw(end > bottom)
-            renderer.SetInteractive(number == FIELD)
-            if end > bottom:
-                renderer.SetViewport(0.0, bottom, 1.0, end)
-
-    def _add(self, mesh: Any, view: View, **options: Any) -> Any:
-        """Draw a mesh, with the thickness exaggerated."""
-        actor = self.plotter.add_mesh(mesh, lighting=False, render=False, reset_camera=False, **options)
-        actor.scale = (MICRO, MICRO, MICRO * view.factor)
-        self._drawn.append(actor)
-        return actor
-
-    def _text(self, text: str, size: int, position: str) -> None:
-        actor = self.plotter.add_text(text, position=position, font_size=size, color=INK, render=False)
-        self._drawn.append(actor)
-
-    def _look(self, view: View) -> None:
-        """The first view: the longest side across the window, from above one side."""
-        longest = int(np.argmax(np.ptp(self._bounds, axis=1)[:2]))
-        self.plotter.subplot(FIELD, 0)
+        self.plotter: Any = plotter(
+            shape=(2, 1), border=False, off_screen=request["off_screen"], window_size=request["size"]
+        )
+        self.plotter.set_background("white")
+        self.plotter.enable_anti_aliasing("msaa", all_renderers=False)
         self.plotter.enable_parallel_projection()
-        self.plotter.view_vector((1.0, -0.22, 0.5) if longest == 1 else (-0.22, -1.0, 0.5), viewup=(0, 0, 1))
-        self.plotter.reset_camera()
-        self.plotter.camera.zoom(1.4)
-        # The right is the colour bar's.
-        self.plotter.camera.SetWindowCenter(0.1, 0.0)
-        for renderer in self.plotter.renderers:
-            renderer.camera_set = True  # else the first drawing would set it anew
-
-    def _field(self, view: View) -> None:
-        surface, lines = self._surface(view), self._outline(view)
-        if not surface.n_points:
-            return
-        data = name = view.quantity
-        if name == "current_density":
-            surface.cell_data["size"] = np.linalg.norm(surface.cell_data[name], axis=1)
-            data = "size"
-        low, high = self._range(name, view.step if view.own_scale else None)
-        ticks, (called, unit) = round_ticks(low, high), QUANTITIES[name]
-        bar = {
-            "title": f"{called}\n({unit})", "n_labels": len(ticks), "color": INK, "fmt": LABEL,
-            "vertical": True, "width": 0.06, "height": 0.8, "position_x": 0.9, "position_y": 0.08,
-            "title_font_size": round(15 * self._ink), "label_font_size": round(15 * self._ink),
-            "unconstrained_font_size": True,
-        }  # fmt: skip
-        actor = self._add(
-            surface, view, scalars=data, cmap=ListedColormap(table() / 255), clim=(low, high), nan_color="#d9d9d9",
-            scalar_bar_args=bar, interpolate_before_map=True,
-        )  # fmt: skip
-        drawn_bar = self.plotter.scalar_bars[bar["title"]]
-        drawn_bar.SetUseCustomLabels(True)
-        drawn_bar.SetCustomLabels(numpy_to_vtk(ticks, deep=True))
-        # A little farther from the eye than the lines on it, which would show in parts otherwise.
-        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
-        if lines.n_points:
-            self._add(lines, view, color="#404040", line_width=1.5)
-        if view.edges:
-            # The edges of the cells, not of the triangles in the drawing.
-            edges = self._surface(view, subdivision=0).extract_all_edges()
-            self._add(edges, view, color="#303030", line_width=0.7, opacity=0.55)
-
-    def _surface(self, view: View, subdivision: int = 2) -> Any:
-        """The surface, clipped by the view; quadratic cells are cut into enough triangles to look curved."""
-        grid = self.source.grid(view.step)
-        if view.cut:
-            grid = grid.clip(normal=f"-{view.cut}", origin=self._origin(view), invert=True)
-        return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
-
-    def _outline(self, view: View) -> Any:
-        """The edges of the surface and the rim of a cut, whose slivers of cells would draw edges of their own."""
-        surface = self.source.grid(view.step).extract_surface(algorithm="dataset_surface", nonlinear_subdivision=2)
-        lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
-        if not view.cut:
-            return lines
-        plane = {"normal": f"-{view.cut}", "origin": self._origin(view)}
-        return lines.clip(**plane, invert=True).merge(surface.slice(**plane))
-
-    def _origin(self, view: View) -> tuple[float, ...]:
-        """A point (m) of the plane that clips."""
-        axis, origin = "xyz".index(view.cut), self._bounds.mean(axis=1)
-        origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
-        return tuple(origin)
-
-    def _range(self, name: str, step: int | None) -> tuple[float, float]:
-        """Return the least and the largest value of a state, or of all states (``None``)."""
-        if (name, step) not in self._ranges:
-            steps = [step] if step is not None else range(len(self.source.times))
-            states = (self.source.grid(k) for k in steps)
-            values = np.stack([(g.point_data if name in g.point_data else g.cell_data)[name] for g in states])
-            if values.ndim > 2:
-                values = np.linalg.norm(values, axis=2)
-            low, high = float(np.nanmin(values)), float(np.nanmax(values))
-            # A zero off by rounding and the solution's error would be an unreadable label of the bar.
-            low = 0.0 if abs(low) < 1e-3 * abs(high) else low
-            self._ranges[name, step] = (low, high if high > low else low + 1.0)
-        return self._ranges[name, step]
-
-    def _probe(self, view: View) -> None:
-        """Plot the quantity along the longest line through the middle."""
-        sides = np.ptp(self._bounds, axis=1)
-        axis = int(np.argmax(sides))
-        points = np.tile(self._bounds.mean(axis=1), (POINTS, 1))
-        points[:, axis] = self._bounds[axis, 0] + np.linspace(1e-6, 1 - 1e-6, POINTS) * sides[axis]
-        self._add(pv.lines_from_points(points[[0, -1]]), view, color="#2b6cb0", line_width=3)
-        sample = pv.PolyData(points).sample(self.source.grid(view.step))
-        values = np.asarray(sample[view.quantity], dtype=float)
-        values = np.linalg.norm(values, axis=1) if values.ndim > 1 else values
-        good = np.asarray(sample["vtkValidPointMask"], dtype=bool) & np.isfinite(values)
-        label, unit = QUANTITIES[view.quantity]
-        self._chart = pv.Chart2D((0.96, 0.96), (0.02, 0.02), f"{'xyz'[axis]} (um)", f"{label} ({unit})")
-        self._chart.line(points[good, axis] * MICRO, values[good], color=LINES["peak_K"], width=2.0)
-        self.plotter.subplot(PLOT, 0)
+        self.plotter.camera.SetWindowCenter(0.1, 0.0)  # the right is the colour bar's
+        self._chart: Any = pv.Chart2D(size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[self._longest]} (um)")
+        self._curve = self._chart.line([0.0, 1.0], [0.0, 1.0], color=LINES["peak_K"], width=2.0)
+        # A window has a place for the line plot from the start.
+        plotted = self.line or not request["off_screen"]
+        field_part, plot_part = self.plotter.renderers
+        field_part.SetViewport(0.0, 0.3 * plotted, 1.0, 1.0)
+        plot_part.SetViewport(0.0, 0.0, 1.0, 0.3)
+        plot_part.SetDraw(plotted)
+        self.plotter.subplot(1, 0)
         self.plotter.add_chart(self._chart)
+        self.plotter.subplot(0, 0)
+        self.draw()
+        along_y = np.ptp(self._bounds[1]) > np.ptp(self._bounds[0])
+        self.plotter.view_vector((1.0, -0.22, 0.5) if along_y else (-0.22, -1.0, 0.5), viewup=(0, 0, 1))
+        self.plotter.camera.zoom(1.2)
+
+    def draw(self) -> None:
+        """Draw the view anew; the camera stays."""
+        self.plotter.suppress_rendering = True
+        grid = self.field.at(self.place, self.array)
+        clipped = self._clip(grid)
+        low, high = self.field.range(self.array)
+        label, unit = _label(self.array)
+        field = self._add(
+            "field", _surface(clipped), scalars=self.array, clim=(low, high), cmap=ListedColormap(table() / 255),
+            nan_color="#d9d9d9", interpolate_before_map=True, show_scalar_bar=False,
+        )  # fmt: skip
+        # Lines on the surface are nearer to the eye.
+        field.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        field.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+        for bar in [*self.plotter.scalar_bars.keys()]:
+            self.plotter.remove_scalar_bar(bar)
+        bar = self.plotter.add_scalar_bar(
+            f"{label}\n({unit})", mapper=field.mapper, vertical=True, color=INK, fmt="%.7g", position_x=0.88,
+            position_y=0.1, width=0.06, height=0.75,
+        )  # fmt: skip
+        bar.SetUseCustomLabels(True)
+        bar.SetCustomLabels(pv.convert_array(round_ticks(low, high)))
+        self._add("outline", self._clip(self._outline), color="#404040", line_width=1.5)
+        if self.edges:
+            self._add("edges", _surface(clipped, 0).extract_all_edges(), color="#303030", line_width=0.7, opacity=0.5)
+        self.plotter.add_text(self._title(label), position="upper_left", font_size=12, color=INK, name="title")
+        self._plot(grid)
+        self._chart.y_axis.label, self._chart.y_range = f"{label} ({unit})", (low, high)
+        self.plotter.suppress_rendering = False
+        self.plotter.render()
+
+    def _add(self, name: str, mesh: Any, **options: Any) -> Any:
+        """Draw a mesh in place of the one with this name."""
+        return self.plotter.add_mesh(mesh, name=name, lighting=False, reset_camera=False, **options)
+
+    def _title(self, label: str) -> str:
+        field, before = self.field, int(self.place)
+        said = [f"{field.name}: {label}"]
+        if (time := field.times[before]) is not None:
+            after = field.times[min(before + 1, len(field.times) - 1)] or 0.0
+            said.append(f"{1e3 * (time + (self.place - before) * (after - time)):.4g} ms")
+        return ", ".join([*said, f"thickness drawn x{field.factor:g}"])
+
+    def _clip(self, mesh: Any) -> Any:
+        if not self.axis:
+            return mesh
+        origin = self._bounds.mean(axis=1)
+        low, high = self._bounds["xyz".index(self.axis)]
+        origin["xyz".index(self.axis)] = low + self.part * (high - low)
+        return mesh.clip(normal=f"-{self.axis}", origin=origin, invert=True)
+
+    def _plot(self, grid: Any) -> None:
+        """Plot the array along the longest line through the middle, below the field."""
+        self._chart.visible = self.line
+        self.plotter.remove_actor("line")
+        if not self.line:
+            return
+        ends = np.tile(self._bounds.mean(axis=1), (2, 1))
+        ends[:, self._longest] = self._bounds[self._longest]
+        self._add("line", pv.Line(*ends), color="#2b6cb0", line_width=3)
+        sample = grid.sample_over_line(*ends, resolution=400)
+        inside = sample["vtkValidPointMask"].astype(bool)
+        place = sample.points[inside, self._longest] / (self.field.factor if self._longest == 2 else 1.0)
+        self._curve.update(place, size(sample[self.array][inside]))
+
+    def film(self, path: Path) -> None:
+        """Write the transient at an even pace to a .gif or .mp4 file."""
+        times, frames = np.array(self.field.times, dtype=float), []
+        for time in np.linspace(times[0], times[-1], FRAMES):
+            self.place = float(np.interp(time, times, np.arange(len(times))))
+            self.draw()
+            frames.append(self.plotter.screenshot(return_img=True))
+        frames += frames[-1:] * FRAMES_PER_SECOND
+        if path.suffix.lower() == ".mp4":
+            import imageio.v2 as imageio
+
+            imageio.mimwrite(path, frames, fps=FRAMES_PER_SECOND, macro_block_size=2)
+            return
+        from PIL import Image
+
+        # One palette for all frames, else colours would flicker.
+        palette = Image.fromarray(np.concatenate(frames)).quantize()
+        images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+        images[0].save(path, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0)
+
+    def open(self) -> None:
+        """Open a window with keys and a slider over the stored states, until it is closed."""
+        steps, playing, plotter = len(self.field.grids), False, self.plotter
+
+        def press(key: str) -> None:
+            nonlocal playing
+            if key == "space":
+                playing = not playing
+            elif key == "t":
+                self.array = _next(self.field.arrays, self.array)
+            elif key == "x":
+                self.axis, self.part = _next(("", "x", "y", "z"), self.axis), 0.5
+            else:
+                self.line = not self.line
+            self.draw()
+
+        def move(place: float) -> None:
+            self.place = place
+            self.draw()
+
+        def tick(*_: object) -> None:
+            if playing:
+                slider.GetRepresentation().SetValue((int(self.place) + 1) % steps)
+                move(slider.GetRepresentation().GetValue())
+
+        for key in ("space", "t", "x", "l"):
+            plotter.add_key_event(key, partial(press, key))
+        keys = ", ".join(f"{key}: {does}" for key, does in KEYS.items())
+        plotter.add_text(keys, position="lower_left", font_size=9, color=INK)
+        if steps > 1:
+            slider = plotter.add_slider_widget(
+                move, (0, steps - 1), value=self.place, title="stored time", title_height=0.02, fmt="%.0f",
+                pointa=(0.55, 0.92), pointb=(0.85, 0.92), color=INK, interaction_event="always",
+            )  # fmt: skip
+            plotter.iren.initialize()
+            plotter.iren.add_observer("TimerEvent", tick)
+            plotter.iren.create_timer(1000 // STEPS_PER_SECOND, repeating=True)
+        plotter.show(title=f"validate view {self.field.name}")
+
+
+def _surface(grid: Any, subdivision: int = 2) -> Any:
+    """The surface; quadratic cells are cut into enough triangles to look curved."""
+    return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
+
+
+def _label(array: str) -> tuple[str, str]:
+    """The words and the unit in the name of an array."""
+    short = next(short for short, name in ARRAYS.items() if name == array)
+    return short.replace("_", " "), array.removeprefix(f"{short}_").replace("_per_", "/")
+
+
+def _next(names: Sequence[str], name: str) -> str:
+    return names[(names.index(name) + 1) % len(names)]
 
 
 def round_ticks(low: float, high: float) -> np.ndarray:

@@ -236,14 +236,14 @@ REFUSED = {
     "bench --json nowhere/a.json": 'there is no folder "nowhere"',
     # the viewer
     "view nowhere --screenshot a.png": "does not exist", "view . --screenshot a.png": "no fields",
-    "view . --off-screen": "--screenshot", "view . --screenshot a.txt": ".png",
+    "view . --screenshot a.txt": ".png",
     "view . --screenshot no/where.png": "does not exist", "view . --movie a.avi": ".gif",
     "view . --clip w --screenshot a.png": "x, y or z", "view . --clip y=2 --screenshot a.png": "--clip",
     "view . --size 9 --screenshot a.png": "1400x800", "view . --exaggerate none --screenshot a.png": "--exaggerate",
     "view . --time 3V --screenshot a.png": "--time",
     "view empty.toml --screenshot a.png": "has no [[box]], so there is nothing to draw",
     "view bridge --time 3ms": "--time is for fields",
-    "view bridge --off-screen": "--off-screen shows nothing", "view nothing.toml": "is no file",
+    "view nothing.toml": "is no file",
     "view bridge --set parameters.x=3": 'have no "x"',
     "view mine --set a=b": "--set is for a scene",
     # parameters and uncertain inputs

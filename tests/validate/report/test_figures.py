@@ -11,13 +11,13 @@ from matplotlib.transforms import Bbox
 from compare.options import Options
 from compare.outcome import Progress
 from compare.pipeline import solve
-from scenes.loading import load, load_free
+from scenes.loading import load_free
 from scenes.model import Box, Contact, Scene
 from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures.drawing import new_figure
 from validate.report.output import field_of
-from validate.viewer.boxes import THIN, parts
+from validate.viewer.boxes import THIN, request
 
 
 def inside(figure: Figure) -> bool:
@@ -48,27 +48,20 @@ def test_a_picture_without_solving(tmp_path):
 
 def test_window_shows_all_parts():
     scene = load_free("hotplate")
-    request = parts(scene)
-    assert [part["name"].partition(" ")[0].rstrip(":") for part in request["parts"][:2]] == ["plate", "heater"]
-    assert len(request["parts"]) == len(scene.boxes) + len(scene.boundaries) + len(scene.probes)
-    assert request["axes"] == ["x", "y", "z"]
-    assert [text for text, _ in request["legend"]] == [
-        f"{m.name}, {m.thermal_conductivity:g} W/(m K)" for m in (box.material for box in scene.boxes)
-    ]
-    assert parts(load("bridge"))["axes"] == ["y", "-x", "z"]
-    film = request["parts"][1]
-    assert film["upper"][2] - film["lower"][2] >= 0.5 * THIN
-    title = parts(replace(scene, probes=()))["title"]
-    assert title.startswith("hotplate: 2 boxes, 5 boundaries, 0 probes (drawn with z")
+    given = request(scene)
+    assert [part["name"] for part in given["parts"][:2]] == ["plate: nitride", "heater: platinum"]
+    assert len(given["parts"]) == len(scene.boxes) + len(scene.boundaries) + len(scene.probes)
+    film = given["parts"][1]
+    assert np.ptp(film["corners"][2]) >= 0.5 * THIN
+    assert given["title"].startswith("hotplate (boxes: 2, boundaries: 5, probes: 4; thin")
 
 
 def test_contact_is_named_at_the_common_face():
     boxes = (Box("a", SILICON, (0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)), Box("b", SILICON, (0.0, 0.0, 1e-3), (2e-3,) * 3))
-    request = parts(Scene("two", boxes, (), (), contacts=(Contact("glue", ("a", "b"), 1e-6, 1e-10),)))
-    contact, upper = request["parts"][-1], request["parts"][1]
-    assert contact["name"] == "glue: 1e-6 m2 K/W, 1e-10 ohm m2"
-    assert contact["lower"] == contact["upper"]
-    assert contact["lower"][2] == pytest.approx(upper["lower"][2])
+    drawn = request(Scene("two", boxes, (), (), contacts=(Contact("glue", ("a", "b"), 1e-6, 1e-10),)))["parts"]
+    assert drawn[-1]["name"] == "glue: 1e-6 m2 K/W, 1e-10 ohm m2"
+    below, above = drawn[-1]["corners"][2]
+    assert below == above == pytest.approx(drawn[1]["corners"][2][0])
 
 
 def test_field_of_a_transient_is_at_its_hottest_moment():
