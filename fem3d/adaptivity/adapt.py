@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem3d.adaptivity import marched, nested, reach
+from fem3d.adaptivity import marched, nested
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
@@ -72,9 +72,9 @@ def adapt(
     Raises RunawayError if there is no steady state at the whole drive, or none is found, RunawayInTimeError if the
     transient runs away, BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default
     grid exceeds the memory, and otherwise NumericsError, for example if heat has no exit, if the iteration does not
-    converge, if errors no longer fall, or after `MOST_LEVELS` meshes.
+    converge, or after `MOST_LEVELS` meshes.
     """
-    search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
+    search = Search(study, with_steady, with_transient, progress)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     mesh = mesh.begin()
     for number in range(1, MOST_LEVELS + 1):
@@ -95,7 +95,6 @@ def adapt(
             if response.accepted if response else max(relative.values(), default=0.0) <= search.enough:
                 field = study.field is not None and level is not None and not with_transient
                 return replace(answer, field=estimate(level)) if field and level else answer
-            falling.check(answer.heat.size, relative)
             finer = mesh.refine(indicators(level, response), search.enough)
             if finer is None:
                 return answer

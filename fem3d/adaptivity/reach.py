@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -95,27 +95,6 @@ def _narrowest(grid: Grid, marks: Features) -> float:
         wide = gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])]
         narrowest.append(float(wide.min() if len(wide) else gaps.max()))
     return min(narrowest)
-
-
-class Falling:
-    """Check level by level whether the largest error falls as meshes become finer."""
-
-    def __init__(self, accuracy: float) -> None:
-        self._accuracy, self._levels = accuracy, list[tuple[int, float]]()
-
-    def check(self, unknowns: int, relative: Mapping[str, float]) -> None:
-        """Raise NumericsError where the largest of the ``relative`` errors, by quantity, has hardly fallen on three
-        meshes or more while the unknowns grew 20 times, which bring a decade where errors fall most slowly. A single
-        estimate may be too large by chance."""
-        name, worst = max(relative.items(), key=lambda item: item[1])
-        smaller = [k for k, (n, _) in enumerate(self._levels[:-2]) if 20 * n <= unknowns]
-        if smaller and min(worst, self._levels[-1][1]) > 0.9 * max(w for _, w in self._levels[smaller[-1] :]):
-            raise not_reached(
-                self._accuracy,
-                f": the error of {name} is {worst:.2g} of its size and doesn't fall, although the mesh grew from "
-                f"{self._levels[smaller[-1]][0]:,} to {unknowns:,} unknowns",
-            )
-        self._levels.append((unknowns, worst))
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:
