@@ -57,21 +57,24 @@ class Grid:
 
     @property
     def finest(self) -> tuple[np.ndarray, ...]:
-        """The degrees per axis: of edges, or of intervals."""
-        return self.edges or self.degrees
+        """Per axis the degrees of its edges, of shape (intervals along it, planes across the others)."""
+        planes = [len(b) for b in self.breaks]
+        return self.edges or tuple(
+            np.broadcast_to(
+                p.reshape([-1 if e == d else 1 for e in range(3)]), [n - (e == d) for e, n in enumerate(planes)]
+            )
+            for d, p in enumerate(self.degrees)
+        )
 
     @property
     def of_entities(self) -> np.ndarray:
-        """(3, 2 nx + 1, 2 ny + 1, 2 nz + 1) the degrees of each edge, face and cell where edges have degrees."""
-        return np.array([entities(degrees, d) for d, degrees in enumerate(self.edges)])
+        """(3, 2 nx + 1, 2 ny + 1, 2 nz + 1) the degrees of each edge, face and cell along the axes."""
+        return np.array([entities(degrees.astype(np.int8), d) for d, degrees in enumerate(self.finest)])
 
     @property
     def of_cells(self) -> np.ndarray:
         """(3, cells) the degrees of the cells that a box owns."""
-        at = np.argwhere(self.solid).T
-        if self.edges:
-            return np.asarray(self.of_entities[:, *(2 * at + 1)])
-        return np.array([degrees[i] for degrees, i in zip(self.degrees, at, strict=True)])
+        return self.of_entities[:, 1::2, 1::2, 1::2][:, self.solid].astype(int)
 
     def by_interval(self, values: np.ndarray) -> list[np.ndarray]:
         """Return per axis (intervals,) the sums of values (3, cells) of the cells that a box owns."""
@@ -91,9 +94,8 @@ class Grid:
 
     def with_edges(self, degree: int) -> Grid:
         """Return the grid with all edges of one degree."""
-        planes = [len(b) for b in self.breaks]
-        edges = tuple(np.full([n - (e == d) for e, n in enumerate(planes)], degree) for d in range(3))
-        return replace(self, degrees=tuple(np.full_like(p, degree) for p in self.degrees), edges=edges)
+        alike = replace(self, degrees=tuple(np.full_like(p, degree) for p in self.degrees), edges=())
+        return replace(alike, edges=alike.finest)
 
     def with_axes(self, breaks: Sequence[np.ndarray], degrees: Sequence[np.ndarray]) -> Grid:
         """Another grid of the same boxes."""

@@ -56,7 +56,7 @@ class BrickSpace(Space):
         self.dofs, self.size = numbering.element_dofs, int(numbering.N)
         # Places count cells, however thin: connectivity matters, not length.
         self.entity, self.places = entities(self.mesh, numbering, at)
-        self.degrees = self._degrees(2 * self.ijk.T + 1).T
+        self.degrees = grid.of_cells
         kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
         self._classes = [np.flatnonzero(kind.ravel() == k) for k in range(kinds.shape[1])]
 
@@ -70,12 +70,6 @@ class BrickSpace(Space):
             position[partners] = position[functions]
         return position
 
-    def _degrees(self, position: np.ndarray) -> np.ndarray:
-        """(n, 3): the degrees of edges, faces and cells at some places, along the axes that they extend along."""
-        if self.grid.edges:
-            return np.asarray(self.grid.of_entities[:, *position.T]).T
-        return np.array([np.append(d, 0)[i // 2] for d, i in zip(self.grid.degrees, position.T, strict=True)]).T
-
     @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): how far the degrees can be lowered with each function still in the space; negative for
@@ -84,7 +78,7 @@ class BrickSpace(Space):
         k[self.dofs] = modes(self.p)[:, None]
         for functions, partners in self.beyond.values():
             k[partners] = k[functions]
-        degrees = self._degrees(self.position)
+        degrees = self.grid.of_entities[:, *self.position.T].T.astype(int)
         slack = np.where(axes, degrees - k, self.p + 1).min(axis=1)
         together = np.where(axes, degrees, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
         return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
