@@ -13,11 +13,10 @@ one mesh to the other by i times the difference of the estimates.
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -29,10 +28,12 @@ from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import Domain, groups
+from fem3d.spaces.domain import Domain, box_cells, groups
 from fem3d.spaces.size import START_UP, Size, of_cells
 from meshes import grading
-from meshes.grouped.check import Placed, check, remarks
+from meshes.columns import Columns
+from meshes.grouped import check
+from meshes.grouped.check import Placed
 from meshes.grouped.model import refine
 from meshes.grouped.read import read
 from scenes.errors import TooLargeError
@@ -105,41 +106,44 @@ def _fractions(now: Record, history: Sequence[Record]) -> tuple[float, Mapping[s
     return min(max((1 + len(fractions) ** -0.5) * max(fractions.values()), 0.25), 1.0), larger
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class CellMesh(Mesh):
-    """A scene on tetrahedra or hexahedra: `choice.BoxCells`, or the `FileCells` of a mesh file.
+    """A scene on tetrahedra or hexahedra.
 
     Attributes
     ----------
+    source: the scene on the cells of its file, or on tetrahedra of its boxes.
     accuracy: the largest relative error.
+    why: the reason why boxes are not on bricks.
     degree: the highest degree of the elements.
     levels: how many times the mesh was refined.
     history: estimates of earlier levels, which correct later estimates.
     """
 
+    source: Placed | Columns
     accuracy: float
+    why: str = ""
     degree: int = 3
     levels: int = 0
     history: tuple[Record, ...] = ()
 
     @property
-    @abstractmethod
+    def scene(self) -> Any:
+        return self.source.scene
+
+    @property
     def cells(self) -> Any:
         """scikit-fem's mesh."""
+        return self.source.mesh.mesh if isinstance(self.source, Placed) else self.source.mesh
 
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """The cells, for a message."""
+    @cached_property
+    def domain(self) -> Domain:
+        if isinstance(self.source, Placed):
+            return groups(self.source, self.degree)
+        return box_cells(self.scene, self.cells, self.degree)
 
-    @property
-    @abstractmethod
-    def advice(self) -> str:
-        """The remedy where the accuracy is not reached, in words."""
-
-    @abstractmethod
-    def cut(self, shorter: np.ndarray) -> Self:
-        """Return the mesh with cells cut that are to be ``shorter`` along an axis (3, cells)."""
+    def with_scene(self, scene: Any) -> CellMesh:
+        return replace(self, source=replace(self.source, scene=scene), accuracy=scene.accuracy, history=())
 
     @cached_property
     def size(self) -> Size:
@@ -181,7 +185,7 @@ class CellMesh(Mesh):
         level = corrected(level, self.history)
         return replace(level, errors=goal_errors.as_balanced(study, level.errors, fine, level.scales))
 
-    def refine(self, indicators: Indicators, target: float) -> Self | None:
+    def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""
         record = () if indicators.record is None else (indicators.record,)
         if self.last:
@@ -208,7 +212,7 @@ class CellMesh(Mesh):
             count //= 2
         return None
 
-    def refine_all(self) -> Self | None:
+    def refine_all(self) -> CellMesh | None:
         if self.last:
             return None
         finer = self._finer(self._longest())
@@ -223,24 +227,61 @@ class CellMesh(Mesh):
             size[varies < 0.05 * varies.max(axis=0)] = 0.0
         return size > 0.5 * size.max(axis=0)
 
-    def _finer(self, shorter: np.ndarray) -> Self:
-        return replace(self.cut(shorter), levels=self.levels + 1)
+    def _finer(self, shorter: np.ndarray) -> CellMesh:
+        """Return the mesh with cells cut that are to be ``shorter`` along an axis (3, cells).
+
+        Cells of a file are bisected three times to halve their length; boxes are cut near vertices at which gradients
+        are infinite. Hexahedra are all cut into eight.
+        """
+        if isinstance(self.source, Placed):
+            times = np.where(shorter.any(axis=0), 3, 0)
+            return replace(
+                self, source=replace(self.source, mesh=refine(self.source.mesh, times)), levels=self.levels + 1
+            )
+        sharp = self.at_vertices.min(axis=0) < 1
+        return replace(self, source=self.source.refined(shorter, sharp), levels=self.levels + 1)
 
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         weights = heat.domain.space.on(np.arange(self.size.cells)).weights
-        return {
+        numbers = {
             "cells": self.size.cells, "nodes": heat.size, "refined": self.levels > 0, "lowest_degree": self.degree,
             "highest_degree": self.degree, "volume_m3": float(weights.sum()), "cell_type": "tetra",
         }  # fmt: skip
+        if not isinstance(self.source, Placed):
+            return numbers
+        mesh = self.source.mesh
+        named = {"volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces)}
+        return numbers | {"file_cells": mesh.file_cells, "cell_type": mesh.file_type, **named}
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        cells = "tetrahedra" if self.simplex else "hexahedra"
-        why = f"{self.size.cells:,} {cells} of degree {self.degree}; {self.advice}"
-        short = self.simplex and self.degree < 3
-        remark = f"elements of degree 2, for degree 3 takes more memory: {reach.allowed(self.scene)}"
-        return [*less_accurate(study, relative, why), *[remark] * short]
+        advice, remarks = reach.ADVICE, list[str]()
+        if isinstance(self.source, Placed):
+            advice = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+            remarks = check.remarks(self.source.mesh)
+        if self.simplex and self.degree < 3:
+            remarks.insert(0, f"elements of degree 2, for degree 3 takes more memory: {reach.allowed(self.scene)}")
+        return [*less_accurate(study, relative, f"{self._counted} of degree {self.degree}; {advice}"), *remarks]
 
-    def fitting(self) -> Self:
+    @property
+    def _counted(self) -> str:
+        return f"{self.size.cells:,} {'tetrahedra' if self.simplex else 'hexahedra'}"
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        if not isinstance(self.source, Placed):
+            done = "" if levels is None else f"; finer where readings missed most, {levels} times, to {self._counted}"
+            cells = f"tetrahedra of degree {self.degree}, of the whole scene: {self.why}{done}"
+            return (Step("mesh", "done", cells),)
+        mesh, accuracy = self.source.mesh, f"an estimated error of {self.accuracy:g}"
+        cut = "halved where readings miss most" if mesh.simplex else "cut into eight"
+        how = f"{cut}, until {accuracy} is reached or memory or time ends it"
+        if levels is not None:
+            how = f"{cut}, {levels} times, to {mesh.count} cells"
+        degrees = ", ".join(str(p) for p in range(1, self.degree)) + f" and {self.degree}"
+        why = f"degrees {degrees} estimate the errors on the cells of the file" if levels == 0 else how
+        cells = f"{mesh.file_cells} {mesh.file_type} cells of {self.scene.file}, degree {self.degree}"
+        return Step("mesh", "done", cells), Step("refinement", "skipped" if levels == 0 else "done", why)
+
+    def fitting(self) -> CellMesh:
         """Return the mesh with the highest degree that memory has room for: 3 or 2 on tetrahedra.
 
         Raises TooLargeError where degree 2 does not fit.
@@ -250,67 +291,15 @@ class CellMesh(Mesh):
             if reach.fits(self.scene, mesh.size):
                 return mesh
         raise TooLargeError(
-            f"{self.name} take {mesh.size.memory / 1e9:.2g} GB with elements of degree 2, the lowest with an error "
-            f"estimate, and {reach.allowed(self.scene)}; set run.memory, or use a machine with more memory"
+            f"the {self._counted} of {getattr(self.scene, 'file', 'the scene')} take {mesh.size.memory / 1e9:.2g} GB "
+            f"with elements of degree 2, the lowest with an error estimate, and {reach.allowed(self.scene)}; set "
+            "run.memory, or use a machine with more memory"
         )
 
 
-def mesh_of(scene: MeshScene) -> FileCells:
+def mesh_of(scene: MeshScene) -> CellMesh:
     """Return the scene on the mesh of its file.
 
     Raises SceneError where they do not fit together, TooLargeError where the cells take too much memory.
     """
-    return FileCells(check(scene, read(scene.path, scene.unit)), accuracy=scene.accuracy).fitting()
-
-
-@dataclass(frozen=True, eq=False)
-class FileCells(CellMesh):
-    """A scene on the cells of its file, or on refined cells."""
-
-    placed: Placed
-
-    advice = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
-
-    @property
-    def scene(self) -> MeshScene:
-        return self.placed.scene
-
-    @property
-    def name(self) -> str:
-        mesh = self.placed.mesh
-        return f"the {mesh.count:,} {'tetrahedra' if mesh.simplex else 'hexahedra'} of {self.scene.file}"
-
-    @property
-    def cells(self) -> Any:
-        return self.placed.mesh.mesh
-
-    @cached_property
-    def domain(self) -> Domain:
-        return groups(self.placed, self.degree)
-
-    def cut(self, shorter: np.ndarray) -> FileCells:
-        """Bisect three times to halve the length, regardless of sharp edges; cut all hexahedra into eight."""
-        mesh, times = self.placed.mesh, np.where(shorter.any(axis=0), 3, 0)
-        return replace(self, placed=replace(self.placed, mesh=refine(mesh, times)))
-
-    def with_scene(self, scene: MeshScene) -> FileCells:
-        return replace(self, placed=replace(self.placed, scene=scene), accuracy=scene.accuracy, history=())
-
-    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        return [*super().warnings(study, relative), *remarks(self.placed.mesh)]
-
-    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
-        mesh = self.placed.mesh
-        named = {"volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces)}
-        return super().statistics(heat) | {"file_cells": mesh.file_cells, "cell_type": mesh.file_type, **named}
-
-    def steps(self, levels: int | None) -> tuple[Step, Step]:
-        mesh, accuracy = self.placed.mesh, f"an estimated error of {self.scene.accuracy:g}"
-        cut = "halved where readings miss most" if mesh.simplex else "cut into eight"
-        how = f"{cut}, until {accuracy} is reached or memory or time ends it"
-        if levels is not None:
-            how = f"{cut}, {levels} times, to {mesh.count} cells"
-        degrees = ", ".join(str(p) for p in range(1, self.degree)) + f" and {self.degree}"
-        why = f"degrees {degrees} estimate the errors on the cells of the file" if levels == 0 else how
-        cells = f"{mesh.file_cells} {mesh.file_type} cells of {self.scene.file}, degree {self.degree}"
-        return Step("mesh", "done", cells), Step("refinement", "skipped" if levels == 0 else "done", why)
+    return CellMesh(check.check(scene, read(scene.path, scene.unit)), scene.accuracy).fitting()

@@ -7,9 +7,7 @@ accuracy. Planes that align with no others make a grid grow with the square of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,52 +15,11 @@ from fem3d.adaptivity import reach
 from fem3d.adaptivity.cell_mesh import CellMesh
 from fem3d.adaptivity.mesh import LARGE, Bricks, Mesh
 from fem3d.results.outputs import Study
-from fem3d.spaces.domain import Boxes, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes.columns import Columns
 from meshes.grid import graph
 from scenes.free.grid import crowding
 from scenes.model import Scene
-from scenes.result import Step
-
-
-@dataclass(frozen=True, eq=False)
-class BoxCells(CellMesh):
-    """A scene of boxes on tetrahedra (`meshes.columns`), and why it is not on bricks."""
-
-    columns: Columns
-    why: str
-
-    advice = reach.ADVICE
-
-    @property
-    def scene(self) -> Scene:
-        return self.columns.scene
-
-    @property
-    def name(self) -> str:
-        crowded = crowding(graph(self.scene).planes)
-        return f"{crowded}: {self.cells.t.shape[1]:,} tetrahedra of the scene"
-
-    @property
-    def cells(self) -> Any:
-        return self.columns.mesh
-
-    @cached_property
-    def domain(self) -> Boxes:
-        return box_cells(self.scene, self.cells, self.degree)
-
-    def cut(self, shorter: np.ndarray) -> BoxCells:
-        """Cut cells, near vertices at which gradients are infinite."""
-        return replace(self, columns=self.columns.refined(shorter, self.at_vertices.min(axis=0) < 1))
-
-    def with_scene(self, scene: Scene) -> BoxCells:
-        return replace(self, columns=replace(self.columns, scene=scene), accuracy=scene.accuracy, history=())
-
-    def steps(self, levels: int | None) -> tuple[Step, ...]:
-        cells = self.cells.t.shape[1]
-        done = "" if levels is None else f"; finer where readings missed most, {levels} times, to {cells} cells"
-        return (Step("mesh", "done", f"tetrahedra of degree {self.degree}, of the whole scene: {self.why}{done}"),)
 
 
 def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
@@ -88,11 +45,11 @@ def _suits(scene: Scene, grid: Size) -> bool:
     return grid.unknowns <= most and reach.fits(scene, grid)
 
 
-def on_tetrahedra(scene: Scene, grid: Size) -> BoxCells:
+def on_tetrahedra(scene: Scene, grid: Size) -> CellMesh:
     """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
         crowded = crowding(graph(scene).planes)
         unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
         why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
-    return BoxCells(Columns.of(scene), why, accuracy=scene.accuracy).fitting()
+    return CellMesh(Columns.of(scene), scene.accuracy, why).fitting()
