@@ -107,9 +107,6 @@ class StandInFields:
     def at(self, times: np.ndarray) -> np.ndarray:
         return np.full((len(times), 27), 293.0)
 
-    def ceiling(self, times: np.ndarray) -> float:
-        return float(np.inf)
-
     def snapshot(self, time: float | None) -> SimpleNamespace:
         y = self.points[:, 1] / self._sink.length
         rise = 7.0 if time is None else 6.0 / (1.0 + time / 1e-3)

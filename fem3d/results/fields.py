@@ -217,12 +217,6 @@ class Fields:
             raise ValueError("the run has no transient")
         return self._transient.rises(np.asarray(times, dtype=float))
 
-    def ceiling(self, times: np.ndarray) -> float:
-        """Return an upper bound of the temperature (K) in the steady state and at some times (s)."""
-        rises = [] if self._state is None else [self._state.rise]
-        rises += [*self._rises(times)] if len(times) else []
-        return float(self._domain.scene.initial_temperature + self._space.ceiling(self._heat.field(np.array(rises))))
-
     def snapshot(self, time: float | None) -> Snapshot:
         """Return the fields at a time (s), or in the steady state; the potential is solved for at its temperature."""
         heat, state = self._heat, self._state

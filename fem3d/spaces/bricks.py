@@ -21,7 +21,6 @@ from fem3d.spaces.element import (
     Side,
     active,
     gauss,
-    heights,
     line,
     local,
     modes,
@@ -159,13 +158,6 @@ class BrickSpace(Space):
             cells = number[at[0][i], at[1][:, None], at[2]]
             samples[..., i, :, :] = (u[..., self.dofs[:, cells]] * functions).sum(axis=-3)
         return samples
-
-    def ceiling(self, u: np.ndarray) -> float:
-        """Return an upper bound of fields (..., functions): the corners' functions of a cell add up to one, and each
-        other function has its own maximum."""
-        high = heights(self.p)
-        tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
-        return float(max(top.max() for top in tops))
 
 
 def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:

@@ -91,15 +91,6 @@ def products(kinds: np.ndarray, X: np.ndarray, along: int | None = None) -> np.n
     return (x * y * z).T
 
 
-@lru_cache
-def heights(p: int) -> np.ndarray:
-    """(functions past the corners',): the largest size of each; 1D functions k >= 2 turn where Legendre's k - 1 is
-    zero."""
-    one = np.array([1.0, 1.0, *(abs(line(k, gauss(k - 1)[0])[0][k]).max() for k in range(2, p + 1))])
-    sizes: np.ndarray = one[modes(p)[8:]].prod(axis=1)
-    return sizes
-
-
 @lru_cache(maxsize=4096)
 def active(p: int, degrees: Degrees) -> np.ndarray:
     """(functions,): which are there for degrees along x, y, z: a rule of each entity's own intervals alone."""

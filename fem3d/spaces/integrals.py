@@ -130,10 +130,6 @@ class Space(ABC):
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
         """(points, functions of a cell): their values at reference points (3, points), or slopes along an axis."""
 
-    def ceiling(self, u: np.ndarray) -> float:
-        """Return an upper bound of fields (..., functions); infinite where none is available."""
-        return np.inf
-
     @abstractmethod
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """The quadrature of some cells, with ``more`` additional points along each axis."""
