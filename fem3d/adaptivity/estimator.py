@@ -160,11 +160,6 @@ class Estimator:
         """Return (3, cells) the sum of absolute values over the group of each cell."""
         return np.array([np.bincount(pool, np.abs(part))[pool] for pool, part in zip(self.pools, parts, strict=True)])
 
-    @property
-    def extrapolates(self) -> bool:
-        """Whether later degrees can be extrapolated: on tetrahedra."""
-        return self.later_factors is not None
-
     def later(self, changed: np.ndarray, electric: bool) -> tuple[float, float]:
         """Return the change of a goal expected from later degrees, and its largest deviation.
 
@@ -177,8 +172,6 @@ class Estimator:
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> np.ndarray:
         """Distribute parts (n,) of vertex functions over the cells around, and over their axes across an edge."""
         shares: Any = np.bincount(vertices, np.abs(parts), space.size)
-        for on_face, partners in space.beyond.values():
-            shares[on_face] += shares[partners]
         shares = shares / np.maximum(np.bincount(space.dofs.ravel(), minlength=space.size), 1)
         axes = np.where(self.singular.any(axis=0), self.singular, True)
         return np.asarray(shares[space.dofs].sum(axis=0) * axes / axes.sum(axis=0))

@@ -252,7 +252,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     by_current = {name: estimator.indicators(each) for name, each in joule.items() if name in parts}
     goals = {"power": power} | with_current(summed(smooth, torn), by_current, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    if estimator.extrapolates:
+    if estimator.later_factors is not None:
         better, doubts = nested.extrapolated(study, given, fine, low, scales, thermal, joule | electric, estimator)
         doubts |= {name: doubts[name] + float(each.sum()) * scales[name] for name, each in torn.items()}
     else:

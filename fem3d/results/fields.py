@@ -264,7 +264,7 @@ class Fields:
     def _distance(self, field: np.ndarray) -> float:
         """The distance (K) of the quadratic cells from a rise (functions,)."""
         simplex = self.cell_type == "tetra10"
-        at = self._space.rule(np.zeros(1, int), 0).points.T if simplex else product_rule(3, 3)[0]
+        at = self._space.rule(np.zeros(1, int), 0).points.T if simplex else product_rule(3, 3, 3)[0]
         shape = np.array([self._element.lbasis(at.T, i)[0] * np.ones(len(at)) for i in range(len(self._places))])
         off = np.abs(self._at_nodes(self._space, field) @ shape - self._at(self._space, field, at)).max()
         # The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.

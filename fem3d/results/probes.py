@@ -361,7 +361,7 @@ def starts_free(domain: Domain, probe: Any) -> bool:
     """Return whether a mean temperature equals the initial temperature at t = 0: no part of the probe, of the same
     dimension, lies on a boundary of given temperature."""
     held = [b for b in domain.scene.boundaries if b.kind == "temperature"]
-    if domain.is_flat(probe):
+    if domain.locate(probe).dimension == 2:
         return not any(len(np.intersect1d(domain.on(b), domain.facets(probe))) for b in held)
     fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in held)], axis=0)
     return not fixed[np.flatnonzero(domain.mean(probe))].all()

@@ -20,10 +20,10 @@ from fem3d.spaces.element import (
     Rule,
     Side,
     active,
-    gauss,
     line,
     local,
     modes,
+    product_rule,
     products,
     rule,
     separate,
@@ -63,36 +63,23 @@ class BrickSpace(Space):
     def position(self) -> np.ndarray:
         """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even numbers
         are the grid's breakpoints, odd numbers its intervals."""
-        position = np.zeros((self.size, 3), int)
-        position[self.dofs] = 2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(modes(self.p), 2)][:, None]
-        for functions, partners in self.beyond.values():
-            position[partners] = position[functions]
-        return position
+        return self._of_functions(2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(modes(self.p), 2)][:, None])
 
     @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): how far the degrees can be lowered with each function still in the space; negative for
         functions above the degrees of their intervals, and more than any degree for vertices."""
-        axes, k = self.position % 2 == 1, np.zeros((self.size, 3), int)
-        k[self.dofs] = modes(self.p)[:, None]
-        for functions, partners in self.beyond.values():
-            k[partners] = k[functions]
+        axes, k = self.position % 2 == 1, self._of_functions(modes(self.p)[:, None])
         degrees = self.grid.of_entities[:, *self.position.T].T.astype(int)
         slack = np.where(axes, degrees - k, self.p + 1).min(axis=1)
         together = np.where(axes, degrees, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
         return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
 
-    @cached_property
-    def nested(self) -> tuple[np.ndarray, ...]:
-        return self.depth >= 2, self.depth >= 1, self.depth >= 0
-
-    @cached_property
-    def unit(self) -> np.ndarray:
-        unit = np.zeros(self.size)
-        unit[self.dofs[:8]] = 1.0
-        for functions, partners in self.beyond.values():
-            unit[partners] = unit[functions]
-        return unit
+    def _of_functions(self, of_dofs: np.ndarray) -> np.ndarray:
+        """(functions, 3): numbers of the functions of each cell (functions of a cell, cells or 1, 3)."""
+        numbers = np.zeros((self.size, 3), int)
+        numbers[self.origin[self.dofs]] = of_dofs
+        return numbers[self.origin]
 
     def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Divide the energy among the axes along which each function of v is of a degree above 1, equally."""
@@ -167,14 +154,11 @@ def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def _rule(p: int, degrees: Degrees, more: Degrees) -> Rule:
-    (x, u), (y, v), (z, w) = (gauss(d + 1 + m) for d, m in zip(degrees, more, strict=True))
-    points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
-    weights, functions = np.einsum("i,j,k->ijk", u, v, w).ravel(), np.flatnonzero(active(p, degrees))
-    return rule(points, weights, partial(_values, p), functions)
+    points, weights = product_rule(*(d + 1 + m for d, m in zip(degrees, more, strict=True)))
+    return rule(points.T, weights, partial(_values, p), np.flatnonzero(active(p, degrees)))
 
 
 @lru_cache(maxsize=64)
 def _side(p: int, number: int, more: int) -> Side:
-    x, w = gauss(p + 1 + more)
-    plane = np.array(np.meshgrid(x, x, indexing="ij")).reshape(2, -1), np.outer(w, w).ravel()
-    return side(RefHex, number, plane, partial(_values, p))
+    points, weights = product_rule(p + 1 + more, p + 1 + more)
+    return side(RefHex, number, (points.T, weights), partial(_values, p))

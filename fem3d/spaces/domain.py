@@ -208,10 +208,6 @@ class Domain(ABC):
         assert signs is not None
         return signs
 
-    def is_flat(self, probe: Any) -> bool:
-        """Return whether a probe is a surface."""
-        return self.locate(probe).dimension == 2
-
     def part(self, name: str) -> np.ndarray:
         """(cells,): which are of a part that a contact or a probe names; in the symmetric part of a scene it may be
         missing."""

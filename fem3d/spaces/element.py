@@ -201,12 +201,12 @@ Values = Callable[..., np.ndarray]
 """(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
 
 
-def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (points, dimension) and weights (points,) of Gauss's rule on the unit cube of a dimension, 0 for a point,
-    with ``count`` points along each axis."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    points = np.array(list(product((x + 1) / 2, repeat=dimension))).reshape(count**dimension, dimension)
-    return points, np.array([float(np.prod(each)) for each in product(w / 2, repeat=dimension)])
+def product_rule(*counts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (points, axes) and weights (points,) of Gauss's rule on the unit cube with ``counts`` points along the
+    axes; one point without axes."""
+    rules = [gauss(count) for count in counts]
+    points = np.array([*product(*(x for x, _ in rules))]).reshape(-1, len(counts))
+    return points, np.array([np.prod(each) for each in product(*(w for _, w in rules))])
 
 
 def rule(points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)) -> Rule:

@@ -93,10 +93,15 @@ class Space(ABC):
         space.beyond = {**self.beyond, name: (functions, extra)}
         return space
 
-    @property
-    @abstractmethod
+    @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
         """Which functions (functions,) are in each lower space that this one holds, the lowest first, and in itself."""
+        return tuple(self.depth >= d for d in reversed(range(min(self.p, 3))))
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        """(functions,): the coefficients of the constant 1, of the vertices' functions."""
+        return (self.depth > self.p).astype(float)
 
     @property
     @abstractmethod
@@ -107,11 +112,6 @@ class Space(ABC):
     def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(n, 3, cells): the integral of k grad u . grad v + c u v over each cell, divided among the axes, for u
         (functions,) and v (n, functions), k (cells,) or (3, cells) along the axes, and c (cells,)."""
-
-    @property
-    @abstractmethod
-    def unit(self) -> np.ndarray:
-        """(functions,): the coefficients of the constant 1."""
 
     @abstractmethod
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:

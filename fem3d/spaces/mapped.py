@@ -23,7 +23,7 @@ from scipy.sparse import coo_array, csc_array
 from scipy.sparse.csgraph import connected_components
 from skfem import ElementHex2
 from skfem.assembly.dofs import Dofs
-from skfem.element import ElementH1
+from skfem.element import Element
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
@@ -34,32 +34,13 @@ _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
 
 
-class ElementTetNested(ElementH1):
-    """The tetrahedron of degree 2 or 3 with a hierarchical basis."""
+class TetDofs(Element):
+    """The numbers of functions of a tetrahedron of degree 2 or 3."""
 
     refdom, nodal_dofs, interior_dofs = RefTet, 1, 0
 
     def __init__(self, degree: int) -> None:
-        self.maxdeg, self.edge_dofs, self.facet_dofs = degree, degree - 1, degree - 2
-        edges, faces = RefTet.p.T[_EDGES].mean(axis=1), RefTet.p.T[_FACES].mean(axis=1)
-        self.doflocs = np.concatenate([RefTet.p.T, edges.repeat(degree - 1, axis=0), faces[: 4 * (degree - 2)]])
-        self.dofnames = ["u"] * (1 + self.edge_dofs + self.facet_dofs)
-
-    def lbasis(self, X: np.ndarray, i: int) -> tuple[np.ndarray, np.ndarray]:
-        """Value and gradient of basis function ``i`` at reference points."""
-        flat = X.reshape(3, -1)
-        values, *slopes = (
-            _of_tetrahedron(self.maxdeg, flat, along)[:, i].reshape(X.shape[1:]) for along in (None, 0, 1, 2)
-        )
-        return values, np.array(slopes)
-
-
-class ElementHexNested(ElementH1):
-    """The hexahedron of degree 2, with all products of `fem3d.spaces.element.line`."""
-
-    refdom, maxdeg = RefHex, 2
-    nodal_dofs, edge_dofs, facet_dofs, interior_dofs = 1, 1, 1, 1
-    dofnames, doflocs = ElementHex2.dofnames, ElementHex2.doflocs
+        self.edge_dofs, self.facet_dofs = degree - 1, degree - 2
 
 
 Kind = tuple[bool, int]
@@ -74,8 +55,7 @@ class MappedSpace(Space):
         simplex = len(mesh.t) == 4
         self.mesh, self.p = mesh, degree if simplex else 2
         self._kind: Kind = simplex, self.p
-        self.element = _element(self._kind)
-        self.numbering = Dofs(mesh, self.element)
+        self.numbering = Dofs(mesh, TetDofs(degree) if simplex else ElementHex2())
         self.dofs, self.size = self.numbering.element_dofs, int(self.numbering.N)
         self.entity, self.places = entities(mesh, self.numbering, mesh.doflocs[:, : mesh.nvertices])
 
@@ -87,14 +67,6 @@ class MappedSpace(Space):
         if self._kind == (True, 3):
             depth[self.numbering.edge_dofs[0]] = 1
         return depth[self.origin]
-
-    @cached_property
-    def nested(self) -> tuple[np.ndarray, ...]:
-        return tuple(self.depth >= d for d in range(self.p - 1, -1, -1))
-
-    @cached_property
-    def unit(self) -> np.ndarray:
-        return (self.depth > self.p).astype(float)
 
     def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Divide the energy among the axes in proportion to the products of the slopes along them."""
@@ -148,11 +120,6 @@ def _order(kind: Kind) -> int:
     return 2 * degree if simplex else 5
 
 
-@lru_cache
-def _element(kind: Kind) -> ElementH1:
-    return ElementTetNested(kind[1]) if kind[0] else ElementHexNested()
-
-
 def _values(kind: Kind, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""
     return _of_tetrahedron(kind[1], X, along) if kind[0] else products(modes(2, full=True), X, along)
@@ -199,7 +166,7 @@ def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache
 def _side(kind: Kind, number: int, more: int) -> Side:
-    reference, order = _element(kind).refdom, _order(kind) + 2 * more
+    reference, order = RefTet if kind[0] else RefHex, _order(kind) + 2 * more
     points = _collapsed(order, 2) if kind[0] else get_quadrature(reference.brefdom, order)
     return side(reference, number, points, partial(_values, kind))
 

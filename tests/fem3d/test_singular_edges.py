@@ -118,3 +118,18 @@ def test_errors_hold_at_held_edge_of_good_conductor(monkeypatch):
     assert off() < 1.0
     monkeypatch.setattr(edge_exponents, "of_cells", lambda mesh, smallest: np.full((2, mesh.t.shape[1]), np.inf))
     assert off() > 2.0
+
+
+def test_errors_hold_where_two_given_temperatures_meet(monkeypatch):
+    """Near the edge of a block that is hot below and cold at one side, where the solution jumps. The twin without the
+    jump's error is off by more than twice its errors."""
+    block = Box("block", Material("silicon", 130.0, 2330.0, 712.0), (0.0, 0.0, 0.0), (1e-4, 6e-5, 2e-5))
+    hot = Boundary("hot", "temperature", block.lower, (1e-4, 6e-5, 0.0), 350.0)
+    cold = Boundary("cold", "temperature", block.lower, (0.0, 6e-5, 2e-5), 293.0)
+    probes = Probe("mean", block.lower, block.upper), Probe("near", (5e-6, 3e-5, 3e-6), (5e-6, 3e-5, 3e-6))
+    scene = Scene("torn", (block,), (hot, cold), probes, 293.0, accuracy=5e-2, steady=True)
+    known = solve(replace(scene, accuracy=1e-3, mesh="bricks"))
+    assert gap(solve(replace(scene, mesh="bricks")), known) < 1.0
+    assert gap(solve(replace(scene, mesh="tetrahedra")), known) < 1.0
+    monkeypatch.setattr("fem3d.adaptivity.goal_errors.Duals.contradictions", lambda *_: {})
+    assert gap(solve(replace(scene, mesh="tetrahedra")), known) > 2.0
