@@ -196,36 +196,30 @@ Hot = tuple[np.ndarray, np.ndarray]
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
     """Return the bases in the highest space and in the next lower one, in which alone hot states are searched."""
     low, hot = searched(given.heats[-2], given.conductors[-2], shift, end, accuracy)
-    return [hold(given.heat, given.conductor, hot)[0], low]
+    return [hold(given.heat, given.conductor, hot), low]
 
 
-def hold(
-    heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot], near: Sequence[Potential] = ()
-) -> tuple[Base, list[Potential]]:
-    """Return the base with the currents at the initial temperature and in ``hot`` states, and its potentials; the list
-    ``near`` begins with guesses."""
+def hold(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot]) -> Base:
+    """Return the base with the currents at the initial temperature and in ``hot`` states."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
-        return Base(heat, None, [], still, loads), []
-    lift, near = heat.inputs.at(0.0) @ heat.lifts, list(near)
-    potentials = _potentials(conductor, lift, near)
-    driven = len(potentials)
+        return Base(heat, None, [], still, loads)
+    lift = heat.inputs.at(0.0) @ heat.lifts
+    potentials = _potentials(conductor, lift)
     patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
     for field, drive in hot:
-        rise, start = heat.take(field), len(potentials)
-        heated = _potentials(conductor, rise, near[start : start + driven] or potentials[:driven])
+        rise = heat.take(field)
+        heated = _potentials(conductor, rise)
         loads.append(conductor.joule_load(_density(conductor, heated, drive), rise))
         potentials += heated
-    return Base(heat, conductor, independent(conductor, potentials), still, loads), potentials
+    return Base(heat, conductor, independent(conductor, potentials), still, loads)
 
 
-def _potentials(conductor: Conductor, rise: np.ndarray, near: Sequence[Potential]) -> list[Potential]:
-    """Return the potentials at a rise (all nodes) of each channel that has a voltage; ``near`` begins with guesses."""
-    driven = [v for v in conductor.voltages if v.any()]
-    guesses = [*(p.potential for p in near[: len(driven)]), *[None] * (len(driven) - len(near))]
-    return [conductor.solve(rise, v, guess) for v, guess in zip(driven, guesses, strict=True)]
+def _potentials(conductor: Conductor, rise: np.ndarray) -> list[Potential]:
+    """Return the potentials at a rise (all nodes) of each channel that has a voltage."""
+    return [conductor.solve(rise, v) for v in conductor.voltages if v.any()]
 
 
 def _density(conductor: Conductor, potentials: list[Potential], drive: np.ndarray) -> np.ndarray:
@@ -239,8 +233,8 @@ def searched(
     """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
     rough response, some just before changes of the inputs, the worst joins until none matters."""
     hot: list[Hot] = []
-    base, potentials = hold(heat, conductor, hot)
-    if conductor is None or not conductor.warms or not potentials:
+    base = hold(heat, conductor, hot)
+    if conductor is None or not conductor.warms or not conductor.voltages.any():
         return base, hot
     drive, size = heat.inputs, 1e-300
     knots = drive.knots(end)
@@ -254,7 +248,7 @@ def searched(
         for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
             if not ((g @ conductor.voltages).any() and conductor.conducts(rise)):
                 continue
-            load = conductor.joule_load(_density(conductor, _potentials(conductor, rise, potentials), g), rise)
+            load = conductor.joule_load(_density(conductor, _potentials(conductor, rise), g), rise)
             size = max(size, float(np.abs(load).sum()))
             change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c), rise)).sum()) / size
             if change > largest:
@@ -262,7 +256,7 @@ def searched(
         if worst is None:
             break
         hot.append(worst)
-        base, potentials = hold(heat, conductor, hot, potentials)
+        base = hold(heat, conductor, hot)
     return base, hot
 
 

@@ -36,7 +36,6 @@ from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.paths import Potential
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.results.probes import keep_places, reading
@@ -282,7 +281,7 @@ class _Solver:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
-            self._fields, self._potentials = dict[int, np.ndarray](), dict[int, list[Potential]]()
+            self._fields = dict[int, np.ndarray]()
             if answer.steady is None:
                 _, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
         self._edges = 1.0
@@ -366,9 +365,7 @@ class _Solver:
         if self._answer.steady is not None:
             base = Base.of_steady(state, study.accuracy)
         else:
-            near = self._potentials.get(level, ())
-            base, potentials = hold(given.heats[level], given.conductors[level], self._hot, near)
-            self._potentials.setdefault(level, potentials)
+            base = hold(given.heats[level], given.conductors[level], self._hot)
         if level not in self._fields:
             self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))
         if level not in self._extremes:
