@@ -173,13 +173,9 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
     if not over:
         return []
     worst = max(over, key=lambda name: over[name])
-    shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
-    if float(shown) <= study.accuracy:
-        shown = f"just over {shown}"
     names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
-    return [
-        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on {reason}"
-    ]
+    found = f"{worst} with an estimated {over[worst]:.3g}"
+    return [f"{names} less accurate than the {study.accuracy:g} asked for, {found}, on {reason}"]
 
 
 def estimate(level: Level) -> float:

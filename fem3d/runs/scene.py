@@ -14,6 +14,7 @@ import numpy as np
 
 from fem3d.adaptivity import choice, nested
 from fem3d.adaptivity.adapt import adapt
+from fem3d.adaptivity.cell_mesh import mesh_of
 from fem3d.adaptivity.marched import BEFORE, TIME_SHARE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
 from fem3d.adaptivity.reach import COARSEST
@@ -110,9 +111,7 @@ def _refined(scene: AnyScene, mesh: Mesh, response: Response) -> tuple[Study, Me
 
 
 def on_file(scene: MeshScene) -> Any:
-    """Return the mesh of a scene's file; imported late, because scenes of boxes do not need it."""
-    from fem3d.adaptivity.cell_mesh import mesh_of
-
+    """Return the mesh of a scene's file."""
     return mesh_of(probe_quantities.to_solve(scene))
 
 

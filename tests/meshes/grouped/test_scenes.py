@@ -3,14 +3,12 @@
 import copy
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fem3d.adaptivity.cell_mesh import mesh_of
-from fem3d.adaptivity.mesh import less_accurate
 from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
 from scenes.errors import TooLargeError
@@ -195,14 +193,6 @@ def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell
     assert volumes.min() > 0
     assert volumes.sum() == pytest.approx(2e-14, rel=1e-9)
     assert EXACT["hottest"] - 2 < fields.steady.max() <= EXACT["hottest"] + 1e-9
-
-
-@pytest.mark.parametrize(("error", "said"), [(1.04e-3, "0.00104"), (1.0001e-3, "just over 0.001"), (0.0034, "0.003")])
-def test_an_error_above_the_accuracy_reads_as_above(error, said):
-    study: Any = SimpleNamespace(accuracy=1e-3)
-    (warning,) = less_accurate(study, {"tip": error, "end": 1e-4}, "this mesh")
-    assert f'probe "tip" is less accurate than the 0.001 asked for, tip with an estimated {said}, on' in warning
-    assert less_accurate(study, {"tip": 1e-3}, "this mesh") == []
 
 
 def test_a_probe_without_a_place_reads_groups(tmp_path):
