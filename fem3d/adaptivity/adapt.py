@@ -18,7 +18,7 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response
+from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response, respond
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
 from fem3d.solution.steady import ON_PATH
@@ -157,13 +157,14 @@ class Search:
             self.progress("transient")
             shift = transient.shift(transient.time_constant(level.fine.state), study.earliest)
             bases = [Base.of_steady(solution.state, study.accuracy) for solution in (level.fine, level.low)]
-            return mesh.respond(study, problems, bases, shift, level, self.generations)
-        shift = transient.shift(min(study.end, self.slowest), study.earliest)
-        bare = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
-        linear = not bare[0].follows
-        bases = marched.nested(problems, shift, study.end, study.accuracy) if linear else bare
-        response = mesh.respond(study, problems, bases, shift, None, self.generations)
-        self.slowest, self.generations = response.slowest, response.generations
+        else:
+            shift = transient.shift(min(study.end, self.slowest), study.earliest)
+            bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
+            if not bases[0].follows:
+                bases = marched.nested(problems, shift, study.end, study.accuracy)
+        response = respond(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
+        if level is None:
+            self.slowest, self.generations = response.slowest, response.generations
         return response
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:

@@ -28,7 +28,7 @@ from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import Domain, box_cells, groups
+from fem3d.spaces.domain import Domain, boxes, groups
 from fem3d.spaces.size import START_UP, Size, of_cells
 from meshes import grading
 from meshes.columns import Columns
@@ -140,7 +140,7 @@ class CellMesh(Mesh):
     def domain(self) -> Domain:
         if isinstance(self.source, Placed):
             return groups(self.source, self.degree)
-        return box_cells(self.scene, self.cells, self.degree)
+        return boxes(self.scene, self.cells, self.degree)
 
     def with_scene(self, scene: Any) -> CellMesh:
         return replace(self, source=replace(self.source, scene=scene), accuracy=scene.accuracy, history=())

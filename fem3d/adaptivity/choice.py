@@ -35,7 +35,11 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
         first = replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
         if _suits(scene, foreseen(scene, first.grid)):
             return study, first
-    return whole, on_tetrahedra(whole.part.scene, size)
+    why = "run.mesh asks for them"
+    if scene.mesh != "tetrahedra":
+        crowded, every = crowding(graph(whole.part.scene).planes), float(f"{size.unknowns:.2g}")
+        why = f"a grid of bricks would take {every:,.0f} unknowns and {size.memory / 1e9:.2g} GB or more, as {crowded}"
+    return whole, CellMesh(Columns.of(whole.part.scene), scene.accuracy, why).fitting()
 
 
 def _suits(scene: Scene, grid: Size) -> bool:
@@ -43,13 +47,3 @@ def _suits(scene: Scene, grid: Size) -> bool:
     # With 10 pads beside a meander the unknowns of tetrahedra grow 7.8 times per decade of the accuracy.
     most = LARGE * 7.0 ** max(np.log10(1e-2 / scene.accuracy), 0.0)
     return grid.unknowns <= most and reach.fits(scene, grid)
-
-
-def on_tetrahedra(scene: Scene, grid: Size) -> CellMesh:
-    """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
-    why = "run.mesh asks for them"
-    if scene.mesh != "tetrahedra":
-        crowded = crowding(graph(scene).planes)
-        unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
-        why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
-    return CellMesh(Columns.of(scene), scene.accuracy, why).fitting()

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import goal_errors, nested, reach
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.nested import Problems, Solution
@@ -24,7 +24,6 @@ from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
-from fem3d.solution.transient import Base
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, boxes
 from fem3d.spaces.size import foreseen
@@ -96,12 +95,6 @@ class Mesh(ABC):
         """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one
         has."""
         return goal_errors.examined(study, given, fine, self.estimator)
-
-    def respond(
-        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
-    ) -> Response:
-        """Return the response over time with its errors, by `trace_errors.respond`."""
-        return trace_errors.respond(study, given, bases, shift, self.estimator, steady, generations, self.last)
 
     @abstractmethod
     def refine(self, indicators: Indicators, target: float) -> Mesh | None:
@@ -180,13 +173,6 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
 
 def estimate(level: Level) -> float:
     """Return the largest error of the fine steady field over its largest rise."""
-    gaps, field = sampled(level)
-    largest = float(max(field.max(), 0.0) - min(field.min(), 0.0)) or 1.0
-    return CAUTION * float(gaps.max()) / largest
-
-
-def sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
-    """Return (cells, points) the difference of the two highest degrees, and likewise the fine field."""
     given, space = level.problems, level.problems.domain.space
     # Inside of cells, so that each point is of one cell alone.
     count = 6  # along each axis
@@ -195,7 +181,8 @@ def sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
     X = X[:, X.sum(axis=0) <= 1] if len(space.mesh.t) == 4 else X
     fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, -2)]))
     fine, low = fields[:, space.dofs.T] @ space.at(X).T
-    return np.abs(fine - low), fine
+    largest = float(max(fine.max(), 0.0) - min(fine.min(), 0.0)) or 1.0
+    return CAUTION * float(np.abs(fine - low).max()) / largest
 
 
 @dataclass(frozen=True, eq=False)

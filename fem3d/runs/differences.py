@@ -45,7 +45,7 @@ from fem3d.solution.steady import SteadyState, Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.domain import Domain, box_cells, boxes, groups
+from fem3d.spaces.domain import Domain, boxes, groups
 from meshes import grading
 from meshes.grouped.check import Placed
 from meshes.symmetry import Symmetry
@@ -81,7 +81,7 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     if not isinstance(domain.space, BrickSpace):
         mesh = domain.space.mesh
         points = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
-        return box_cells(scene, replace(mesh, doflocs=points), domain.space.p)
+        return boxes(scene, replace(mesh, doflocs=points), domain.space.p)
     grid = domain.space.grid
     breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
     return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))

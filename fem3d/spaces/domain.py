@@ -328,17 +328,10 @@ class Groups(Domain):
         return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
 
 
-def boxes(scene: Scene, grid: Grid) -> Boxes:
-    """Return the domain of a scene of boxes (or of its symmetric part) on a grid."""
-    return _boxes(scene, BrickSpace(grid))
-
-
-def box_cells(scene: Scene, mesh: Any, degree: int = 3) -> Boxes:
-    """Return the domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
-    return _boxes(scene, MappedSpace(mesh, degree))
-
-
-def _boxes(scene: Scene, space: Space) -> Boxes:
+def boxes(scene: Scene, cells: Any, degree: int = 3) -> Boxes:
+    """Return the domain of a scene of boxes (or of its symmetric part) on a grid of bricks, or with elements of a
+    degree on scikit-fem's mesh of `meshes.columns`."""
+    space = BrickSpace(cells) if isinstance(cells, Grid) else MappedSpace(cells, degree)
     graph, middles = grids.graph(scene), space.mesh.p[:, space.mesh.t].mean(axis=1)
     places = tuple(
         np.clip(np.searchsorted(p, x, side="right") - 1, 0, len(p) - 2)
