@@ -40,9 +40,9 @@ from scenes.errors import TooLargeError
 from scenes.model import MeshScene
 from scenes.result import Step
 
-# Errors of extrapolated readings are at most AS_IT_IS of their estimates, and CAUTION times their doubt where the
-# estimate fell on the last mesh: none of 46 random plates, Gmsh meshes and stacks exceeds 0.70 of this bound.
-AS_IT_IS, CAUTION = 0.5, 1.25
+# Errors of extrapolated readings are at most this part of their estimates: none of 46 random plates, Gmsh meshes and
+# stacks exceeds 0.70 of this bound.
+AS_IT_IS = 0.5
 ROUNDING = 1e-8  # relative: smaller errors, and readings that move less, show rounding alone
 # A reading that moves by more than its estimate falls is wrong by more than estimated. Its bound is then twice its
 # fraction, where the estimate fell to this part or less: by less it may fall by chance.
@@ -60,32 +60,17 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
     """
     values = {name: float(value) for name, value in level.fine.quantities.items()}
     least = {n: level.least.get(n, 0.0) for n in level.errors}
-    record = Record(values, level.errors, level.scales, least)
+    record = Record(values, level.errors, level.scales)
     part, larger = _fractions(record, history)
     before = history[-1].errors if history and not level.problems.follows else {}
     fell = {n for n, e in before.items() if level.errors[n] <= FELL * e}
-    most = _cautious(record, history) if level.extrapolated else {}
-    whole = AS_IT_IS if level.extrapolated else 1.0
-    smaller = {n: min(part * e, most.get(n, np.inf)) if n in fell else np.inf for n, e in level.errors.items()}
-    errors = {
-        n: max(min(e, max(min(smaller[n], whole * e), least[n])), larger.get(n, 0.0) * e)
-        for n, e in level.errors.items()
-    }
+    most = AS_IT_IS if level.extrapolated else 1.0
+    shares = {n: min(part, most) if n in fell else most for n in level.errors}
+    errors = {n: max(min(e, max(shares[n] * e, least[n])), larger.get(n, 0.0) * e) for n, e in level.errors.items()}
     parts = {n: max(part, larger.get(n, 0.0)) for n in level.goals}
     parts |= {n: min(parts[n], errors[n] / e) for n, e in level.errors.items() if n in parts and e > 0}
     goals = {n: parts[n] * indicators for n, indicators in level.goals.items()}
     return replace(level, errors=errors, goals=goals, record=record)
-
-
-def _cautious(now: Record, history: Sequence[Record]) -> dict[str, float]:
-    """Return `CAUTION` times the doubt of each extrapolated reading, more where any moved by more than both doubts."""
-    if not history:
-        return {}
-    before = history[-1]
-    moved = [
-        abs(now.values[n] - v) / max(before.least[n] + now.least[n], 1e-300) for n, v in before.values.items()
-    ]  # fmt: skip
-    return {n: CAUTION * max([1.0, *moved]) * doubt for n, doubt in now.least.items()}
 
 
 def _fractions(now: Record, history: Sequence[Record]) -> tuple[float, Mapping[str, float]]:

@@ -186,12 +186,11 @@ Errors = dict[str, float]
 
 
 class Record(NamedTuple):
-    """Values, estimated errors, scales and least errors of the quantities on one mesh, in their units."""
+    """Values, estimated errors and scales of the quantities on one mesh, in their units."""
 
     values: Errors
     errors: Errors
     scales: Errors
-    least: Errors
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,7 +102,7 @@ def _films_and_fluxes(
         else:
             flux = channels.split(b.value)
         if h:
-            films += face.entries(np.full_like(face.areas, h))
+            films += face.entries(h)
             cooled += h * area
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area

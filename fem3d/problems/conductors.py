@@ -188,7 +188,7 @@ def share_reactions(
         group = [i for i, other in enumerate(values) if other == value]
         if len(group) > 1:
             functions = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
-            mass = part(csc_array(sum(faces[i].mass() for i in group)), functions)
+            mass = part(csc_array(sum(faces[i].mass_of() for i in group)), functions)
             solve = splu(mass).solve
             for i in group:
                 shares[names[i]][functions] = solve(faces[i].load()[functions])

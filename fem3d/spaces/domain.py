@@ -106,15 +106,10 @@ class Domain(ABC):
         assert self.potentials is not None
         return replace(self, space=self.potentials, potentials=None)
 
-    @cached_property
-    def cold(self) -> tuple[Material, ...]:
-        """The materials with each law evaluated at the initial temperature."""
-        return tuple(m.at(self.scene.initial_temperature) for m in self.materials)
-
     def per_cell(self, key: str) -> np.ndarray:
         """(cells,): a property of the materials at the initial temperature; (3, cells) where any material
         is anisotropic."""
-        given = [getattr(m, key) for m in self.cold]
+        given = [getattr(m.at(self.scene.initial_temperature), key) for m in self.materials]
         if any(isinstance(each, tuple) for each in given):
             return np.array([laws.along(each) for each in given], float).T[:, self.body]
         return np.array(given, float)[self.body]
@@ -140,7 +135,7 @@ class Domain(ABC):
         fine = cells >= 0 if inside is None else (cells >= 0) & inside[cells]
         side = fine.argmax(axis=0)
         kept = fine.any(axis=0)
-        return self.space.faces(facets[kept], cells[side, np.arange(len(facets))][kept])
+        return Faces(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
 
     def sides(
         self, item: Any, inside: np.ndarray, without: Sequence[np.ndarray] = ()
@@ -156,7 +151,7 @@ class Domain(ABC):
             for sign in np.unique(signs):
                 at = np.flatnonzero(signs == sign)
                 cells = pairs[side, both][at]
-                yield self.space.faces(facets[both][at], cells), float(sign) * (0.5 - side), cells
+                yield Faces(self.space, facets[both][at], cells), float(sign) * (0.5 - side), cells
 
     def on(self, boundary: Any) -> np.ndarray:
         """The facets on which a condition acts: for a voltage, facets of conductors that carry current; for a flux,

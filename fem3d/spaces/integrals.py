@@ -157,10 +157,6 @@ class Space(ABC):
         """Integrals over some cells, with ``more`` points as of `rule`."""
         return Cells(self, cells, self.rule(cells, more))
 
-    def faces(self, facets: np.ndarray, cells: np.ndarray) -> Faces:
-        """Integrals over some facets of the mesh, each seen from one of its cells."""
-        return Faces(self, facets, cells)
-
 
 class Cells:
     """Some cells of a space with the points of a quadrature and their ``weights`` (cells, points)."""
@@ -210,10 +206,6 @@ class Cells:
         weighted = density * self.weights
         # Cell by cell, as functions times weights at many points are large.
         return np.array([(values.T * each) @ values for each in weighted]).reshape(-1, *[present.sum()] * 2), present
-
-    def mass(self) -> csc_array:
-        """The integral of u v."""
-        return self.mass_of(np.ones((1, 1)))
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
@@ -331,17 +323,14 @@ class Faces:
             loads -= cells.flow(full[..., at, :] * normal)
         return loads
 
-    def mass(self) -> csc_array:
-        """The integral of u v."""
-        return self.mass_of(np.ones_like(self.areas))
-
-    def mass_of(self, density: np.ndarray) -> csc_array:
-        """The integral of a density (facets, points) times u v."""
+    def mass_of(self, density: np.ndarray | float = 1.0) -> csc_array:
+        """The integral of a density (facets, 1 or points) times u v."""
         return summed(self.entries(density), self.space.size)
 
-    def entries(self, density: np.ndarray) -> list[np.ndarray]:
+    def entries(self, density: np.ndarray | float) -> list[np.ndarray]:
         """The entries of `mass_of` for each side, as `Cells.entries`."""
-        return [cells.entries(density[at]) for at, cells, _ in self.sides]
+        full = np.broadcast_to(density, self.areas.shape)
+        return [cells.entries(full[at]) for at, cells, _ in self.sides]
 
     def normals(self) -> np.ndarray:
         """(functions, 3): the integral of the outward normal times the square of each function."""

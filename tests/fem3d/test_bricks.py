@@ -13,6 +13,7 @@ from fem3d.spaces import element
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.element import ElementHexTrunk, modes
+from fem3d.spaces.integrals import Faces
 from meshes.grid import Grid
 from scenes.model import Box, Material, Probe, Scene
 from scenes.sink import SILICON
@@ -95,11 +96,11 @@ def differences(p, wrong=1.0):
     found["flow"] = far(cells.flow(wrong * k[some][:, None] * cells.gradient(u)), of_part @ u)
     found["load"] = far(cells.load(wrong * np.ones_like(cells.weights)), integral.assemble(part, density=1.0))
     facets = ours.mesh.boundary_facets()
-    faces = ours.faces(facets, ours.mesh.f2t[0, facets])
+    faces = Faces(ours, facets, ours.mesh.f2t[0, facets])
     there = FacetBasis(ours.mesh, theirs.elem, facets=facets, intorder=2 * p + 1)
     h = rng.random(len(facets))[:, None]
     found["face load"] = far(faces.load(wrong * h), integral.assemble(there, density=h * np.ones(there.dx.shape)))
-    found["face mass"] = far(wrong * faces.mass(), element.film.assemble(there, coefficient=1.0))
+    found["face mass"] = far(wrong * faces.mass_of(), element.film.assemble(there, coefficient=1.0))
     found["flux"] = far(faces.flux(wrong * h), flux.assemble(there, conductivity=h * np.ones(there.dx.shape)))
     return found
 
