@@ -5,7 +5,7 @@
     fin-massless    the heat equation along the beam on that resistance
     fin             ... and on the anchor's effective heat capacity
     plate           the heat equation of the silicon layer, averaged over its thickness
-    moments:N       the plate, of a row of spans the fin, projected on N fields that match its response
+    moments:N       the plate projected on N fields that match its response
 
 All of them take constant properties and a resistivity that is linear in the temperature. Where a property follows the
 temperature by a law, or faces radiate, the first two take the numbers at room temperature, as the paper does, and the
@@ -112,11 +112,8 @@ def refuse(sink: Sink, name: str) -> None:
             f"the sink {what}, and the reduction {name} takes constant properties and no radiation: give paper or "
             "anchored, which take those at room temperature, or --only 3d"
         )
-    if sink.spans > 1 and name == "plate":
-        raise SceneError(
-            f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "
-            "anchored, fin-massless, fin or moments:N"
-        )
+    if sink.spans > 1 and name != "paper":
+        raise SceneError(f"sink.spans = {sink.spans} makes a row, and {name} is made for one span: give paper")
 
 
 def _choices() -> str:

@@ -289,21 +289,10 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     readings = {}
     for name, row in model.outputs.items():
         if not name.startswith(("air", "gas")):
-            value = states @ row.T
-            readings[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
+            readings[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = states @ row
     if "peak_K" not in readings:
         readings["peak_K"] = np.max([v for name, v in readings.items() if name.endswith("_peak_K")], axis=0)
     return readings
-
-
-def top(values: np.ndarray) -> np.ndarray:
-    """(...,): the top of a profile at equally spaced places (..., places), by the parabola through three."""
-    at = np.clip(values.argmax(axis=-1), 1, values.shape[-1] - 2)[..., None]
-    low, top, high = (np.take_along_axis(values, at + d, axis=-1)[..., 0] for d in (-1, 0, 1))
-    bend = 2 * top - low - high
-    inside = (bend > 0) & (np.abs(high - low) <= 2 * bend)
-    above = np.where(inside, (high - low) ** 2 / (8 * np.where(inside, bend, 1.0)), np.maximum(low, high) - top)
-    return top + np.maximum(above, 0.0)
 
 
 def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray | None) -> Traces:
@@ -323,9 +312,9 @@ def half_island(sink: Sink) -> float:
     return (sink.oxide_thickness / sink.oxide.thermal_conductivity + sink.contacts) / area
 
 
-def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewStates:
+def lumps(sink: Sink, anchor_resistance: float) -> FewStates:
     """The spans as lumps between an anchor of some resistance (K/W) and the islands' blocks, each state an equivalent
-    rise; ``circuit`` adds the cold resistance of the beam over the islands.
+    rise.
 
     Raises ValueError where the silicon does not conduct.
     """
@@ -341,7 +330,6 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
     shapes = [unequal_ends(1.0, *ends, k, A_c, L) for ends, _ in kinds]
     number = np.array([float(count) for _, count in kinds])
     flows = np.array([rises[1] / ends[0] + rises[2] / ends[1] for rises, (ends, _) in zip(shapes, kinds, strict=True)])
-    over = resistance(0.0, resistivity, a, (sink.spans - 1) * sink.island, A_c)
     states, cold = np.eye(len(kinds)), number * resistance(0.0, resistivity, a, L, A_c)
     air, gas = number * air_conductance(sink), number * gap_conductance(sink)
     outputs = {"peak": states[0] * unequal_peak(*shapes[0])} if sink.spans == 1 else {}
@@ -363,6 +351,6 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
             outputs[f"island{isle}_heat"] = rises / island
     return FewStates(
         np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows + air + gas), cold,
-        np.diag(cold), float(cold.sum()) + circuit * over, cold, float(cold.sum()), outputs,
+        np.diag(cold), float(cold.sum()), cold, float(cold.sum()), outputs,
         a, sink.drive,
     ).in_modes()  # fmt: skip

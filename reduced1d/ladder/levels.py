@@ -17,15 +17,11 @@ from scenes.result import Result
 from scenes.sink import Sink
 
 _WITHOUT_CIRCUIT = "fin-massless, no current in the pads"
-_WITH_ISLANDS = "anchored, islands in the circuit"
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """A sink solved to some fineness: the mesh's, and the number of fields and of degrees that go with it.
-
-    The plate of a row has one span: it gives the row's anchors.
-    """
+    """A sink of one span solved to some fineness: the mesh's, and the number of fields and degrees that go with it."""
 
     sink: Sink
     grading: Grading
@@ -38,8 +34,7 @@ class Level:
 
     @cached_property
     def _assembled(self) -> Plate:
-        series = self.sink.series_resistance / self.sink.spans
-        return assemble(replace(self.sink, spans=1, series_resistance=series), self.grading)
+        return assemble(self.sink, self.grading)
 
     @property
     def plate(self) -> Plate:
@@ -55,23 +50,19 @@ class Level:
         """Part of the anchor resistance that the plate neglects (-)."""
         return thin_plate_remainder(self._assembled)
 
-    def lump(self, circuit: bool = False) -> FewStates:
-        """The paper's model on the plate's anchor resistance; of a row perhaps with the islands in the circuit."""
-        return lumps(self.sink, self.anchor.resistance, circuit)
+    def lump(self) -> FewStates:
+        """The paper's model on the plate's anchor resistance."""
+        return lumps(self.sink, self.anchor.resistance)
 
-    def fin(
-        self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True, states: int = 0
-    ) -> FewStates:
+    def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with or without the anchor's capacities and the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
         model = fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
         inverse = factorize(model.conductance)
-        return projected(model, inverse, steady_rise(model, inverse), states or self.plate_states)
+        return projected(model, inverse, steady_rise(model, inverse), self.plate_states)
 
     def moments(self, states: int) -> FewStates:
-        """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
-        if self.sink.spans > 1:
-            return self.fin(states=states)
+        """The plate with some states (fewer where they would depend on each other)."""
         plate, rise = self._hot
         return projected(plate.model, plate.inverse, rise, states)
 
@@ -81,7 +72,6 @@ class Level:
             return self.moments(int(name.partition(":")[2]))
         return {
             "anchored": self.lump,
-            _WITH_ISLANDS: lambda: self.lump(circuit=True),
             _WITHOUT_CIRCUIT: lambda: self.fin(False, False, circuit=False),
             "fin-massless": lambda: self.fin(False, False),
             "fin, pad capacity only": lambda: self.fin(oxide_capacity=False),
@@ -134,12 +124,12 @@ class Rung:
 
 def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
     """From a reduction (its canonical name) up to the plate, after which only the 3D model is left."""
+    if levels.sink.spans > 1:
+        return [_ROW]
     if start.startswith("moments:"):
-        return [replace(_FEW, name=start), *(_OF_ROWS["fin"] if levels.sink.spans > 1 else (_PLATE,))]
+        return [replace(_FEW, name=start), _PLATE]
     names = [rung.name for rung in _ALL]
     models = _ALL[names.index(start) :]
-    if levels.sink.spans > 1:
-        models = [step for rung in models for step in _OF_ROWS.get(rung.name, (rung,))]
     if levels.sink.electrodes == "beam-end":
         models = [rung for rung in models if rung.name != _WITHOUT_CIRCUIT]
     if start in ladder.CONSTANT:
@@ -210,21 +200,11 @@ _ALL = [
     Rung("fin", "anchor as one node", "the anchor warms up in one fixed shape", "the anchor taken as one node"),
     _PLATE,
 ]  # fmt: skip
-_OF_ROWS: dict[str, tuple[Rung, ...]] = {
-    "anchored": (
-        Rung("anchored", "islands in the circuit", "the beam has no resistance over the islands",
-             "the missing resistance of the beam over the islands"),
-        Rung(_WITH_ISLANDS, "fixed parabola", "eq 9 holds each span to a steady parabola on blocks of its own",
-             "the fixed parabola (eq 9)"),
-    ),
-    "fin": (Rung("fin", "rest (uniform across)", "the rise is the same across the beam, over narrower islands too",
-                 "the rise taken as the same across the beam"),),
-    "plate": (),
-}  # fmt: skip
-"""Rungs of a row of spans in place of some of these: a row has no plate, and the fin is the last before 3D."""
+_ROW = Rung(
+    "paper", "row of lumps", "each span is a lump after eq 20, and the beam has no resistance over the islands",
+    "the row of lumps (eq 20)",
+)  # fmt: skip
+"""A row of spans has no better reduction: the next model is 3D."""
 
-AT_FAULT = {
-    rung.blame: rung.at_fault
-    for rung in (*_ALL, _FEW, _LAWS, _RADIATION, _BOTH, *_MISSING.values(), *sum(_OF_ROWS.values(), ()))
-}
+AT_FAULT = {rung.blame: rung.at_fault for rung in (*_ALL, _FEW, _ROW, _LAWS, _RADIATION, _BOTH, *_MISSING.values())}
 """What is at fault, by its ``blame``."""

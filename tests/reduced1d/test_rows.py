@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_bvp
+from scipy.integrate import quad
 
 from reduced1d import equations, ladder
 from reduced1d.equations import anchor_series_resistance, plate_resistance
 from reduced1d.ladder.few_states import half_island, lumps, steady
 from reduced1d.ladder.levels import Levels, rungs
-from reduced1d.ladder.plate import film
 from scenes.errors import NumericsError
 from scenes.sink import Sink
 from scenes.varied import neighbour
@@ -73,48 +72,6 @@ def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink():
     assert all_of["span1_mean_rise_K"] == pytest.approx(one["mean_rise_K"], rel=1e-11)
     assert all_of["span2_peak_rise_K"] == pytest.approx(one["peak_rise_K"], rel=1e-11)
     assert all_of["current_A"] == pytest.approx(one["current_A"], rel=1e-11)
-
-
-def test_the_fin_of_a_row_solves_its_equation():
-    """Against a boundary-value solver on the same equation, with no feedback so that one current does."""
-    silicon = replace(Sink().silicon, temperature_coefficient=0.0)
-    sink = Sink(spans=3, silicon=silicon, convection_coefficient=300.0)
-    found = ladder.solve(sink, "fin", steady_only=True)
-    anchor = found.steady["anchor_resistance_K_per_W"].value
-    k, area, rho = silicon.thermal_conductivity, sink.cross_section, silicon.resistivity or 0.0
-    current = found.steady["current_A"].value
-    assert current == pytest.approx(3.0 / (rho * sink.row_length / area), rel=1e-10)
-    ends = [1e-3, 1.05e-3, sink.row_length / 2]
-
-    def slopes(y: np.ndarray, u: np.ndarray) -> np.ndarray:
-        over = (y > ends[0]) & (y < ends[1])
-        loss = sink.convection_coefficient * sink.width + over * film(sink) * sink.island_width
-        return np.array([u[1], (loss * u[0] - current**2 * rho / area) / (k * area)])
-
-    def at_ends(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.array([k * area * a[1] - a[0] / anchor, b[1]])
-
-    y = np.unique(np.concatenate([np.linspace(0, ends[2], 301), [ends[0] - 1e-12, ends[0] + 1e-12, ends[1] + 1e-12]]))
-    exact = solve_bvp(slopes, at_ends, y, np.zeros((2, len(y))), tol=1e-6, max_nodes=20_000)
-    # The error of the polynomials is the change by finer ones (the result's own error), and the solver's tolerance.
-    for name, place in (("end_rise_K", 0.0), ("span1_middle_rise_K", 0.5e-3), ("span2_middle_rise_K", ends[2])):
-        value = found.steady[name]
-        assert float(exact.sol(place)[0]) == pytest.approx(value.value, abs=2e-5 * value.value + value.error)
-
-
-def test_a_long_row_is_solved_whole():
-    """At one current the spans in the middle of 100 are alike, and like the inner spans of 20."""
-    silicon = replace(Sink().silicon, temperature_coefficient=0.0)
-    per_heat = []
-    for spans in (100, 20):
-        found = ladder.solve(Sink(spans=spans, silicon=silicon), "fin", times=np.array([0.0, 1e-4, 1e-3]))
-        heat = found.steady["current_A"].value ** 2
-        values = [found.steady[f"{name}_rise_K"].value for name in ("span9_mean", "span9_peak", "end")]
-        late = [found.over_time.values[f"{name}_K"][1:] - 293.0 for name in ("span9_mean", "end")]
-        per_heat.append(np.concatenate([values, *late]) / heat)
-        middle = found.steady[f"span{spans // 2}_mean_rise_K"].value
-        assert found.steady[f"span{spans // 2 - 1}_mean_rise_K"].value == pytest.approx(middle, rel=1e-6)
-    assert per_heat[0] == pytest.approx(per_heat[1], rel=3e-5)
 
 
 ON = Sink(substrate_thickness=0.5e-3)
