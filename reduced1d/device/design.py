@@ -231,7 +231,7 @@ def in_the_loop(device: Device, meter: Meter, external: float | None = None) -> 
 def too_coarse(device: Device, steps: tuple[float, float]) -> tuple[str, ...]:
     """Sentences on the elements whose resistance between room and set temperature changes by less than 10 ``steps``."""
     lumped = lump(device)
-    change = lumped.resistance * lumped.coefficient * lumped.set_rise
+    change = np.abs(lumped.resistance * lumped.coefficient * lumped.set_rise)
     return tuple(
         f"the meter tells {name} resistances apart in steps of {step:.3g} ohm, {step / span:.2g} of the whole change "
         f"of {span:.3g} ohm from room to set temperature: too coarse to control by"
@@ -255,12 +255,17 @@ def make(
         )
     try:
         say(f"solving in 1D, {scheme} scheme")
-        meter = METERS[meter_name] if meter_name else None
-        base = Run(device, solve(device, meter=meter), largest_eigenvalue)
+        rounded = (0.0, 0.0)
+        if meter_name:
+            rounded = in_the_loop(device, METERS[meter_name], device.external.initial_temperature)
+
+        def told(result: DeviceResult) -> DeviceResult:
+            return replace(result, findings=(*too_coarse(device, rounded), *result.findings))
+
+        base = Run(device, told(solve_accurate(device, meter=rounded)), largest_eigenvalue)
         if scheme == "paper":
-            by_it = solve(device, scheme="paper", meter=meter)
+            by_it = told(solve_paper(device, meter=rounded))
             base = Run(device, by_it, largest_eigenvalue, reference=base.result)
-        rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
 
         def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
             result = solve_accurate(other, meter=rounded, start=start, with_findings=False)
@@ -280,21 +285,3 @@ def exported(run: Run) -> Whole:
     device, degree = run.device, run.result.details["degree"]
     fine, lower = (modes(lump(device), d) for d in (degree, degree - LESS))
     return Whole(f"{device.name}, in 1D", device, fine, run.result, {}, [(lower, 1.0)])
-
-
-def solve(
-    device: Device, *, scheme: Literal["accurate", "paper"] = "accurate", meter: Meter | None = None
-) -> DeviceResult:
-    """Traces of a device at every controller sample, with error estimates and findings.
-
-    ``scheme`` "accurate" couples all layers and propagates them exactly between samples (errors: an estimate in space
-    and time); "paper" is the paper's own (errors: the distance from the accurate one). ``meter`` rounds the resistances
-    that the controllers see to its resolution at the initial steady state. Raises ValueError for values that make
-    no device, UnstableStepError (a ValueError) where the paper's step is beyond its limit, and ArithmeticError where
-    the numerics fail.
-    """
-    steps = (0.0, 0.0) if meter is None else in_the_loop(device, meter, device.external.initial_temperature)
-    if scheme not in ("accurate", "paper"):
-        raise ValueError(f'scheme is {scheme!r}: it must be "accurate" or "paper"')
-    result = (solve_accurate if scheme == "accurate" else solve_paper)(device, meter=steps)
-    return replace(result, findings=(*too_coarse(device, steps), *result.findings))

@@ -21,7 +21,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from reduced1d.device.lumped import Lumped, Slab, around, lump, modes, stability, steady
 from reduced1d.equations import Values
@@ -60,31 +59,16 @@ def mesh_ratio(slab: Slab, nx: int, dt: float) -> float:
     return slab.diffusivity * dt / (slab.thickness / nx) ** 2
 
 
-def crank_nicolson(inner: np.ndarray, gamma: float, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """One step of Crank-Nicolson for the inner temperatures (nx - 1, ...), any unit of temperature.
-
-    ``before`` and ``after`` (2, ...) are the temperatures of the lower and upper face at the step's two ends.
-    """
-    n = len(inner)
-    padded = np.concatenate([before[:1], inner, before[1:]])
-    right = (1 - gamma) * inner + gamma / 2 * (padded[:-2] + padded[2:])
-    right[0] += gamma / 2 * after[0]
-    right[-1] += gamma / 2 * after[1]
-    bands = np.zeros((3, n))
-    bands[0, 1:] = bands[2, :-1] = -gamma / 2
-    bands[1] = 1 + gamma
-    return np.asarray(solve_banded((1, 1), bands, right))
-
-
-def layer_step(slab: Slab, nx: int, nt: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """nt steps of Crank-Nicolson over dt (s) on nx intervals, with end temperatures that do not change meanwhile, as
-    one map: inner' = a @ inner + b @ (lower, upper) with a (nx - 1, nx - 1) and b (nx - 1, 2)."""
-    gamma = mesh_ratio(slab, nx, dt / nt)
-    inner, ends = np.eye(nx - 1), np.zeros((nx - 1, 2))
-    none, unit = np.zeros((2, nx - 1)), np.eye(2)
-    for _ in range(nt):
-        inner, ends = crank_nicolson(inner, gamma, none, none), crank_nicolson(ends, gamma, unit, unit)
-    return inner, ends
+def layer_step(gamma: float, nx: int, nt: int) -> tuple[np.ndarray, np.ndarray]:
+    """nt steps of Crank-Nicolson on nx intervals, with end temperatures that do not change meanwhile, as one map:
+    inner' = a @ inner + b @ (lower, upper) with a (nx - 1, nx - 1) and b (nx - 1, 2)."""
+    unit = np.eye(nx - 1)
+    A = (1 + gamma) * unit - gamma / 2 * (np.eye(nx - 1, k=1) + np.eye(nx - 1, k=-1))
+    a = np.linalg.matrix_power(np.linalg.solve(A, 2 * unit - A), nt)
+    # The straight line between the ends stays as it is.
+    upper = np.arange(1, nx) / nx
+    line = np.column_stack([1 - upper, upper])
+    return a, line - a @ line
 
 
 def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
@@ -99,7 +83,8 @@ def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
     for slab, rows, faces in (
         (lumped.insulator, slice(n), [sink, sensor]), (lumped.polymer, slice(n, 2 * n), [sensor, outer]),
     ):  # fmt: skip
-        M[rows, rows], M[rows, faces] = layer_step(slab, scheme.nx, scheme.nt, scheme.dt)
+        gamma = mesh_ratio(slab, scheme.nx, scheme.dt / scheme.nt)
+        M[rows, rows], M[rows, faces] = layer_step(gamma, scheme.nx, scheme.nt)
     insulator, polymer = (scheme.nx * slab.conductance for slab in (lumped.insulator, lumped.polymer))
     M[sink] = insulator * (keep[sink] - M[0])
     M[sensor] = insulator * (M[n - 1] - keep[sensor])
@@ -116,14 +101,14 @@ def spectral_radius(lumped: Lumped, scheme: PaperScheme) -> float:
     return float(np.abs(np.linalg.eigvals(loop[:-1, :-1])).max())
 
 
-def stability_limit(device: Device, scheme: PaperScheme | None = None) -> float:
+def stability_limit(device: Device, scheme: PaperScheme = PaperScheme()) -> float:
     """The largest stable time step in s of the scheme on this device, N_x and N_t kept, to 1e-4."""
     from scipy.optimize import brentq
 
-    lumped, scheme = lump(device), scheme or PaperScheme()
+    lumped = lump(device)
 
     def growth(dt: float) -> float:
-        return spectral_radius(lumped, PaperScheme(dt, scheme.nx, scheme.nt)) - 1 - 1e-12
+        return spectral_radius(lumped, replace(scheme, dt=dt)) - 1 - 1e-12
 
     low, high = scheme.dt / 2, scheme.dt
     while growth(low) > 0:
@@ -135,34 +120,25 @@ def stability_limit(device: Device, scheme: PaperScheme | None = None) -> float:
     return float(brentq(growth, low, high, xtol=1e-4 * low))
 
 
-def paper_traces(
-    device: Device, scheme: PaperScheme, meter: tuple[float, float] = (0.0, 0.0)
-) -> tuple[np.ndarray, PaperScheme]:
-    """Traces (samples, 7) in the order of QUANTITIES, as rises, and the scheme with the step that was taken: where the
-    sample time is no multiple of it, a shorter one. Raises UnstableStepError, and ValueError."""
-    lumped, table = lump(device), timetable(device)
-    per_sample = int(np.ceil(table.sample_time / scheme.dt - 1e-9))
-    used = PaperScheme(table.sample_time / per_sample, scheme.nx, scheme.nt)
-    if spectral_radius(lumped, used) > 1 + 1e-12:
-        raise UnstableStepError(
-            f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
-            f"it is stable only up to {stability_limit(device, used) * 1e6:.3g} us"
-        )
-    control = Controllers(settings(device, lumped.resistance, lumped.coefficient))
-    steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
-    return _march(lumped, control, meter, used, table.samples, per_sample, steps), used
-
-
 def solve_paper(
-    device: Device, scheme: PaperScheme | None = None, *, meter: tuple[float, float] = (0.0, 0.0)
-) -> DeviceResult:  # fmt: skip
+    device: Device, scheme: PaperScheme = PaperScheme(), *, meter: tuple[float, float] = (0.0, 0.0)
+) -> DeviceResult:
     """Traces of a device by the paper's scheme, and how far they are from the accurate scheme's (as ``errors``).
 
     The step is shortened where the sample time is no multiple of it. Raises UnstableStepError where it is beyond the
     stability limit, and ValueError for values that make no device.
     """
-    traces, used = paper_traces(device, scheme or PaperScheme(), meter)
-    accurate, limit = solve_accurate(device, meter=meter), stability_limit(device, used)
+    lumped, h = lump(device), device.control.sample_time
+    per_sample = math.ceil(h / scheme.dt - 1e-9)
+    used = replace(scheme, dt=h / per_sample)
+    limit = stability_limit(device, used)
+    if spectral_radius(lumped, used) > 1 + 1e-12:
+        raise UnstableStepError(
+            f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
+            f"it is stable only up to {limit * 1e6:.3g} us"
+        )
+    traces = _march(device, lumped, meter, used, per_sample)
+    accurate = solve_accurate(device, meter=meter)
     rows = min(len(traces), len(accurate.time_s))
     result = device_result("paper", device, traces, {}, **around(device))
     off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
@@ -183,10 +159,12 @@ def solve_paper(
 
 
 def _march(
-    lumped: Lumped, control: Controllers, meter: tuple[float, float], scheme: PaperScheme, samples: int,
-    per_sample: int, steps: dict[int, float],
-) -> np.ndarray:  # fmt: skip
-    M, dt = step_matrix(lumped, scheme), scheme.dt
+    device: Device, lumped: Lumped, meter: tuple[float, float], scheme: PaperScheme, per_sample: int
+) -> np.ndarray:
+    """Traces (samples, 7) in the order of QUANTITIES, as rises."""
+    table, M, dt = timetable(device), step_matrix(lumped, scheme), scheme.dt
+    samples, control = table.samples, Controllers(settings(device, lumped.resistance, lumped.coefficient))
+    steps = {k * per_sample + round(after / dt): outer for k, at in table.steps.items() for after, outer in at}
     z, y = np.zeros(scheme.states), np.zeros(scheme.states)
     voltage, traces = np.zeros(2), np.empty((samples, 7))
     (r_sink, r_sensor), (a_sink, a_sensor) = lumped.resistance.tolist(), lumped.coefficient.tolist()

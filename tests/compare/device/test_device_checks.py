@@ -13,8 +13,8 @@ from compare.outcome import Outcome, Progress
 from compare.report.checks import claimed, off_by
 from compare.slopes import device_1d
 from compare.verdict import Check, judged
-from reduced1d.device.design import solve
 from reduced1d.device.lumped import largest_eigenvalue, steady
+from reduced1d.device.schemes import solve_accurate
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
@@ -70,7 +70,7 @@ def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(move
     """The sink's voltage, which the outer step leaves as it is in 1D and moves by 0.1 % in 3D: its settling is alike in
     both, and not that into 1 % of almost nothing."""
     device = load("device", scene_type=DEVICE)
-    result = solve(device)
+    result = solve_accurate(device)
     time = settling(device, result, "sink_V")[-1].time
     after = replace(result.after, sink_V=result.after.sink_V * (1 + moved))
     late = result.time_s > device.external.step_time
@@ -113,7 +113,7 @@ def evaluated(device: Device, *figures: str) -> dict[str, Check]:
 
 def meters(device: Device) -> dict[str, Check]:
     """The meters' checks alone, which need no run but the scene's."""
-    base = Run(device, solve(replace(device, end_time=2 * device.control.sample_time)), largest_eigenvalue)
+    base = Run(device, solve_accurate(replace(device, end_time=2 * device.control.sample_time)), largest_eigenvalue)
     outcome = Outcome(device, results={"reduced1d": Result("reduced1d", {}, None, {"runs": Runs(base, None, ())})})
     made = {name: CHECKS[name][0](outcome) for name in METERS}
     return {name: judged(name, comparison, device, always=True) for name, comparison in made.items() if comparison}

@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from reduced1d.device.design import solve
 from reduced1d.device.lumped import lump, modes, steady
 from reduced1d.device.schemes import solve_accurate
 from scenes.device import Control, Device, External
@@ -28,7 +27,7 @@ def short(device, end, step):
 
 @pytest.fixture(scope="module")
 def default():
-    return solve(Device())
+    return solve_accurate(Device())
 
 
 def test_default_device_is_converged_and_within_its_own_error(default):
@@ -53,7 +52,7 @@ def test_default_device_is_converged_and_within_its_own_error(default):
     ],
 )  # fmt: skip
 def test_error_estimate_holds_elsewhere(device):
-    result = solve(device)
+    result = solve_accurate(device)
     finest = run(device, (36, 20)).traces
     for i, q in enumerate(QUANTITIES):
         assert np.abs(result.trace(q) - 293 * q.endswith("_K") - finest[:, i]).max() < result.errors[q]
@@ -80,13 +79,13 @@ def test_steady_powers(default):
 
 
 def test_runs_of_one_sample_and_steps_at_the_ends():
-    one = solve(Device(end_time=5e-5))
+    one = solve_accurate(Device(end_time=5e-5))
     assert (len(one.time_s), one.sink_V[0], one.polymer_flux_W[0]) == (1, 1.0, 0.0)
-    at_once = solve(Device(external=External(300.0, 273.0, 0.0), end_time=0.01))
-    from_start = solve(Device(external=External(273.0, 273.0, 0.25), end_time=0.01))
+    at_once = solve_accurate(Device(external=External(300.0, 273.0, 0.0), end_time=0.01))
+    from_start = solve_accurate(Device(external=External(273.0, 273.0, 0.25), end_time=0.01))
     assert_allclose(at_once.sensor_K, from_start.sensor_K, rtol=0, atol=1e-10)
-    at_end = solve(Device(external=External(293.0, 273.0, 0.01), end_time=0.01))
-    assert_allclose(at_end.sensor_K, solve(Device(end_time=0.01)).sensor_K, rtol=0, atol=1e-10)
+    at_end = solve_accurate(Device(external=External(293.0, 273.0, 0.01), end_time=0.01))
+    assert_allclose(at_end.sensor_K, solve_accurate(Device(end_time=0.01)).sensor_K, rtol=0, atol=1e-10)
 
 
 def test_settled_start_stays_put():
@@ -155,7 +154,7 @@ def test_convergence_in_space_and_time_is_spectral():
 
 def test_heat_that_leaves_the_sink_enters_the_sensor():
     device = Device(control=Control(sensor_gain=0.0), external=External(293, 293, 1.0), end_time=0.4)
-    result = solve(device)
+    result = solve_accurate(device)
     state = steady(device)
     assert 293 < state.sensor_K < 310.5
     assert result.sensor_K[-1] == pytest.approx(state.sensor_K, abs=1e-6)
@@ -173,7 +172,7 @@ def test_no_setting_breaks_it(sample_time, sink_gain, sensor_gain):
     control = Control(sample_time, sink_gain, sensor_gain, allow_negative_voltage=not thin)
     device = Device(sensor_thickness=gold, insulator_thickness=insulator, control=control,
                     external=External(293, outer, 20.3 * sample_time), end_time=40 * sample_time)  # fmt: skip
-    result = solve(device)
+    result = solve_accurate(device)
     assert all(np.isfinite(result.trace(q)).all() for q in QUANTITIES)
     wild = any("unstable" in text or "stopped" in text for text in result.findings)
     assert wild or max(result.errors["sink_K"], result.errors["sensor_K"]) < GOAL

@@ -14,6 +14,7 @@ import pytest
 
 from reduced1d.device import design
 from reduced1d.device.lumped import lump, steady
+from reduced1d.device.schemes import solve_accurate
 from scenes.device import Control, Device, External
 from statespace import export
 from statespace.controllers import Controllers
@@ -32,7 +33,7 @@ TRACES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_po
 
 @pytest.fixture(scope="module")
 def exported():
-    made = design.solve(DEVICE)
+    made = solve_accurate(DEVICE)
     whole = design.exported(Run(DEVICE, made, lambda _: 0j))
     return whole, compact(whole, None, ACCURACY)
 

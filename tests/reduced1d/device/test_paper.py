@@ -8,13 +8,13 @@ corrected: T = u + w, with u = T1 + (T2 - T1) x/L (A.9) and w = sum_n b_n sin(n 
 import numpy as np
 import pytest
 
-from reduced1d.device.design import solve
 from reduced1d.device.lumped import Slab, lump
 from reduced1d.device.schemes import (
     PaperScheme,
     UnstableStepError,
-    crank_nicolson,
+    layer_step,
     mesh_ratio,
+    solve_accurate,
     solve_paper,
     spectral_radius,
     stability_limit,
@@ -26,13 +26,13 @@ LATE_STEP = Device(end_time=0.08, external=External(293, 273, 0.055))
 
 @pytest.fixture(scope="module")
 def start():
-    return solve(LATE_STEP, scheme="paper")
+    return solve_paper(LATE_STEP)
 
 
 def test_known_error_of_the_start(start):
     assert start.errors["sink_K"] == pytest.approx(1.4, abs=0.05)
     assert start.errors["sensor_K"] == pytest.approx(1.75, abs=0.03)
-    accurate = solve(LATE_STEP)
+    accurate = solve_accurate(LATE_STEP)
     late = start.time_s >= 0.05
     off = max(np.abs(start.trace(q) - accurate.trace(q))[late].max() for q in ("sink_K", "sensor_K"))
     assert 5e-4 < off < 5e-3
@@ -77,7 +77,7 @@ def test_the_limit_is_where_the_scheme_blows_up(monkeypatch):
 
 def test_refusal_names_the_limit():
     with pytest.raises(UnstableStepError, match=r"time step of 1 us: it is stable only up to 0\.765 us"):
-        solve(Device(sensor_thickness=50e-9), scheme="paper")
+        solve_paper(Device(sensor_thickness=50e-9))
 
 
 SLAB = Slab(thickness=10e-6, area=1e-7, conductivity=0.15, heat_capacity=970.0 * 1460.0)
@@ -100,11 +100,9 @@ def exact(x, modes=400, each=0.02 * TIME):
 def by_crank_nicolson(nx, nt, each=0.02 * TIME, gamma=None):
     x = np.linspace(0, SLAB.thickness, nx + 1)
     inner = np.zeros(nx - 1)
-    gamma = mesh_ratio(SLAB, nx, each / nt) if gamma is None else gamma
+    step, by_ends = layer_step(mesh_ratio(SLAB, nx, each / nt) if gamma is None else gamma, nx, nt)
     for ends in HISTORY:
-        ends = np.array(ends)
-        for _ in range(nt):
-            inner = crank_nicolson(inner, gamma, ends, ends)
+        inner = step @ inner + by_ends @ ends
     return x, np.r_[HISTORY[-1][0], inner, HISTORY[-1][1]]
 
 
