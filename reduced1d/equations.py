@@ -101,12 +101,6 @@ def anchor_flow(dT_c: Values, R_series: float, k: float, A_c: float, L: float) -
     return 2 / R_series * end_rise_from_equivalent(dT_c, R_series, k, A_c, L)
 
 
-def parabola_between(y: Values, dT0: float, dT_end1: float, dT_end2: float, L: float) -> Values:
-    """Rise (K) at ``y`` (m) along a beam whose ends differ: 4 dT0 y/L (1 - y/L) over the straight line between the
-    ends' rises. Eq 9 where they are equal."""
-    return 4 * dT0 * (y / L) * (1 - y / L) + dT_end1 + (dT_end2 - dT_end1) * (y / L)
-
-
 def unequal_ends(
     dT_c: Values, R1: float, R2: float, k: float, A_c: float, L: float
 ) -> tuple[Values, Values, Values]:  # fmt: skip
@@ -122,8 +116,8 @@ def unequal_ends(
 
 
 def unequal_peak(dT0: float, dT_end1: float, dT_end2: float) -> float:
-    """The largest rise (K) of `parabola_between`: dT0 + the ends' mean + (their difference)^2 / (16 dT0), or an end's
-    where the parabola rises all the way to it."""
+    """The largest rise (K) of the parabola over the straight line between the ends: dT0 + the ends' mean +
+    (their difference)^2 / (16 dT0), or an end's where the parabola rises all the way to it."""
     if abs(dT_end2 - dT_end1) >= 4 * dT0:
         return max(dT_end1, dT_end2)
     return dT0 + (dT_end1 + dT_end2) / 2 + (dT_end2 - dT_end1) ** 2 / (16 * dT0)

@@ -12,6 +12,7 @@ q depends weakly on the stages, and fixed-point sweeps settle it; a step whose s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import pairwise
@@ -20,6 +21,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import scipy.sparse as sp
 from numpy.polynomial import legendre
+
+from scenes.errors import RunawayError
 
 POINTS = 7
 """Radau's points of a step, of order 13: on steps that double, rises are within 1e-6 of the largest."""
@@ -112,14 +115,6 @@ class Elements:
         )
 
 
-class ShortStepError(ArithmeticError):
-    """A step from a ``start`` (s) would have to be too short: the solution grows without bound."""
-
-    def __init__(self, start: float) -> None:
-        super().__init__(f"the solution grows without bound after {start:.3g} s")
-        self.start = start
-
-
 class Problem(Protocol):
     """A heat problem over time, on n states."""
 
@@ -168,38 +163,42 @@ def interpolate(steps: Sequence[Step], times: np.ndarray) -> np.ndarray:
 
 
 def march(
-    problem: Problem, v: np.ndarray, marks: Sequence[float], settled: float, end: float, steps: list[Step]
-) -> np.ndarray:
-    """Integrate from mark to mark (s), in as many halves as needed.
+    problem: Problem, v: np.ndarray, start: float, stop: float, first: float, growth: float, settled: float,
+    steps: list[Step],
+) -> np.ndarray:  # fmt: skip
+    """Integrate from ``start`` to ``stop`` (s), in steps that grow and are halved where their sweeps do not settle.
 
     Parameters
     ----------
     v : (n,) array
-        The state at the first mark.
+        The state at the start.
+    first : float
+        The longest first step (s); each later one ends at ``growth`` times its begin, counted from the start.
     settled : float
         Change, relative to the largest value, that ends the sweeps.
-    end : float
-        End of the run (s).
     steps : list
         Takes the steps.
 
     Raises
     ------
-    ShortStepError
-        Where a step has to be shorter than 1e-10 of the run.
+    RunawayError
+        Where a step has to be shorter than 1e-10 of the interval.
     """
+    length = stop - start
+    count = math.ceil(max(math.log(length / first) / math.log(growth), 0.0))
+    marks = [start, *(start + length * growth ** np.arange(-count, 0.0)), stop]
     pairs = list(pairwise(marks))[::-1]
     while pairs:
-        start, stop = pairs.pop()
-        values = _step(problem, v, start, stop, settled)
+        begin, end = pairs.pop()
+        values = _step(problem, v, begin, end, settled)
         if values is not None:
-            steps.append(Step(start, stop, values))
+            steps.append(Step(begin, end, values))
             v = values[:, -1]
             continue
-        if stop - start < 1e-10 * end:
-            raise ShortStepError(start)
-        middle = (start + stop) / 2
-        pairs += [(middle, stop), (start, middle)]
+        if end - begin < 1e-10 * length:
+            raise RunawayError(f"the heating runs away after {begin:.3g} s (thermal runaway)", math.inf)
+        middle = (begin + end) / 2
+        pairs += [(middle, end), (begin, middle)]
     return v
 
 

@@ -37,7 +37,7 @@ from reduced1d.equations import (
     unequal_ends,
     unequal_peak,
 )
-from reduced1d.numerics import ShortStepError, Step, interpolate, march
+from reduced1d.numerics import Step, interpolate, march
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
@@ -188,14 +188,7 @@ class Trajectory:
         if not end > 0:
             return
         first = min(1e-4 * end, 0.1 * FIRST_TIME)
-        count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
-        marks = [0.0, *end * growth ** np.arange(-count, 1.0)]
-        try:
-            march(self, np.zeros(model.states), marks, 1e-11, end, self.steps)
-        except ShortStepError as error:
-            at = f"at {model.drive.value:g} {model.drive.unit}"
-            text = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"
-            raise RunawayError(text, largest_drive(model)) from None
+        march(self, np.zeros(model.states), 0.0, end, first, growth, 1e-11, self.steps)
 
     def stored(self, v: np.ndarray) -> np.ndarray:
         return v

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 
 from reduced1d.network.circuit import factor, weighted
 from reduced1d.network.model import Model
-from reduced1d.numerics import ShortStepError, Step, interpolate, march
+from reduced1d.numerics import Step, interpolate, march
 from scenes.errors import NumericsError, RunawayError
 
 
@@ -45,13 +45,7 @@ class History:
             v = v - mass.solve(self.lifted @ (self.x - before))
             # Inputs are linear in the interval, up to the values before a jump at its end.
             self.slope = 2 * (inputs.at((start + stop) / 2) - self.x) / (stop - start)
-            count = max(int(np.ceil(np.log(max((stop - start) / first, 1.0)) / np.log(growth))), 1)
-            marks = [start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]
-            try:
-                v = march(self, v, marks, settled, end, self.steps)
-            except ShortStepError as error:
-                text = f"the network's heating runs away after {error.start:.3g} s (thermal runaway)"
-                raise RunawayError(text, np.inf) from None
+            v = march(self, v, start, stop, first, growth, settled, self.steps)
             before = self.x + self.slope * (stop - start)
 
     @property
@@ -120,7 +114,6 @@ class _Coupled:
         self.f, count = self.heat.free.shape[1], self.current.free.shape[1]
         self.kelvin, self.volt = float(np.abs(warm).max()) or 1.0, float(np.abs(cold).max()) or 1.0
         self.unit = np.r_[np.full(self.f, self.kelvin), np.full(count, self.volt)]
-        self.cold = np.r_[np.zeros(self.f), self.current.free.T @ cold / self.current.copies / self.volt]
         # On the free unknowns, and the parts that do not follow the state.
         self.summed, self.halves = self.current.summed, (self.current.halves @ self.heat.free).tocsr()
         self.across = self.current.free_across
@@ -131,13 +124,9 @@ class _Coupled:
         watt = self.kelvin * float(self.stiffness.diagonal().max())
         ampere = self.volt * float(self.current.matrix(1 / model.resistances(rise)[1]).diagonal().max())
         self.rows = 1 / np.r_[np.full(self.f, watt), np.full(count, ampere)]
-        # Heating may run away where some resistance falls as it warms, or rises at a given current.
-        slope = model.law[1]
-        self.may_run_away = bool((slope < 0).any() or (model.by_current and (slope > 0).any()))
 
     def state(self) -> State:
-        z = None if self.may_run_away else self._newton(self.cold, 1.0)
-        return self._state(self._follow() if z is None else z, 1.0)
+        return self._state(self._follow(), 1.0)
 
     def _state(self, z: np.ndarray, s: float) -> State:
         x = self.x + (s - 1) * self.driven
@@ -195,7 +184,7 @@ class _Coupled:
         z = self._newton(np.zeros(len(self.unit)), 0.0)
         if z is None:
             raise NumericsError("the network has no state at the given temperatures and no voltage")
-        s, step, tangent = 0.0, 1.0, np.zeros(len(z))
+        s, step, tangent = 0.0, 1.0, self._tangent(z, 0.0)
         while s < 1:
             ahead = min(s + step, 1.0)
             new = self._newton(z + (ahead - s) * tangent, ahead)
@@ -218,9 +207,9 @@ class _Coupled:
             return np.full(len(z), np.nan)
 
     def _runaway(self, part: float) -> NumericsError:
-        drive = self.model.drive(self.x)
+        drive, slope = self.model.drive(self.x), self.model.law[1]
         what, unit, why = ("current", "A", "rises") if self.model.by_current else ("voltage", "V", "falls")
-        if not self.may_run_away:
+        if not ((slope < 0).any() or (self.model.by_current and (slope > 0).any())):
             return NumericsError(f"the network's steady state is not found at {drive:g} {unit}")
         return RunawayError(
             f"thermal runaway: at {drive:g} {unit} no steady state of the network exists, because the resistance "
