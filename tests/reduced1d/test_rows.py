@@ -148,30 +148,3 @@ def test_anchor_resistance_by_its_formula():
     assert {key: slope(logarithms, sink, key)["anchor_resistance_K_per_W"] for key in expected} == pytest.approx(
         expected, abs=1e-6
     )
-
-
-def test_current_by_its_formula():
-    """I = V / (R (1 + a dT)) and the power V I; dT is proportional to the power: d ln dT / d ln V = 2 / (1 + f)
-    with f = a dT / (1 + a dT), a fixed point."""
-    sink = Sink(voltage=5.0)
-    steady = slope(logarithms, sink, "drive.voltage")
-    a = 5e-4
-    warm = a * ladder.solve(sink, steady_only=True).steady["mean_rise_K"].value
-    f = warm / (1 + warm)
-    assert steady["mean_rise_K"] == pytest.approx(2 / (1 + f), abs=1e-6)
-    assert steady["current_A"] == pytest.approx(1 - 2 * f / (1 + f), abs=1e-6)
-
-
-def test_over_time_it_goes_to_the_steady_state():
-    sink = Sink()
-
-    def traces(changed):
-        return ladder.solve(changed, "paper", times=np.array([1e-5, 0.2])).over_time.values
-
-    found = slope(traces, sink, "sink.width")
-    at_rest = slope(
-        lambda changed: {"end": ladder.solve(changed, "paper").steady["end_rise_K"].value}, sink, "sink.width"
-    )
-    assert found["end_K"][-1] == pytest.approx(at_rest["end"], abs=1e-6)
-    # Early on the rise is the energy over the heat capacity, and neither depends on the width.
-    assert found["mean_K"][0] == pytest.approx(0, abs=1e-2)

@@ -49,30 +49,18 @@ def test_its_error_is_mostly_in_space():
     assert error(PaperScheme(nx=45)) < 0.7 * error(PaperScheme())
 
 
-def test_it_converges_to_the_accurate_scheme():
-    device = Device(end_time=0.001, external=External(293, 293, 1.0))
-    errors = [solve_paper(device, PaperScheme(1.5e-5 / n, n)).errors["sensor_K"] for n in (15, 30, 45)]
-    assert errors[0] > 1.7 * errors[1] > 1.7 * 1.35 * errors[2]
-
-
 def test_stability_limits():
     assert stability_limit(Device()) == pytest.approx(6.2e-6, rel=0.02)
     assert stability_limit(Device(sensor_thickness=50e-9)) == pytest.approx(0.77e-6, rel=0.02)
 
 
-def test_the_limit_is_where_the_scheme_blows_up(monkeypatch):
-    device = Device(end_time=0.02)
+def test_the_limit_is_where_the_spectral_radius_passes_one():
+    device = Device()
     limit = stability_limit(device)
     for factor, stable in ((0.95, True), (1.1, False)):
         steps = round(1e-4 / (factor * limit))
         scheme = PaperScheme(1e-4 / steps)
         assert (spectral_radius(lump(device), scheme) <= 1 + 1e-12) is stable
-    monkeypatch.setattr("reduced1d.device.schemes.spectral_radius", lambda *_: 1.0)
-    monkeypatch.setattr("reduced1d.device.schemes.stability_limit", lambda *_: limit)
-    assert solve_paper(device, PaperScheme(1e-4 / 17)).sink_K.max() < 330
-    with np.errstate(all="ignore"):
-        wild = solve_paper(device, PaperScheme(1e-4 / 14))
-    assert not wild.sensor_K.max() < 330
 
 
 def test_refusal_names_the_limit():
