@@ -1,4 +1,4 @@
-"""The paper's equations 7 and 9 to 19, corrected (see the project's list of misprints), and resistances around them.
+"""The paper's equations 7, 9, 12 to 16, 18 and 19, corrected (see the list of misprints), and resistances.
 
 SI units; every temperature is a *rise* above room temperature in K. The quantities that vary (rises, currents) may be
 floats or numpy arrays of one common shape; sizes and materials are floats. The symbols are the paper's: beam length L
@@ -84,11 +84,6 @@ def series_resistance(u_o: float, k_si: float, A_si: float, t_o: float, k_o: flo
 def end_flow(dT0: Values, k: float, A_c: float, L: float) -> Values:
     """Heat (W) leaving the beam through *one* end with the parabolic rise: 4 k A_c dT0 / L. Eqs 15 and 16."""
     return 4 * k * A_c / L * dT0
-
-
-def peak_above_end(dT_end: Values, R_series: float, k: float, A_c: float, L: float) -> Values:
-    """dT0 (K), from equating eqs 14 and 16: dT_end / R_series L / (4 k A_c). Eq 17."""
-    return dT_end * (L / (4 * k * A_c * R_series))
 
 
 def end_rise_from_equivalent(dT_c: Values, R_series: float, k: float, A_c: float, L: float) -> Values:

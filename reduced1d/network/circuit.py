@@ -76,14 +76,6 @@ class Circuit:
         """(f,): of how many unknowns each free one is the value."""
         return np.asarray(self.free.sum(axis=0)).ravel()
 
-    @property
-    def floats(self) -> bool:
-        """Whether some free unknowns are joined to no given value."""
-        linked = abs(self.free_across)
-        count, labels = sp.csgraph.connected_components(linked.T @ linked, directed=False)
-        outside = np.asarray(abs(self.across @ self.fixed).sum(axis=1) + abs(self.given).sum(axis=1)).ravel()
-        return bool(count > len(np.unique(labels[(linked.T @ outside) > 0])))
-
 
 Half = tuple[int, sp.csr_matrix, np.ndarray, np.ndarray]
 """The part of one line in some branches: the line, and by branch its values, sizes (1/m) and places along it (m)."""

@@ -1,12 +1,12 @@
 """The lines of a union of boxes, the links where a line touches another or a boundary, and the nodes along the lines.
 
 Every box is a line along its longest side; of equal sides along the one at whose ends most is joined, then along the
-axis of the neighbour with most contact, then along the first axis. The rest of a box under later boxes is cut into
-boxes, across its longest side first, and each of these is a line like any other. A temperature or an electrode that
-lies inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that contact
-is exact. Elements are short where something begins or ends along a line and grow from there twofold. Lines that run
-alike and touch have the same elements where they do, so that heat exchanged point by point is a product of values at
-the same points.
+axis of the decided neighbours with most contact, then along the first axis. The rest of a box under later boxes is cut
+into boxes, across its longest side first, and each of these is a line like any other. A temperature or an electrode
+that lies inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that
+contact is exact. Elements are short where something begins or ends along a line and grow from there twofold. Lines that
+run alike and touch have the same elements where they do, so that heat exchanged point by point is a product of values
+at the same points.
 """
 
 from __future__ import annotations
@@ -114,13 +114,14 @@ class Layout:
 
     ``measured`` are resistances (K/W or ohm) in the place of the calculated ones, by ("heat" | "current", number of the
     link). ``pairs``: of each probe of a resistance, by its name, the numbers of the electrode's boundary and of the
-    other one's.
+    other one's. ``anchored`` says whether heat can leave every connected part.
     """
 
     scene: Scene
     lines: tuple[Line, ...]
     heat: tuple[Link, ...]
     current: tuple[Link, ...]
+    anchored: bool
     measured: tuple[tuple[tuple[str, int], float], ...] = ()
     pairs: tuple[tuple[str, int, int], ...] = ()
 
@@ -169,7 +170,7 @@ def layout(scene: AnyScene) -> Layout:
     number = {b.name: i for i, b in enumerate(scene.boundaries)}
     cut = _Cutting(replace(grid, scene=tidy(grid)))
     return Layout(
-        cut.scene, cut.lines(), cut.links(False), cut.links(True) if physics.electric(cut.scene) else (),
+        cut.scene, cut.lines(), cut.links(False), cut.links(True) if physics.electric(cut.scene) else (), grid.anchored,
         pairs=tuple((name, number[one.name], number[other.name]) for name, (one, other) in pairs.items()),
     )  # fmt: skip
 
@@ -288,16 +289,12 @@ class _Cutting:
             longest = [d for d in range(3) if lengths[d] >= (1 - 1e-6) * max(lengths)]
             most = max(areas[i, d] for d in longest)
             choices.append([d for d in longest if areas[i, d] >= (1 - 1e-6) * most])
-        while undecided := [i for i, axes in enumerate(choices) if len(axes) > 1]:
-            # The axis of the decided neighbours with most contact; first where that is most.
-            shares = {i: dict.fromkeys(choices[i], 0.0) for i in undecided}
-            for a, b, axis, face in self.contacts:
-                for i, neighbour in ((a, b), (b, a)):
-                    if i in shares and len(choices[neighbour]) == 1 and choices[neighbour][0] in shares[i]:
-                        shares[i][choices[neighbour][0]] += self._area(face, axis)
-            i = max(undecided, key=lambda i: max(shares[i].values()))
-            choices[i] = [max(choices[i], key=lambda axis: shares[i][axis])]
-        return [axes[0] for axes in choices]
+        shares = np.zeros_like(areas)
+        for a, b, axis, face in self.contacts:
+            for i, neighbour in ((a, b), (b, a)):
+                if len(choices[neighbour]) == 1:
+                    shares[i, choices[neighbour][0]] += self._area(face, axis)
+        return [axes[int(shares[i, axes].argmax())] for i, axes in enumerate(choices)]
 
     def _corner(self, part: Cells, side: int) -> Point:
         x, y, z = (float(self.grid.planes[d][part[d][side]]) for d in range(3))

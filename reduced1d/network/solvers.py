@@ -91,7 +91,7 @@ def steady(model: Model) -> State:
     Raises RunawayError where there is none, NumericsError where Newton's method fails or heat has no way out.
     """
     x, cold = model.inputs.at(np.inf)[:, None], np.zeros((model.elements.size, 1))
-    if model.heat is not None and model.heat.floats:
+    if model.heat is not None and not model.layout.anchored:
         raise NumericsError("a part of the network has no exit for heat: it has no steady state")
     if model.couples:
         rise, potential, x = (each[:, None] for each in _Coupled(model, x[:, 0]).state())

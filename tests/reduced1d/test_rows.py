@@ -23,7 +23,7 @@ K, A, L = 130.0, 2e-10, 1e-3
 def test_equal_ends_are_the_papers(R):
     dT0, left, right = equations.unequal_ends(13.7, R, R, K, A, L)
     assert left == right == pytest.approx(equations.end_rise_from_equivalent(13.7, R, K, A, L), rel=1e-14)
-    assert dT0 == pytest.approx(equations.peak_above_end(left, R, K, A, L), rel=1e-13)
+    assert equations.end_flow(dT0, K, A, L) == pytest.approx(left / R, rel=1e-13)
     assert equations.unequal_peak(dT0, left, right) == pytest.approx(dT0 + left, rel=1e-14)
 
 
