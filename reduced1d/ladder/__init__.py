@@ -93,13 +93,18 @@ def solve(
         # The paper's blocks touch perfectly.
         row = lumps(replace(sink, contact_resistance=None), anchor_series_resistance(sink))
         return result(name, sink, row, row, steady_only, times)
-    from reduced1d.ladder.beam import warnings
     from reduced1d.ladder.levels import Levels
 
     levels = levels or Levels(given)
     answer = result(name, sink, levels.fine.model(name), levels.coarse.model(name), steady_only, times)
-    said = warnings(sink, levels.fine.remainder)
-    more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
+    remainder, said = levels.fine.remainder, list[str]()
+    if remainder > 1e-3:
+        said.append(
+            f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
+            f"{sink.oxide_thickness * 1e6:.3g} um, the plate neglects up to {100 * remainder:.2g} % of the anchor "
+            "resistance"
+        )
+    more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": remainder, "warnings": said}
     return replace(answer, details={**answer.details, **more})
 
 

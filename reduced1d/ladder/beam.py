@@ -111,15 +111,6 @@ def _per_watt(plate: Plate) -> np.ndarray:
     return field / ((1 - float((plate.model.outputs["air_beam"] + plate.model.outputs["gas_beam"]) @ field)) / 2)
 
 
-def warnings(sink: Sink, remainder: float) -> list[str]:
-    """Write a sentence where the plate neglects more than 0.1 % of the anchor resistance, the ``remainder``."""
-    return [
-        f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
-        f"{sink.oxide_thickness * 1e6:.3g} um, the plate neglects up to {100 * remainder:.2g} % of the anchor "
-        "resistance"
-    ] * (remainder > 1e-3)
-
-
 def fin(
     sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0
 ) -> FewStates:

@@ -50,10 +50,6 @@ class Level:
         """Part of the anchor resistance that the plate neglects (-)."""
         return thin_plate_remainder(self._assembled)
 
-    def lump(self) -> FewStates:
-        """The paper's model on the plate's anchor resistance."""
-        return lumps(self.sink, self.anchor.resistance)
-
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with or without the anchor's capacities and the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
@@ -71,7 +67,7 @@ class Level:
         if name.startswith("moments:"):
             return self.moments(int(name.partition(":")[2]))
         return {
-            "anchored": self.lump,
+            "anchored": lambda: lumps(self.sink, self.anchor.resistance),
             _WITHOUT_CIRCUIT: lambda: self.fin(False, False, circuit=False),
             "fin-massless": lambda: self.fin(False, False),
             "fin, pad capacity only": lambda: self.fin(oxide_capacity=False),

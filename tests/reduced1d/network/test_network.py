@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from reduced1d.equations import room_resistivity
 from reduced1d.ladder.beam import Anchor
 from reduced1d.ladder.few_states import steady
 from reduced1d.network import solve
-from reduced1d.network.model import Model, table
+from reduced1d.network.model import table
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.errors import RunawayError
 from scenes.loading import load
@@ -64,35 +63,6 @@ def test_traces_end_in_the_steady_state():
         assert rises[1] < 0.9 * rises[-1]
     for name in ("current_A", "power_W"):
         assert traces.values[name][-1] == pytest.approx(steady_state[name].value, rel=1e-6)
-
-
-@pytest.mark.parametrize("name", ["bridge", "plate", "hotplate"])
-def test_the_table_has_the_values_of_the_network(name):
-    scene = load(name)
-    model: Model = solve(scene).details["model"]
-    made, layout = table(model.layout), model.layout
-    rows: list[dict[str, Any]] = [row for part in made.values() for row in part]
-    cells = [cell for row in rows for key, cell in row.items() if key not in ("what", "how")]
-    assert len(cells) > len(layout.lines)
-    branches = {key: model.conduction[at] for key, at in model.heat.rows.items()}
-    for part, joint in (("joints", True), ("conditions", False)):
-        numbers = [n for n, link in enumerate(layout.heat) if (link.other is not None) == joint]
-        for row, number in zip(made[part], numbers, strict=False):
-            if ("link", number) in branches:
-                assert row["W/K"]["value"] == pytest.approx(branches["link", number].sum(), rel=1e-12)
-    for i, line in enumerate(layout.lines):
-        # Of a line's branches, each k A dx for a gradient, the sum is k A L.
-        assert made["lines"][i]["W/K"]["value"] == pytest.approx(branches["line", i].sum() / line.length**2, rel=1e-12)
-        if "J/K" in made["lines"][i]:
-            unit = np.zeros(model.elements.size)
-            unit[model.elements.dofs[:2, model.elements.first[i] : model.elements.first[i + 1]]] = 1.0
-            assert made["lines"][i]["J/K"]["value"] == pytest.approx(unit @ model.capacity @ unit, rel=1e-12)
-    if model.current is not None:
-        resistances = 1 / model.resistances(np.zeros(model.elements.size))[1]
-        for i, line in enumerate(layout.lines):
-            if "ohm" in made["lines"][i]:
-                along = resistances[model.current.rows["line", i]].sum() / line.length**2
-                assert made["lines"][i]["ohm"]["value"] == pytest.approx(1 / along, rel=1e-12)
 
 
 def test_the_sinks_anchor_by_hand():
