@@ -14,7 +14,6 @@ straight lines), and v zero on the outer face. With v = sum_i b_i phi_i, where K
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -116,18 +115,14 @@ def around(device: Device) -> dict[str, Steady]:
     return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
 
 
-def modes(
-    lumped: Lumped, degree: int, grids: Sequence[Sequence[float]] = ((0.0, 1.0), (0.0, 0.1, 0.5, 1.0))
-) -> Modal:  # fmt: skip
-    """Modes of the device with insulator and polymer cut at ``grids``, as fractions of the thickness, into elements of
-    a degree of at least 2; without local departures, and with one flow, that from the sensor into the polymer."""
-    slabs, cuts = (lumped.insulator, lumped.polymer), [len(grid) - 1 for grid in grids]
-    sizes = [slab.thickness * np.diff(grid) for slab, grid in zip(slabs, grids, strict=True)]
-    heights, sensor, outer = np.concatenate([[0.0], *sizes]).cumsum(), cuts[0], sum(cuts)
-    e = Elements([heights], degree)
-    capacity = np.repeat([slab.heat_capacity * slab.area for slab in slabs], cuts)
-    conductivity = np.repeat([slab.conductivity * slab.area for slab in slabs], cuts)
-    films = np.array([0, sensor])
+def modes(lumped: Lumped, degree: int) -> Modal:
+    """Modes of the device with one element in the insulator and three in the polymer, of a degree of at least 2;
+    without local departures, and with one flow, that from the sensor into the polymer."""
+    slabs = [lumped.insulator, *[lumped.polymer] * 3]
+    heights = np.cumsum([0.0, *(s.thickness * part for s, part in zip(slabs, (1.0, 0.1, 0.4, 0.5), strict=True))])
+    e, films, outer = Elements([heights], degree), np.array([0, 1]), 4
+    capacity = np.array([slab.heat_capacity * slab.area for slab in slabs])
+    conductivity = np.array([slab.conductivity * slab.area for slab in slabs])
     mass, stiffness = e.mass(capacity).toarray(), e.stiffness(conductivity).toarray()
     unit_step = _step(mass, e.dofs[:, -1], degree)
     mass[films, films] += lumped.capacity
@@ -140,7 +135,7 @@ def modes(
     down = lumped.conductance - lumped.to_air
     below[free] = scipy.linalg.solve(K, down * np.eye(e.size)[0][free], assume_a="pos")
     rates, phi = modes_of(mass[np.ix_(free, free)], K)
-    into_polymer = -conductivity[-1] * e.at([0], heights[[sensor]])[1].toarray()[0]
+    into_polymer = -conductivity[-1] * e.at([0], heights[[1]])[1].toarray()[0]
     return Modal(
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
         phi.T @ (mass[np.ix_(free, free)] @ (w - unit_step)[free]),

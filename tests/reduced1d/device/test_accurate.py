@@ -132,17 +132,6 @@ def test_an_independent_solution_converges_to_it_at_second_order():
     assert errors[-1] < 0.02
 
 
-def test_order_in_space():
-    lumped = lump(Device())
-    fine = modes(lumped, 20, (np.linspace(0, 1, 3), np.linspace(0, 1, 5)))
-    for degree in (2, 3):
-        errors = []
-        for n in (2, 4, 8):
-            grids = np.linspace(0, 1, n + 1), np.linspace(0, 1, 2 * n + 1)
-            errors.append(abs(modes(lumped, degree, grids).rates[2] / fine.rates[2] - 1))
-        assert np.log2(errors[-2] / errors[-1]) == pytest.approx(2 * degree, abs=0.3)
-
-
 def test_convergence_in_space_and_time_is_spectral():
     device = short(Device(), 0.012, 0.004)
     best = run(device, (24, 14)).traces[:, :2]
