@@ -23,16 +23,16 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, numbers
 
-STEP = 1e-4
-"""Relative step of a key in central differences; the relative error of a difference is the square of it."""
 BESIDE = 1e-3, 2e-2
-"""Relative steps of a key: for a user's own model without noise, and for one with noise of up to 1e-4 of its values."""
+"""Relative steps of a key: for a 1D model without noise, and for one with noise of up to 1e-4 of its values."""
 BENT = 0.1
 """A key has no slope where the relative slope jumps by more than this at its value: a network jumps where another side
 of a box becomes its longest."""
 
 ByKey = dict[str, dict[str, Estimate]]
-Course = dict[str, dict[str, np.ndarray]]
+Course = dict[str, dict[str, Any]]
+Solve = Callable[[Any, Any], Mapping[str, Any]]
+"""The quantities of a scene at times (s), (times,) each; for None one number each in the steady state."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,22 +146,11 @@ def base_of(scene: Any, steady: bool) -> tuple[list[str], Callable[[Any], float]
 
 def shifts(scene: Any, keys: Iterable[str], steady: bool) -> dict[str, dict[str, float]]:
     """Return d base / d ln key (K) by key and temperature."""
-    thermal, base = base_of(scene, steady)
-    return {key: dict.fromkeys(thermal, (base(neighbour(scene, key, STEP)) - base(scene)) / STEP) for key in keys}
+    (thermal, base), h = base_of(scene, steady), 1e-4
+    return {key: dict.fromkeys(thermal, (base(neighbour(scene, key, h)) - base(scene)) / h) for key in keys}
 
 
-def central(
-    solve: Callable[[Any], Mapping[str, Any]], scene: Any, keys: Iterable[str]
-) -> dict[str, dict[str, Any]]:  # fmt: skip
-    """Return d Q / d ln key by key and quantity of a model that is solved to rounding, by central differences."""
-    slopes = {}
-    for key in keys:
-        more, less = (solve(neighbour(scene, key, step)) for step in (STEP, -STEP))
-        slopes[key] = {name: (value - less[name]) / (2 * STEP) for name, value in more.items()}
-    return slopes
-
-
-def _exact(sizes: dict[str, float], slopes: Mapping[str, Mapping[str, float]]) -> Slopes:
+def _exact(sizes: dict[str, float], slopes: Mapping[str, Mapping[str, Any]]) -> Slopes:
     """Logarithmic slopes without error; quantities that are zero have none."""
     sizes = {name: size for name, size in sizes.items() if size}
     relative = {k: {n: Estimate(float(by[n] / sizes[n]), 0.0) for n in by if n in sizes} for k, by in slopes.items()}
@@ -175,88 +164,88 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence
     """
     from reduced1d import ladder
 
-    name, chosen = "paper" if result.model in PAPERS else result.model, keys or numbers(sink)
-    thermal, base = base_of(sink, True)
+    name = "paper" if result.model in PAPERS else result.model
 
-    def at_rest(changed: Sink) -> dict[str, float]:
-        return {n: e.value for n, e in ladder.solve(changed, name, steady_only=True).steady.items()}
+    def solve(changed: Sink, times: np.ndarray | None) -> Mapping[str, Any]:
+        found = ladder.solve(changed, name, steady_only=times is None, times=times)
+        return {n: e.value for n, e in found.steady.items()} if times is None else found.over_time.values
 
-    def rises(changed: Sink) -> dict[str, np.ndarray]:
-        traces = ladder.solve(changed, name, times=times).over_time.values
-        return {n: v - base(changed) * (n in thermal) for n, v in traces.items()}
-
-    slopes = _exact({n: e.value for n, e in result.steady.items()}, central(at_rest, sink, chosen))
-    if name != "paper" or times is None or result.traces is None:
-        return slopes
-    return replace(slopes, shift=shifts(sink, chosen, True), times=times, traces=central(rises, sink, chosen))
+    over_time = name == "paper" and result.traces is not None
+    return in_1d(solve, sink, result, keys or numbers(sink), times if over_time else None)
 
 
 def device_1d(device: Device, result: Result) -> Slopes:
     """Return the slopes of the device's steady state in 1D."""
     from reduced1d.device.lumped import steady
 
-    sizes = {name: e.value for name, e in result.steady.items()}
-
-    def at_rest(changed: Device) -> dict[str, float]:
+    def solve(changed: Device, times: None) -> dict[str, float]:
         state = steady(changed)
-        return {name: getattr(state, name) for name in sizes}
+        return {name: getattr(state, name) for name in result.steady}
 
-    return _exact(sizes, central(at_rest, device, numbers(device)))
+    found, left_out = follow(solve, device, numbers(device), None)
+    return replace(_exact({name: e.value for name, e in result.steady.items()}, found), left_out=left_out)
 
 
 def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result) -> Slopes:
-    """Return the slopes of a user's own model, by differences.
+    """Return the slopes of a user's own model of the scene of a 3D result."""
+    times = None if result.traces is None else result.traces.time[result.traces.time > 0]
+    return in_1d(answers(model, fem3d), scene, result, keys, times, BESIDE[0] if model.exact else BESIDE[1])
+
+
+def answers(model: Model, fem3d: Result) -> Solve:
+    """Return the function that asks a model about the quantities of a 3D result."""
+    from compare.models.sampling import make_question
+
+    return lambda scene, times: model.answer(make_question(scene, fem3d), times).at(times).values
+
+
+def in_1d(
+    solve: Solve, scene: Any, result: Result, keys: Iterable[str], times: np.ndarray | None, h: float = BESIDE[0]
+) -> Slopes:
+    """Return the slopes of the result of a 1D model, of its traces at ``times`` (s).
 
     Logarithmic slopes of a free scene over time are at the instant at which the quantity is largest.
     """
-    chosen, steady, times = list(keys), scene.kind == "sink" or result.traces is None, np.empty(0)
-    left_out, traces, shift = dict[str, str](), Course(), shifts(scene, chosen, steady)
+    chosen, steady = list(keys), scene.kind == "sink" or times is None
     thermal, base = base_of(scene, steady)
 
-    def followed(times: np.ndarray | None) -> Course:
-        absolute = follow(model, scene, chosen, times, fem3d, left_out)
-        return {k: {n: v - shift[k].get(n, 0.0) for n, v in by.items()} for k, by in absolute.items()}
+    def rises(changed: Any, times: np.ndarray | None) -> Mapping[str, Any]:
+        return {n: v - base(changed) * (n in thermal) for n, v in solve(changed, times).items()}
 
-    if result.traces is not None:
-        times = result.traces.time[result.traces.time > 0]
-        traces = followed(times)
+    traces, left_out = ({}, {}) if times is None else follow(rises, scene, chosen, times, h)
     if steady:
         values = {name: e.value - base(scene) * (name in thermal) for name, e in result.steady.items()}
-        changes: Mapping[str, Mapping[str, Any]] = followed(None) if values else {}
+        changes, silent = follow(rises, scene, chosen, None, h) if values else ({}, {})
+        left_out = left_out | silent
     else:
-        rises = {n: v[-len(times) :] - base(scene) * (n in thermal) for n, v in result.over_time.values.items()}
-        largest = {name: int(np.abs(rise).argmax()) for name, rise in rises.items()}
-        values = {name: float(rise[largest[name]]) for name, rise in rises.items()}
+        over_time = rises(scene, times)
+        largest = {name: int(np.abs(rise).argmax()) for name, rise in over_time.items()}
+        values = {name: float(rise[largest[name]]) for name, rise in over_time.items()}
         changes = {key: {name: slope[largest[name]] for name, slope in by.items()} for key, by in traces.items()}
-    slopes = _exact(values, changes)
-    return replace(slopes, shift=shift, steady=steady, times=times, traces=traces, left_out=left_out)
+    shift, times = shifts(scene, chosen, steady), np.empty(0) if times is None else times
+    return replace(_exact(values, changes), shift=shift, steady=steady, times=times, traces=traces, left_out=left_out)
 
 
 def follow(
-    model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, fem3d: Result, left_out: dict[str, str]
-) -> Course:
-    """Return d Q / d ln key of a model by key and quantity, each (times,), or one number in the steady state.
+    solve: Solve, scene: Any, keys: Iterable[str], times: np.ndarray | None, h: float = BESIDE[0]
+) -> tuple[Course, dict[str, str]]:
+    """Return d Q / d ln key by key and quantity, each (times,) or one number in the steady state; and by key why there
+    is none.
 
-    ``times`` (s) end with the run. Central differences of order h^4 bear the noise of a model. Keys without a slope,
-    and the reasons, are put into ``left_out``: if a slope jumps by s at the value itself, the second difference over h
-    is s h + c h^2, and 2 s h + 4 c h^2 over 2h.
+    ``times`` (s) end with the run. Central differences over relative steps h and 2h, of order h^4, bear the noise of a
+    model. If a slope jumps by s at the value itself, the second difference over h is s h + c h^2, and 2 s h + 4 c h^2
+    over 2h.
     """
-    from compare.models.sampling import make_question
-
-    def at(key: str, step: float) -> Mapping[str, np.ndarray]:
-        question = make_question(neighbour(scene, key, step) if step else scene, fem3d)
-        return model.answer(question, times).at(times).values
-
-    slopes, base, h = Course(), at("", 0.0), BESIDE[0] if model.exact else BESIDE[1]
+    slopes, left_out, base = Course(), dict[str, str](), solve(scene, times)
     for key in keys:
         try:
-            (less, more), (far_less, far_more) = ((at(key, -step), at(key, step)) for step in (h, 2 * h))
+            far_less, less, more, far_more = (solve(neighbour(scene, key, n * h), times) for n in (-2, -1, 1, 2))
         except SceneError as error:
-            left_out[key] = f"{model.name} has no answer beside it ({error})"
+            left_out[key] = f"the 1D model has no answer beside it ({error})"
             continue
         bends = {n: 4 * (more[n] + less[n]) - far_more[n] - far_less[n] - 6 * value for n, value in base.items()}
         if any(np.abs(bend).max() > 2 * h * BENT * np.abs(base[n]).max() for n, bend in bends.items()):
-            left_out[key] = f"{model.name} is not differentiable at this value"
+            left_out[key] = "the 1D model is not differentiable at this value"
             continue
         slopes[key] = {n: (8 * (more[n] - less[n]) - (far_more[n] - far_less[n])) / (12 * h) for n in base}
-    return slopes
+    return slopes, left_out

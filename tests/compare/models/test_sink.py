@@ -9,7 +9,7 @@ import pytest
 
 import compare
 from compare.models import open_model
-from compare.slopes import follow
+from compare.slopes import answers, follow
 from reduced1d.ladder import solve
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.loading import from_dict
@@ -86,8 +86,7 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps():
 
     assert run.check("fig4").difference == pytest.approx(peak(1.0) / three.steady["peak_rise_K"].value - 1, rel=1e-9)
     keys = ["anchor.pad_width", "anchor.oxide_length", "drive.voltage"]
-    left_out: dict[str, str] = {}
-    followed = follow(open_model("network"), sink, keys, None, three, left_out)
+    followed, left_out = follow(answers(open_model("network"), three), sink, keys, None)
     assert set(left_out) == {"anchor.pad_width", "anchor.oxide_length"}
     assert all("not differentiable" in why for why in left_out.values())
     # Slopes by differences over 1e-3 are off by its square.
