@@ -58,37 +58,38 @@ class Fmu(Simulation):
         self._worker = Worker(f"--model {name}", quiet=True)
 
     def settle(self, question: Question) -> Answer:
-        """Run the FMU to ever later ends, and return the end of the longest run with steps short enough for the FMU.
+        """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
 
-        Rest does not depend on a scale of time: an output has to have moved, and then to have stayed for as long
-        again. All ends are tried, because an FMU may move again. The first run with too long steps ends the series: it
-        fails, is not finite, or contradicts the end of a shorter run. Raises SceneError where no run rests.
+        A run rests where the outputs moved, and then stayed for as long again; this does not depend on a scale of time.
+        All ends are tried, because an FMU may move again. A run that fails or is not finite has too long steps and ends
+        the series. Raises SceneError where no run rests.
         """
-        longest: Answer | None = None
-        failure: SceneError | None = None
-        until = time.monotonic() + LONGEST / 10
+        found: Answer | None = None
+        failure, last, until = SceneError(""), 0.0, time.monotonic() + LONGEST / 10
         for end in HORIZONS:
             try:
                 run = self._run(question, question.steady, end, STEPS[0], until - time.monotonic())
             except SceneError as error:
                 failure = error
-                if longest is not None:
+                if found is not None:
                     break
                 continue
-            failure = None
-            if longest is not None and not _goes_on(run, longest):
+            values = np.array(list(run.values.values()))
+            if not np.isfinite(values).all():
                 break
-            longest = run
-        if longest is None:
-            raise failure or AssertionError
-        assert longest.time is not None
-        (change, late), end = _changes(longest), float(longest.time[-1])
-        if np.isfinite(late).all() and not ((late <= REST * change).all() and (change.any() or end >= HORIZONS[-1])):
-            why = f": {failure}" if failure else ""
-            raise SceneError(f"--model {self.name} does not come to rest within {quantity(end, 's')}{why}")
-        return Answer(
-            {name: v[-1] for name, v in longest.values.items()}, dict(zip(longest.values, late.tolist(), strict=True))
-        )
+            last, change = end, np.ptp(values, axis=1)
+            late = np.ptp(values[:, values.shape[1] // 2 :], axis=1)
+            still = late <= REST * change + 1e-12 * np.abs(values).max(axis=1)
+            moved = change > 1e-12 * np.abs(values).max(axis=1)
+            if still.all() and (moved.any() or end == HORIZONS[-1]):
+                errors = dict(zip(run.values, late.tolist(), strict=True))
+                found = Answer({name: v[-1] for name, v in run.values.items()}, errors)
+        if found is None and last:
+            why = f": {failure}".removesuffix(": ")
+            raise SceneError(f"--model {self.name} does not come to rest within {quantity(last, 's')}{why}")
+        if found is None:
+            raise failure
+        return found
 
     def simulate(self, question: Question, end: float, steps: int) -> Answer:
         return self._run(question, question.over_time, end, steps, LONGEST)
@@ -130,25 +131,6 @@ class Fmu(Simulation):
                 "a BaseUnit in modelDescription.xml"
             )
         return unit
-
-
-def _changes(run: Answer) -> np.ndarray:
-    """Return (2, outputs): the change of each output in a run and in its second half, 0 where that is rounding."""
-    values = np.array(list(run.values.values()))
-    halves = values, values[:, values.shape[1] // 2 :]
-    changes = np.array([[np.ptp(half, axis=1), np.abs(half).max(axis=1)] for half in halves])
-    rounding = 1e-12 * changes[:, 1]
-    return np.where(changes[:, 0] > rounding, changes[:, 0], 0.0)
-
-
-def _goes_on(run: Answer, shorter: Answer) -> bool:
-    """Return whether a run is finite, and at the end of a shorter run that rests differs from it by less than a tenth
-    of the changes: else its steps are too long."""
-    change, late = _changes(shorter)
-    assert shorter.time is not None
-    off = np.abs([v[0] - shorter.values[n][-1] for n, v in run.at(shorter.time[-1:]).values.items()])
-    contradicts = (late <= REST * change).all() and ((off > 0.1 * change) & (change > 0)).any()
-    return bool(np.isfinite(list(run.values.values())).all() and not contradicts)
 
 
 def open_model(given: str, folder: str) -> Fmu:
