@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from reduced1d.equations import anchor_series_resistance, end_rise_from_equivalent
+from scenes import physics
 from scenes.device import Device
 from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces
@@ -20,23 +21,61 @@ MOST = 100
 """Instants of a transient that are searched, beside those at which a trace is largest or smallest."""
 
 
-Hottest = tuple[float, float | None]
-"""A temperature (K) and its time (s); None in the steady state."""
+class Hottest(NamedTuple):
+    """The hottest temperature (K) of a material, and its time (s), None in the steady state."""
+
+    material: Material
+    top: float
+    time: float | None = None
+
+    @property
+    def excess(self) -> float:
+        """The temperature less the limit of the material (K); negative without a limit."""
+        return -np.inf if self.material.valid_to is None else self.top - self.material.valid_to
 
 
-def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
-    """Return the warnings of a sink's run, of 3D where it is solved; 1D has the silicon's peak alone."""
-    if fem3d is not None:
-        return past(sink.materials, fem3d.details["fields"], moments(fem3d.traces))
-    if reduced1d is None:
-        return ()
-    # A step's response is nowhere hotter than the steady state.
-    peak = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
-    return warnings([sink.silicon], {sink.silicon.name: (peak, None)})
+def in_3d(scene: AnyScene | Sink, fem3d: Result) -> list[Hottest]:
+    """Return the hottest temperatures of a 3D result, as `of_fields` does."""
+    if isinstance(scene, Sink):
+        # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
+        peak = scene.room_temperature + fem3d.steady["peak_rise_K"].value
+        return of_fields(scene.materials, fem3d.details["fields"], np.empty(0), peak)
+    if not physics.heat(scene):
+        return []
+    return of_fields(physics.materials(scene), fem3d.details["fields"], moments(fem3d.traces))
 
 
-def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
-    """Return the warnings of a device's run in 1D; the beam's middle follows from eqs 13 and 18."""
+def of_fields(
+    materials: Iterable[Material], fields: Any, times: np.ndarray, ceiling: float | None = None
+) -> list[Hottest]:
+    """Return the hottest place and moment of each material that has a limit.
+
+    Fields are of the steady state, if there is one, and of some times (s). They are sampled only where the ``ceiling``
+    (K) of all temperatures exceeds a limit; else the list has the ceiling and the material of the lowest limit.
+    """
+    limits = {m: m.valid_to for m in materials if m.valid_to is not None and m.name in fields.material_names}
+    if not limits:
+        return []
+    lowest, top = min(limits, key=lambda m: limits[m]), fields.ceiling(times) if ceiling is None else ceiling
+    if top <= limits[lowest]:
+        return [Hottest(lowest, top)]
+    names, hottest = fields.material_names, {m: Hottest(m, -np.inf) for m in limits}
+    corners = {m: np.unique(fields.cells[fields.material == names.index(m.name)]) for m in limits}
+    for time, temperatures in chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times)):
+        for m, at in corners.items():
+            now = Hottest(m, float(temperatures[at].max(initial=-np.inf)), time)
+            hottest[m] = max(hottest[m], now, key=lambda each: each.top)
+    return list(hottest.values())
+
+
+def of_sink(sink: Sink, reduced1d: Result) -> list[Hottest]:
+    """Return the peak of the silicon in 1D."""
+    peak = reduced1d.steady.get("peak_rise_K")
+    return [] if peak is None else [Hottest(sink.silicon, sink.room_temperature + peak.value)]
+
+
+def of_device(device: Device, result: DeviceResult) -> list[Hottest]:
+    """Return the hottest temperatures of a device's run in 1D; the beam's middle follows from eqs 13 and 18."""
     sink, times, external = device.sink, result.time_s, device.external
     mean, k = result.sink_K - sink.room_temperature, sink.silicon.thermal_conductivity
     end = end_rise_from_equivalent(mean, anchor_series_resistance(sink), k, sink.cross_section, sink.length)
@@ -45,29 +84,19 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
         sink.silicon: sink.room_temperature + end + 1.5 * (mean - end), device.gold: result.sensor_K,
         device.pdms: np.max([result.sink_K, result.sensor_K, outside], axis=0),
     }  # fmt: skip
-    return warnings(hottest, {m.name: (float(T.max()), float(times[T.argmax()])) for m, T in hottest.items()})
+    return [Hottest(m, float(T.max()), float(times[T.argmax()])) for m, T in hottest.items()]
 
 
-def excess(
-    materials: Sequence[Material], ceiling: float, fields: Callable[[], Any], times: np.ndarray
-) -> tuple[float, str]:
-    """Return by how much (K) a 3D run exceeds a material's valid_to at most, and the material.
-
-    Below every limit the name is empty and the number negative. The ``fields`` at some times (s) are computed only
-    where the ``ceiling`` (K) of all temperatures exceeds a limit.
-    """
-    limits = {m.name: m.valid_to for m in materials if m.valid_to is not None}
-    if ceiling <= (lowest := min(limits.values(), default=float("inf"))):
-        return ceiling - lowest, ""
-    reached = by_material(fields(), times)
-    most, name = max((reached[name][0] - limit, name) for name, limit in limits.items() if name in reached)
-    return most, name if most > 0 else ""
-
-
-def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple[str, ...]:
-    """Return the warnings of a 3D run."""
-    limited = any(m.valid_to is not None for m in materials)
-    return warnings(materials, by_material(fields, times)) if limited else ()
+def warnings(reached: Sequence[Hottest]) -> tuple[str, ...]:
+    """Return a sentence for each material that exceeds its limit."""
+    said = []
+    for material, top, time in (each for each in reached if each.excess > 0):
+        when = "in the steady state" if time is None else f"at {TIME.show(float(f'{time:.3g}'))}"
+        said.append(
+            f"{material.name} reaches {top:,.0f} K {when}, past the {material.valid_to:,.0f} K of its valid_to, "
+            "where it softens, melts or decomposes: what is computed beyond that describes no real part"
+        )
+    return tuple(said)
 
 
 def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
@@ -84,20 +113,6 @@ def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
     return ()
 
 
-def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> tuple[str, ...]:
-    """Return a sentence for each material that exceeds its limit."""
-    sentences = []
-    for m in dict.fromkeys(materials):
-        top, time = reached.get(m.name, (0.0, None))
-        if m.valid_to is not None and top > m.valid_to:
-            when = "in the steady state" if time is None else f"at {TIME.show(float(f'{time:.3g}'))}"
-            sentences.append(
-                f"{m.name} reaches {top:,.0f} K {when}, past the {m.valid_to:,.0f} K of its valid_to, "
-                "where it softens, melts or decomposes: what is computed beyond that describes no real part"
-            )
-    return tuple(sentences)
-
-
 def moments(traces: Traces | None) -> np.ndarray:
     """Return times (s) spread over the rows of traces, with the times of all extremes."""
     if traces is None:
@@ -105,18 +120,6 @@ def moments(traces: Traces | None) -> np.ndarray:
     rows = np.linspace(0, len(traces.time) - 1, min(MOST, len(traces.time))).astype(int)
     ends = [k for values in traces.values.values() for k in (int(values.argmax()), int(values.argmin()))]
     return np.asarray(np.unique(traces.time[np.concatenate([rows, ends])]))
-
-
-def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
-    """The hottest place and moment of each material: of the steady state, if there is one, and of some times (s)."""
-    corners = {name: np.unique(fields.cells[fields.material == k]) for k, name in enumerate(fields.material_names)}
-    hottest: dict[str, Hottest] = {}
-    for time, temperatures in chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times)):
-        for name, at in corners.items():
-            top = float(temperatures[at].max(initial=-np.inf))
-            if name not in hottest or top > hottest[name][0]:
-                hottest[name] = top, time
-    return hottest
 
 
 def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:

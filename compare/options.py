@@ -212,7 +212,7 @@ TABLE = (
     Option("--why", "split the 1D model's differences from 3D by its assumptions, or by the joints of --model network",
            (SINK, FREE), excludes=["--only"]),
     Option("--left-out", "what both models leave out, each solved in 3D, and all at once: the gas below and others",
-           (SINK, DEVICE), excludes=["--only 1d"]),
+           (SINK,), excludes=["--only 1d"]),
     Option("--sensitivities", "how the models follow each key: d ln quantity / d ln key, 1D against 3D"),
     Option("--uncertain KEY=U ...", "the standard uncertainty of a key, such as sink.width=0.1um or drive.voltage=1%%; "
            "or materials, for the scene's table of them", read=_uncertain),

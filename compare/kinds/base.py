@@ -57,7 +57,7 @@ class Kind(ABC, Generic[S]):
     name : as the scenes' ``kind``
     call : the function of the Python interface
     builtin : the scene that is solved where none is named; where it is empty, a scene must be named
-    shown : quantities that tables on a terminal have room for; empty: the first ones, and none of effects left out
+    shown : quantities that tables on a terminal have room for; empty: the first ones
     explains : whether checks that agree have a reason too
     free_times : whether a user's own model may be solved at other times than 3D
     traces : the columns or rows of traces.csv

@@ -107,7 +107,7 @@ class DeviceKind(Kind[Device]):
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
 
-        return hottest.of_device(outcome.scene, outcome.runs.base.result)
+        return hottest.warnings(hottest.of_device(outcome.scene, outcome.runs.base.result))
 
     def slopes(self, outcome: Outcome[Device], keys: Sequence[str] | None) -> dict[str, Slopes]:
         from compare.slopes import Slopes, device_1d

@@ -85,10 +85,7 @@ class FreeKind(Kind[AnyScene]):
         from compare import hottest
 
         scene, result = outcome.scene, outcome.solved
-        if not physics.heat(scene):
-            return ()
-        past = hottest.past(physics.materials(scene), result.details["fields"], hottest.moments(result.traces))
-        return (*hottest.impossible(scene, result), *past)
+        return (*hottest.impossible(scene, result), *hottest.warnings(hottest.in_3d(scene, result)))
 
     def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         scene, reduced1d = outcome.scene, outcome.reduced1d

@@ -113,7 +113,8 @@ class SinkKind(Kind[Sink]):
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         from compare import hottest
 
-        return hottest.of_sink(outcome.scene, outcome.fem3d, None if outcome.own_model else outcome.reduced1d)
+        sink, fem3d = outcome.scene, outcome.fem3d
+        return hottest.warnings(hottest.of_sink(sink, outcome.reduced) if fem3d is None else hottest.in_3d(sink, fem3d))
 
     def warnings(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         results, made = filter(None, (outcome.fem3d, outcome.reduced1d)), {check.id for check in outcome.checks}

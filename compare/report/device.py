@@ -27,8 +27,8 @@ FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
     """State the effects left out, the end of the run, and the number of checks that differ."""
-    scene, external, left_out = outcome.scene, outcome.scene.external, outcome.analyses.get("left_out")
-    run, when = outcome.runs.base, f"from cold, with {external.initial_temperature:g} K outside,"
+    scene, external, run = outcome.scene, outcome.scene.external, outcome.runs.base
+    when = f"from cold, with {external.initial_temperature:g} K outside,"
     if scene.steps_outside:
         when = f"after the step from {external.initial_temperature:g} to {external.final_temperature:g} K outside"
     after = scene.end_time > external.step_time
@@ -39,8 +39,8 @@ def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
         how = f"settles to {percent(BAND, 1)} in {milliseconds(ends[-1])}, at {power}"
     by = ", by the paper's scheme," * (outcome.options.scheme == "paper")
     counted = checks.counted("checks", outcome, contrary).removeprefix("checks: ")
-    said = [left_out.sentence if left_out else "", f"{scene.name}: {when}{by} the sensor's power {how}.", counted]
-    return style.paint(wrapped(" ".join(filter(None, said))), "heading")
+    said = f"{scene.name}: {when}{by} the sensor's power {how}. {counted}".rstrip()
+    return style.paint(wrapped(said), "heading")
 
 
 def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:

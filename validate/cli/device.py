@@ -4,7 +4,6 @@ controllers. Check the claims of Figures 9 to 14, and the limits of gains, range
 examples:
   validate device
   validate device --3d --accuracy 1e-4
-  validate device --left-out
   validate device --figure 11 --set control.sample_time=2ms
   validate device --scheme paper --figure 9
   validate device --3d --uncertain materials --uncertain pdms.thermal_conductivity=5%

@@ -15,8 +15,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from compare import hottest
 from compare.blame import budget
 from compare.kinds import kind_of
@@ -28,7 +26,6 @@ from compare.worker import EndedError, OverdueError, Worker, pool, share
 from fem3d.runs import scene as scene_run
 from reduced1d.ladder import solve as solve_1d
 from reduced1d.ladder.levels import Levels
-from scenes import physics
 from scenes.checks import OF_THE_REDUCTION
 from scenes.errors import NumericsError, RunawayError, SceneError, printable, quoted
 from scenes.loading import overridden
@@ -184,16 +181,10 @@ def _of_3d(scene: Any, fem3d: Result) -> dict[str, Any]:
 
 def _too_hot(scene: Any, fem3d: Result) -> dict[str, Any]:
     """The material that gets hotter than its valid_to, "" for none, and the excess (K)."""
-    if scene.kind == "sink":
-        # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
-        top = scene.room_temperature + fem3d.steady["peak_rise_K"].value
-        excess, name = hottest.excess(scene.materials, top, lambda: fem3d.details["fields"], np.empty(0))
-    elif not physics.heat(scene):
+    if not (reached := hottest.in_3d(scene, fem3d)):
         return {}
-    else:
-        fields, times = fem3d.details["fields"], hottest.moments(fem3d.traces)
-        excess, name = hottest.excess(physics.materials(scene), math.inf, lambda: fields, times)
-    return {"too_hot": name, "past_valid_to_K": excess} if math.isfinite(excess) else {}
+    worst = max(reached, key=lambda each: each.excess)
+    return {"too_hot": worst.material.name * (worst.excess > 0), "past_valid_to_K": worst.excess}
 
 
 def _of_another(outcome: Outcome[Any], name: str, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:

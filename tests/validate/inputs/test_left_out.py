@@ -10,11 +10,9 @@ import pytest
 import compare
 from compare.analyses import left_out
 from compare.analyses.left_out import CONDUCTIVITY, conduction
-from compare.kinds import KINDS
 from compare.outcome import Outcome
 from fem3d.runs.sink import solve
-from scenes.device import Device
-from scenes.errors import NumericsError, RunawayError
+from scenes.errors import RunawayError
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
 
@@ -48,7 +46,7 @@ def test_an_effect_is_the_sink_with_it_over_the_sink_without(found):
 
 
 def test_the_largest_comes_first_and_in_air_the_gas_below_decides(found):
-    sizes = [abs(each.changes["peak_rise_K"].value) for each in found.effects.values()]
+    sizes = [abs(each.changes["peak_rise_K"].value) for name, each in found.effects.items() if name != "together"]
     assert sizes == sorted(sizes, reverse=True)
     below = steady(replace(SINK, gap_gas_conductivity=CONDUCTIVITY)).steady["peak_rise_K"].value
     change = below / steady(SINK).steady["peak_rise_K"].value - 1
@@ -59,7 +57,7 @@ def test_the_largest_comes_first_and_in_air_the_gas_below_decides(found):
 
 def test_the_summary_has_every_effect_with_its_source(found):
     document = document_of(found)
-    assert {*document} == {*found.effects, "together"}
+    assert {*document} == {*found.effects}
     for name, entry in document.items():
         assert {*entry} == {"assumed", "source", *(asked.steady for asked in OF_A_SINK.values())}
         assert {*entry["peak_rise_K"]} == {"change", "error"}
@@ -100,7 +98,7 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch):
     assert next(iter(found.effects)) == "substrate"
     assert "In vacuum the substrate's own resistance makes it run away." in found.sentence
     assert {*document_of(found)["substrate"]} == {"assumed", "source"}
-    assert not found.together.changes
+    assert not found.effects["together"].changes
 
 
 @pytest.mark.long
@@ -115,32 +113,3 @@ def test_it_is_told_and_kept(tmp_path):
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "What both models leave out" in page
     assert any(step["step"] == "left_out" for step in summary["plan"])
-
-
-def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch):
-    """With its states of 3D taken from 1D, which has gas and air as a sink does."""
-    from fem3d.runs import device as of_3d
-    from reduced1d.device.lumped import steady as in_1d
-
-    class Model:
-        def __init__(self, device: Device, accuracy: float) -> None:
-            if device.sink.substrate_thickness is not None:
-                raise NumericsError("no steady state was found")
-
-        def steady(self, device: Device) -> object:
-            return in_1d(device)
-
-        def steady_errors(self, device: Device) -> dict[str, float]:
-            return dict.fromkeys(KINDS["device"].quantities(Device()), 0.0)
-
-    monkeypatch.setattr(of_3d, "model", Model)
-    found = left_out.study(Device(), lambda _: None)
-    gas = in_1d(replace(Device(), sink=replace(Sink(), gap_gas_conductivity=CONDUCTIVITY))).sink_power_W
-    change = found.effects["gap_gas"].changes["sink_power_W"].value
-    assert change == pytest.approx(gas / in_1d(Device()).sink_power_W - 1, rel=1e-12)
-    assert change > 1.0
-    assert "air" not in found.effects
-    assert found.skipped["substrate"] == "no steady state was found"
-    assert found.sentence.startswith(
-        f"In air the gas under it changes the power that the sink takes by +{100 * change:.0f}"
-    )

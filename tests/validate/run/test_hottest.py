@@ -54,10 +54,10 @@ def test_the_hottest_place_and_moment_of_each_material():
         steady=np.repeat([400.0, 300.0], 8),
         at=lambda times: np.stack([np.repeat([350.0, 300 + 1000 * t * (1 - t)], 8) for t in times]),
     )  # fmt: skip
-    reached = hottest.by_material(fields, np.linspace(0, 1, 41))
-    assert reached == {"a": (400.0, None), "b": (550.0, 0.5)}
     hot = [Material(name, 1, 1, 1, valid_to=limit) for name, limit in (("a", 399.0), ("b", 551.0), ("c", 1.0))]
-    (said,) = hottest.warnings(hot, reached)
+    reached = hottest.of_fields(hot, fields, np.linspace(0, 1, 41), 600.0)
+    assert reached == [(hot[0], 400.0, None), (hot[1], 550.0, 0.5)]
+    (said,) = hottest.warnings(reached)
     assert said.startswith("a reaches 400 K in the steady state, past the 399 K")
     assert hottest.farthest(fields, np.linspace(0, 1, 41), 300.0) == (0.5, True)
     assert hottest.farthest(fields, np.array([0.0, 1.0]), 500.0) == (0.0, False)
