@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.sink_checks import from_first
-from compare.verdict import Check, spread
+from compare.verdict import Check, part, share
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
 from scenes.formats import difference_text, percent, quantity, signed
@@ -137,15 +137,12 @@ class Budget:
     ----------
     steady : in the steady state
     transient : when each difference is largest, from 10 us on
-    times, over_time : (n,) s; by quantity the parts (parts, n)
     sentence : names the largest part
     """
 
     start: str
     steady: tuple[Split, ...]
     transient: tuple[Split, ...]
-    times: np.ndarray | None
-    over_time: dict[str, np.ndarray]
     sentence: str
 
 
@@ -174,18 +171,18 @@ def split(
 
 def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
     """Name the largest part, relative to its scale, by the ``phrases`` of assumptions."""
-    candidates = [(part, each) for each in splits if each.scale for part in each.parts]
+    candidates = [(one, each) for each in splits if each.scale for one in each.parts]
     if not candidates:
         return "nothing is to blame: no quantity has a scale"
-    part, worst = max(candidates, key=lambda pair: abs(pair[0].value / pair[1].scale))
-    if abs(part.value) <= part.error:
-        most = f"{percent(part.error / abs(worst.scale))} of the {worst.whole}"
+    largest, worst = max(candidates, key=lambda pair: abs(pair[0].value / pair[1].scale))
+    if abs(largest.value) <= largest.error:
+        most = f"{percent(largest.error / abs(worst.scale))} of the {worst.whole}"
         return f"nothing is to blame: no part of the difference is larger than its numerical error, {most}"
     when = "in the steady state" if worst.time is None else f"at {quantity(worst.time, 's', 3)}"
-    rest = signed(worst.total - part.value, worst.unit)
+    rest = signed(worst.total - largest.value, worst.unit)
     return (
-        f"the largest part is {phrases[part.blame]}: {signed(part.value, worst.unit)} of the {worst.quantity} {when}, "
-        f"{percent(abs(part.value / worst.scale))} of the {worst.whole}; all the rest together makes {rest}"
+        f"the largest part is {phrases[largest.blame]}: {signed(largest.value, worst.unit)} of the {worst.quantity} "
+        f"{when}, {percent(abs(largest.value / worst.scale))} of the {worst.whole}; all the rest together makes {rest}"
     )
 
 
@@ -209,7 +206,7 @@ def budget(
     results.append(fem3d)
     phrases = {rung.blame: f"the {rung.blame}, as {rung.says}" for rung in ladder}
     times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
-    steady, transient, over_time = [], [], {}
+    steady, transient = [], []
     for name, entry in QUANTITIES.items():
         whole, scale = scale_of(sink, name, fem3d, levels)
         shared, estimates = (name, entry.unit, scale, whole, [*phrases]), [r.steady[entry.steady] for r in results]
@@ -218,9 +215,7 @@ def budget(
             traces = [result.over_time for result in results]
             values = np.array([np.interp(times, t.time, t.values[entry.trace]) for t in traces])
             transient.append(split(*shared, values, [t.errors[entry.trace] for t in traces], times))
-            over_time[name] = values[:-1] - values[1:]
-    said = sentence(phrases, (*steady, *transient))
-    return Budget(start, tuple(steady), tuple(transient), times, over_time, said)
+    return Budget(start, tuple(steady), tuple(transient), sentence(phrases, (*steady, *transient)))
 
 
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> tuple[str, float]:
@@ -257,11 +252,11 @@ def _cause(claim: Check, budget: Budget) -> str:
     splits = budget.steady if claim.time is None else budget.transient
     whole = next(each for each in splits if each.quantity == WHERE[claim.title])
     remainder, chosen = whole.total, []
-    for part in sorted(whole.parts, key=lambda part: -abs(part.value)):
+    for each in sorted(whole.parts, key=lambda each: -abs(each.value)):
         if abs(remainder) <= (1 - EXPLAINED) * abs(whole.total):
             break
-        chosen.append(part)
-        remainder -= part.value
+        chosen.append(each)
+        remainder -= each.value
     guilty, against = ([AT_FAULT[p.blame] for p in chosen if p.value * whole.total * s > 0] for s in (1, -1))
     offset = f", offset in part by {' and '.join(against)}," if against else ""
     return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
@@ -296,7 +291,7 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
         values, errors = np.array([[steady[name].value] for steady in results]), [s[name].error for s in results]
         scale, names = fem3d.steady[name].value - base, [*(place.called for place, *_ in felt), REST]
         splits.append(split(name, unit, scale, whole, names, values, errors, None, unsure))
-    return Budget(network.model, tuple(splits), (), None, {}, sentence(phrases, splits))
+    return Budget(network.model, tuple(splits), (), sentence(phrases, splits))
 
 
 def _felt(
@@ -304,32 +299,28 @@ def _felt(
 ) -> list[tuple[Place, float, float]]:
     """The joints that change the network, the largest first: 3D's resistance (K/W or ohm), and its error over its
     change, at most 1."""
-
-    def resistance(one: float, other: float, flow: float) -> float:
-        return (one - other) / flow
-
+    base = {"temperature": scene.initial_temperature, "potential": 0.0}
     rows: list[tuple[float, Place, float, float]] = []
-    largest: dict[str, float] = {}
+    largest = {
+        kind: max((abs(in_3d[p.one.name].value - start) for p in joints if p.one.quantity == kind), default=0.0)
+        for kind, start in base.items()
+    }
     for place in joints:
-        kind, (three, hand) = place.one.quantity, (_sides(scene, place, steady) for steady in (in_3d, by_hand))
-        base = scene.initial_temperature if kind == "temperature" else 0.0
-        largest[kind] = max(largest.get(kind, 0.0), abs(three["one"].value - base))
-        if abs(three["flow"].value) <= three["flow"].error or not hand["flow"].value:
-            continue
-        measured, drawn = (resistance(**{name: e.value for name, e in sides.items()}) for sides in (three, hand))
-        if change := abs(measured - drawn):
-            doubt = min(spread(resistance, three) / change, 1.0)
-            rows.append((change * abs(three["flow"].value), place, place.sign * measured, doubt))
-    felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity]]
-    return [row[1:] for row in sorted(felt, key=lambda row: -row[0] / (largest[row[1].one.quantity] or 1.0))]
+        measured, drawn = (_resistance(scene, place, steady) for steady in (in_3d, by_hand))
+        change = abs(measured.value - drawn.value)
+        drop = part(change * abs(in_3d[place.flow.name].value), largest[place.one.quantity])
+        if math.isfinite(change + measured.error) and drop > FELT:
+            rows.append((drop, place, place.sign * measured.value, min(measured.error / change, 1.0)))
+    return [row[1:] for row in sorted(rows, key=lambda row: -row[0])]
 
 
-def _sides(scene: Scene, place: Place, steady: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """The temperatures or potentials on both sides of a joint, and its flow."""
-    if place.given is None:
-        other = steady[place.other.name]  # type: ignore[union-attr] # A joint has another side, or a boundary.
-    else:
+def _resistance(scene: Scene, place: Place, steady: Mapping[str, Estimate]) -> Estimate:
+    """The difference of the temperatures or potentials on both sides of a joint over its flow, with its error."""
+    one, other = steady[place.one.name], Estimate(0.0, 0.0)
+    if place.other is not None:
+        other = steady[place.other.name]
+    elif place.given is not None:
         boundary = scene.boundaries[place.given]
         value: Any = boundary.ambient if boundary.kind == "convection" else boundary.value
         other = Estimate(float(value), 0.0)
-    return {"one": steady[place.one.name], "other": other, "flow": steady[place.flow.name]}
+    return share(Estimate(one.value - other.value, one.error + other.error), steady[place.flow.name])

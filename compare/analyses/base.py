@@ -80,5 +80,5 @@ class Analysis(ABC, Generic[T]):
         summary[self.name] = self.document(found, outcome)
 
     def figure(self, found: T, outcome: AnyOutcome) -> Figure | None:
-        """Draw a figure with matplotlib, or None; those of the built-in analyses are in `validate.report.figures`."""
+        """Draw a figure with matplotlib, or None."""
         return None

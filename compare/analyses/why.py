@@ -19,7 +19,7 @@ PER_BLOCK = 3
 
 
 class Why(Analysis["Budget"]):
-    name, about, figure_name = "why", "the models between the 1D model and 3D, one assumption each", "why"
+    name, about = "why", "the models between the 1D model and 3D, one assumption each"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Budget | None:
         if outcome.reduced1d is None or outcome.fem3d is None:

@@ -34,7 +34,7 @@ FIGURES = {
     "figure5": "scene_figures.profile", "figure6": "scene_figures.rises", "figure7": "scene_figures.current",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
     "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
-    "figure_traces": "scene_figures.traces", "why": "scene_figures.why",
+    "figure_traces": "scene_figures.traces",
 }  # fmt: skip
 """By file name the function in `validate.report.figures` that draws it."""
 
@@ -104,7 +104,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
             for each in chosen(outcome.options):
                 found = outcome.analyses.get(each.name)
                 if each.figure_name and found is not None:
-                    figure = draw(each.figure_name, outcome) or each.figure(found, outcome)
+                    figure = each.figure(found, outcome)
                     drawn += [] if figure is None else save(figure, folder, each.figure_name)
             if field is not None:
                 # Last, because the picture comes from a process of its own.

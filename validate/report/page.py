@@ -32,7 +32,7 @@ _STYLE = Style(page=True)
 _PICTURES = ("figure4", "figure_field")
 """Figures that are a picture of the field."""
 _CAPTIONS = {name: shows for name, (shows, *_) in FIGURES.items()} | DEVICE_FIGURES | {
-    "figure_traces": "every probe against time", "why": "what each assumption adds to the difference from 3D",
+    "figure_traces": "every probe against time",
 }  # fmt: skip
 _NAMED = SINK | DEVICE
 _UNITS = {

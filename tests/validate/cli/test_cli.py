@@ -240,17 +240,6 @@ def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys):
     assert sink(*strict) == 1
 
 
-@pytest.mark.long
-def test_why_is_drawn(monkeypatch, capsys):
-    """Beside Figure 7 alone: the others take seconds."""
-    monkeypatch.setattr("compare.kinds.sink.FIGURES", {"figure7": "current against time"})
-    assert main(["sink", "--why", "--out", "here"]) == 0
-    text = capsys.readouterr().out
-    assert "Why the paper's model differs from 3D" in text
-    assert "2 figures" in text
-    assert {"why.png", "why.svg"} <= set(summary("here")["files"])
-
-
 def test_a_thick_layer_is_warned_of(capsys):
     settings = ["--set", "sink.thickness=20um", "--reduction", "fin", "--steady", "--only", "1d"]
     assert sink("--out", "here", *settings) == 0

@@ -99,7 +99,7 @@ def test_a_name_or_text_is_not_taken_for_markup(tmp_path):
 def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path):
     parts = (Part("part 0", -1.0, 1e-3), Part("part 1", 0.25, 1e-3))
     splits = tuple(Split(name, "K", 10.0, -0.75, 2e-3, parts) for name in ("peak", "end"))
-    budget = Budget("paper", splits, (), None, {}, "the anchor")
+    budget = Budget("paper", splits, (), "the anchor")
     found = Why().section(budget, Outcome(load("sink"), Options()), Style(page=True))
     text = page(tmp_path, "a", "b", [found], {})
     Reader(text)

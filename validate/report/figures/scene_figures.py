@@ -1,9 +1,9 @@
-"""Figures of a sink (5: profile, 6: rises, 7: current, and the budget of differences) and of a free scene (traces)."""
+"""Figures of a sink (5: profile, 6: rises, 7: current) and of a free scene (traces)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,10 +17,7 @@ from scenes.formats import cut, quantity, scale, sink_text
 from scenes.model import UNITS
 from scenes.sink import OF_A_SINK, Sink
 from validate.report.figures import INK, LINES, PARTS
-from validate.report.figures.drawing import band, legend, logarithmic, new_figure
-
-if TYPE_CHECKING:
-    from compare.blame import Budget
+from validate.report.figures.drawing import band, new_figure
 
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
 MOST_NAME = 24
@@ -123,51 +120,3 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     above.set(ylabel="rise above room (K)", ylim=(0.0, None), xlim=(um[0], um[-1]))
     above.legend(loc="lower center")
     return figure
-
-
-def why(outcome: Outcome[Any]) -> Figure | None:
-    """A panel for each quantity: the part of each assumption in reduction less 3D, stacked away from zero in percent
-    of the final rise (or the current's change), against time and in the steady state, there with the numerical error.
-    The black line is the whole difference. None for scenes other than a sink."""
-    if outcome.scene.kind != "sink":
-        return None
-    from compare.analyses.why import named
-
-    budget: Budget = outcome.analyses["why"]
-    text = f"Why {named(budget.start)} differs from 3D, {sink_text(outcome.scene)}"
-    said = f"{budget.sentence[0].upper()}{budget.sentence[1:]}."
-    figure = new_figure(11.0, 4.9, text, [said], bottom=1.3, left=1.1)
-    ratios = [1.0] if budget.times is None else [4.0, 0.8]
-    space = {"width_ratios": ratios * len(budget.steady), "wspace": 0.4}
-    axes = figure.subplots(1, len(ratios) * len(budget.steady), squeeze=False, gridspec_kw=space)
-    axes = axes.reshape(len(budget.steady), -1)
-    for split, pair in zip(budget.steady, axes, strict=True):
-        pair[0].set_title(split.quantity, fontsize=10)
-        if not split.scale:
-            continue
-        parts = np.array([[part.value] * 2 for part in split.parts])
-        _stacked(pair[-1], np.array([-0.4, 0.4]), parts / split.scale, [part.blame for part in split.parts])
-        total, error = 100 * split.total / split.scale, 100 * split.error / abs(split.scale)
-        pair[-1].errorbar(0, total, error, fmt="D", color=INK, ms=4, capsize=3, label="in all, with its error")
-        pair[-1].set_xticks([0], ["steady"])
-        if budget.times is not None:
-            _stacked(pair[0], budget.times * 1e3, budget.over_time[split.quantity] / split.scale)
-            logarithmic(pair[0], "x")
-            pair[0].set(xlim=1e3 * budget.times[[0, -1]], xlabel="time (ms)")
-    axes[0, 0].set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {budget.steady[-1].whole})")
-    legend(figure, axes[0, len(ratios) - 1], columns=4, fontsize=9)
-    return figure
-
-
-def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray, names: Sequence[str] = ()) -> None:
-    """Parts (n, places) of 1 in percent as areas on either side of zero, and their sum."""
-    ends = np.zeros((2, len(x)))
-    for n, part in enumerate(100 * parts):
-        more = np.array([np.maximum(part, 0.0), np.minimum(part, 0.0)])
-        for start, size in zip(ends, more, strict=True):
-            ax.fill_between(x, start, start + size, color=PARTS[n % len(PARTS)], lw=0)
-        ends = ends + more
-    for n, name in enumerate(names):
-        ax.fill_between([], [], color=PARTS[n % len(PARTS)], label=name)
-    ax.plot(x, 100 * parts.sum(axis=0), color=INK, lw=1.4)
-    ax.axhline(0.0, color=INK, lw=0.8)
