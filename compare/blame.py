@@ -38,8 +38,6 @@ SHOWN = 3
 QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
 WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 """The quantities by their words in an answer."""
-EXPLAINED = 2 / 3
-"""Assumptions explain a difference where their parts are at least this share of it."""
 REST = "what lines cannot say"
 FELT = 1e-3
 """Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
@@ -234,32 +232,23 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> tuple[str,
 
 
 def causes(claims: Sequence[Check], budget: Budget | None) -> str:
-    """Return who is to blame for the claims that differ, in one phrase where all have the same cause."""
+    """Return who is to blame for the claims that differ, in one phrase where all have the same cause.
+
+    The cause of a difference is the assumption with the largest part of its sign.
+    """
+    from reduced1d.ladder.levels import AT_FAULT
+
     by_cause: dict[str, list[str]] = {}
     for claim in claims:
         if claim.verdict == "differs" and budget is not None:
-            by_cause.setdefault(_cause(claim, budget), []).append(claim.title)
+            splits = budget.steady if claim.time is None else budget.transient
+            whole = next(each for each in splits if each.quantity == WHERE[claim.title])
+            largest = max(whole.parts, key=lambda each: each.value * whole.total)
+            by_cause.setdefault(AT_FAULT[largest.blame], []).append(claim.title)
     if len(by_cause) == 1 and len(claims) == len(*by_cause.values()):
-        return f"; {next(iter(by_cause))} to blame"
-    phrases = [f"{cause} to blame for {' and '.join(places)}" for cause, places in by_cause.items()]
+        return f"; {next(iter(by_cause))} is to blame"
+    phrases = [f"{cause} is to blame for {' and '.join(places)}" for cause, places in by_cause.items()]
     return f"; {', '.join(phrases)}" if phrases else ""
-
-
-def _cause(claim: Check, budget: Budget) -> str:
-    """The assumptions that explain a difference, and the offsetting assumptions."""
-    from reduced1d.ladder.levels import AT_FAULT
-
-    splits = budget.steady if claim.time is None else budget.transient
-    whole = next(each for each in splits if each.quantity == WHERE[claim.title])
-    remainder, chosen = whole.total, []
-    for each in sorted(whole.parts, key=lambda each: -abs(each.value)):
-        if abs(remainder) <= (1 - EXPLAINED) * abs(whole.total):
-            break
-        chosen.append(each)
-        remainder -= each.value
-    guilty, against = ([AT_FAULT[p.blame] for p in chosen if p.value * whole.total * s > 0] for s in (1, -1))
-    offset = f", offset in part by {' and '.join(against)}," if against else ""
-    return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
 
 
 def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:

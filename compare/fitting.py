@@ -84,12 +84,8 @@ class Fit:
 
 
 def keys_of(scene: Any, keys: Sequence[str]) -> tuple[str, ...]:
-    """Return the full names of keys to be fitted. Raises SceneError for an unknown key, or one that is named twice."""
-    paths = tuple(path_of(scene, key, numbers(scene), "--calibrate") for key in keys)
-    again = next((path for n, path in enumerate(paths) if path in paths[:n]), None)
-    if again is not None:
-        raise SceneError(f"--calibrate names {again} twice: give each key once")
-    return paths
+    """Return the full names of keys to be fitted, each once. Raises SceneError for an unknown key."""
+    return tuple(dict.fromkeys(path_of(scene, key, numbers(scene), "--calibrate") for key in keys))
 
 
 def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | None = None) -> Fit:

@@ -65,17 +65,19 @@ class Fmu(Simulation):
         the series. Raises SceneError where no run rests.
         """
         found: Answer | None = None
-        failure, last, until = SceneError(""), 0.0, time.monotonic() + LONGEST / 10
+        failure: SceneError | None = None
+        last, until = 0.0, time.monotonic() + LONGEST / 10
         for end in HORIZONS:
             try:
                 run = self._run(question, question.steady, end, STEPS[0], until - time.monotonic())
             except SceneError as error:
                 failure = error
-                if found is not None:
+                if last:
                     break
                 continue
             values = np.array(list(run.values.values()))
             if not np.isfinite(values).all():
+                failure = SceneError(f"--model {self.name} has an output that is not finite")
                 break
             last, change = end, np.ptp(values, axis=1)
             late = np.ptp(values[:, values.shape[1] // 2 :], axis=1)
@@ -84,12 +86,12 @@ class Fmu(Simulation):
             if still.all() and (moved.any() or end == HORIZONS[-1]):
                 errors = dict(zip(run.values, late.tolist(), strict=True))
                 found = Answer({name: v[-1] for name, v in run.values.items()}, errors)
-        if found is None and last:
-            why = f": {failure}".removesuffix(": ")
-            raise SceneError(f"--model {self.name} does not come to rest within {quantity(last, 's')}{why}")
-        if found is None:
+        if found is not None:
+            return found
+        if failure is not None and not last:
             raise failure
-        return found
+        why = "" if failure is None else f": {failure}"
+        raise SceneError(f"--model {self.name} does not come to rest within {quantity(last, 's')}{why}")
 
     def simulate(self, question: Question, end: float, steps: int) -> Answer:
         return self._run(question, question.over_time, end, steps, LONGEST)

@@ -22,13 +22,12 @@ from compare.data import raw
 from compare.models.model import LONGEST, Answer, Question, Simulation, check_parameters, find_file, match_outputs
 from scenes.errors import SceneError, printable, quoted
 
-_REFUSED = {
-    ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",
-    ".inc": "reads other files", ".lib": "reads other files", ".csparam": "is of a control block",
-    ".codemodel": "loads programs", ".osdi": "loads programs", ".pre_osdi": "loads programs",
-}  # fmt: skip
-_PROGRAMS = re.compile(r"\b(d_process|d_cosim|filesource|d_source|d_state)\b|(\b|_|raw)file\s*=", re.IGNORECASE)
-"""Statements that start a program, or read or write a file."""
+_REFUSED = re.compile(
+    r"^\.(control|endc|exec|inc|lib|csparam|codemodel|osdi|pre_osdi)|`"
+    r"|\b(d_process|d_cosim|filesource|d_source|d_state)\b|(\b|_|raw)file\s*=",
+    re.IGNORECASE,
+)
+"""Statements that run commands, start programs, or read or write files."""
 _PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
 _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
         ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
@@ -97,15 +96,13 @@ def open_model(given: str, folder: str) -> Netlist:
 
 def _circuit(name: str, line: str) -> str:
     """A line, if it does no more than describe a circuit. Raises SceneError."""
-    word = line.split()[0].lower() if line.split() else ""
     if not line.isprintable():
         raise SceneError(f"--model {name}: {quoted(line)} is no expression of one line")
-    refused = next((why for key, why in _REFUSED.items() if word.startswith(key)), "")
-    program = _PROGRAMS.search(line)
-    if refused or program or "`" in line:
-        what = word if refused else program[0] if program else "`"
-        why = refused or "starts programs or reads files"
-        raise SceneError(f"--model {name} has {quoted(what)}, which {why}: give the circuit alone, in one file")
+    if refused := _REFUSED.search(line):
+        raise SceneError(
+            f"--model {name} has {quoted(refused[0])}, which runs commands, starts programs or reads files: give the "
+            "circuit alone, in one file"
+        )
     return line
 
 
