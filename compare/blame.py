@@ -24,7 +24,7 @@ from scenes.errors import RunawayError
 from scenes.formats import difference_text, percent, quantity, signed
 from scenes.model import UNITS, AnyScene, Scene
 from scenes.result import Estimate, Result
-from scenes.sink import OF_A_SINK, Sink
+from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
@@ -113,8 +113,8 @@ class Part:
 class Split:
     """A difference, reduction less 3D, with its numerical ``error`` and its ``parts``.
 
-    ``scale`` is the final rise, or the change of the current, with its sign, and ``whole`` its name; ``time`` (s) is
-    None in the steady state.
+    ``scale`` is the final rise or current, with its sign, and ``whole`` its name; ``time`` (s) is None in the steady
+    state.
     """
 
     quantity: str
@@ -184,9 +184,7 @@ def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
     )
 
 
-def budget(
-    sink: Sink, start: str, fem3d: Result, levels: Levels, progress: Callable[[str], None] = lambda _: None
-) -> Budget:
+def budget(start: str, fem3d: Result, levels: Levels, progress: Callable[[str], None] = lambda _: None) -> Budget:
     """Compute the budget of the reduction ``start`` against a 3D result, at the times of its traces.
 
     Raises RunawayError where a model of the ladder has no steady state.
@@ -206,7 +204,7 @@ def budget(
     times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
     steady, transient = [], []
     for name, entry in QUANTITIES.items():
-        whole, scale = scale_of(sink, name, fem3d, levels)
+        whole, scale = "final current" if name == "current" else "final rise", abs(fem3d.steady[entry.steady].value)
         shared, estimates = (name, entry.unit, scale, whole, [*phrases]), [r.steady[entry.steady] for r in results]
         steady.append(split(*shared, np.array([[e.value] for e in estimates]), [e.error for e in estimates]))
         if times is not None:
@@ -214,21 +212,6 @@ def budget(
             values = np.array([np.interp(times, t.time, t.values[entry.trace]) for t in traces])
             transient.append(split(*shared, values, [t.errors[entry.trace] for t in traces], times))
     return Budget(start, tuple(steady), tuple(transient), sentence(phrases, (*steady, *transient)))
-
-
-def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> tuple[str, float]:
-    """Name and compute the scale of differences: the final 3D rise, or the change of the 3D current from cold.
-
-    The current is its own scale where it does not change, is given, or passes a row's islands.
-    """
-    value = fem3d.steady[QUANTITIES[name].steady].value
-    if name != "current":
-        return "final rise", abs(value)
-    if not (sink.silicon.warms and sink.spans == 1 and sink.current is None):
-        return "current", abs(value)
-    if fem3d.traces is not None:
-        return "change of the current", abs(value - float(fem3d.traces.values["current_A"][0]))
-    return "change of the current", abs(value - float(sink.drive.through(levels.fine.plate.model.resistance)))
 
 
 def causes(claims: Sequence[Check], budget: Budget | None) -> str:

@@ -99,11 +99,15 @@ def same_time(outcome: Outcome[Device]) -> Check | None:
     return compare_times("same, all steps", (typical, typical), settling_time(worst), note)
 
 
-def slope(outcome: Outcome[Device]) -> Check:
-    """Compare the slope of the steady power by the outer temperature with -k A/t of the polymer."""
-    note = f"paper: a straight line, by R(T); here linear as conduction is{rest(*below(outcome.runs))}"
-    claim = Estimate(-lump(outcome.scene).polymer.conductance, 0.0)
-    return in_1d("slope of power", "W/K", claim, line(outcome.runs)[0], note)
+def slope(in_3d: bool, outcome: Outcome[Device]) -> Check:
+    """Compare the slope of the steady power by the outer temperature, in 1D or 3D, with -k A/t of the polymer."""
+    runs, claim = below(outcome.runs), Estimate(-lump(outcome.scene).polymer.conductance, 0.0)
+    if not in_3d:
+        note = f"paper: a straight line, by R(T); here linear as conduction is{rest(*runs)}"
+        return in_1d("slope of power", "W/K", claim, line(outcome.runs)[0], note)
+    devices, model = [run.device for run in runs], outcome.device_3d.model
+    powers = [(model.steady(d).sensor_power_W, 2 * model.steady_errors(d)["sensor_power_W"]) for d in devices]
+    return compared("slope of power", "W/K", claim, line(outcome.runs, powers)[0])
 
 
 def limit(outcome: Outcome[Device]) -> Check:
@@ -197,14 +201,6 @@ def settling_3d(outcome: Outcome[Device]) -> Check:
     return compare_times("settling time", one, three, f"to {percent(BAND, 1)} of the step")
 
 
-def slope_3d(outcome: Outcome[Device]) -> Check:
-    """Compare k A/t of the polymer with the slope of Figure 13, of the steady powers in 3D."""
-    devices, model = [run.device for run in below(outcome.runs)], outcome.device_3d.model
-    powers = [(model.steady(d).sensor_power_W, 2 * model.steady_errors(d)["sensor_power_W"]) for d in devices]
-    claim = Estimate(-lump(outcome.scene).polymer.conductance, 0.0)
-    return compared("slope of power", "W/K", claim, line(outcome.runs, powers)[0])
-
-
 def gain(film: str, outcome: Outcome[Device]) -> Check:
     """Compare the largest stable gains; 3D's error is the change from the coarser mesh."""
     device, external, model, key = outcome.scene, outcome.scene.external, outcome.device_3d.model, f"{film}_gain_limit"
@@ -259,7 +255,7 @@ CHECKS: dict[str, Definition[Outcome[Device]]] = {
     "fig10_steady": (steady_flow, ("figure10", "outer step")),
     "fig11_slow": (slow, ("figure11", "outer step")),
     "fig12_same_time": (same_time, ("figure12",)),
-    "fig13_slope": (slope, ("figure13",)),
+    "fig13_slope": (partial(slope, False), ("figure13",)),
     "fig13_limit": (limit, ("figure13",)),
     "meter_resistance": (partial(meter, "NI 4070, gold", METER_RESISTANCE, 0, "ohm"), ("all figures",)),
     "meter_power": (partial(meter, "NI 4070, power", METER_POWER, 1, "W"), ("all figures",)),
@@ -273,7 +269,7 @@ CHECKS: dict[str, Definition[Outcome[Device]]] = {
     "dev3d_sink_peak_time": (partial(peak, "sink", True), IN_3D),
     "dev3d_sensor_peak_time": (partial(peak, "sensor", True), IN_3D),
     "dev3d_settling": (settling_3d, (*IN_3D, "outer step")),
-    "dev3d_slope": (slope_3d, ("3D", "figure13")),
+    "dev3d_slope": (partial(slope, True), ("3D", "figure13")),
     "dev3d_sink_gain": (partial(gain, "sink"), ("3D", "all figures")),
     "dev3d_sensor_gain": (partial(gain, "sensor"), ("3D", "all figures")),
     "dev3d_claim_steady": (claim_steady, (*IN_3D, "outer step")),

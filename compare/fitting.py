@@ -25,7 +25,6 @@ from scenes.varied import numbers, varied
 
 APART = 0.95  # Two keys can't be told apart where their correlation exceeds this in size.
 TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
-MOST = 20  # The most solutions of the least-squares iteration.
 SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
 TINY = 1e-20  # A bound over the first value where there is none; its inverse is the other one.
 
@@ -130,7 +129,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     solution = least_squares(
         lambda x: at(*x)[0], np.zeros(len(keys)), lambda x: at(*x)[1], (least, most), x_scale="jac", xtol=1e-5,
-        ftol=1e-8, max_nfev=MOST,
+        ftol=1e-8, max_nfev=20,
     )  # fmt: skip
     normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)
     # Keys with the same effect would leave it singular; their uncertainties come out huge.

@@ -17,9 +17,6 @@ from scenes.sink import Sink
 from scenes.units import TIME
 from statespace.result import DeviceResult
 
-MOST = 100
-"""Instants of a transient that are searched, beside those at which a trace is largest or smallest."""
-
 
 class Hottest(NamedTuple):
     """The hottest temperature (K) of a material, and its time (s), None in the steady state."""
@@ -114,10 +111,10 @@ def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
 
 
 def moments(traces: Traces | None) -> np.ndarray:
-    """Return times (s) spread over the rows of traces, with the times of all extremes."""
+    """Return up to 100 times (s) spread over the rows of traces, with the times of all extremes."""
     if traces is None:
         return np.empty(0)
-    rows = np.linspace(0, len(traces.time) - 1, min(MOST, len(traces.time))).astype(int)
+    rows = np.linspace(0, len(traces.time) - 1, min(100, len(traces.time))).astype(int)
     ends = [k for values in traces.values.values() for k in (int(values.argmax()), int(values.argmin()))]
     return np.asarray(np.unique(traces.time[np.concatenate([rows, ends])]))
 

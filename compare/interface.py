@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from compare import pipeline
 from compare.analyses.sensitivities import Propagated
 from compare.kinds import KINDS, kind_of
-from compare.kinds.free import probed
 from compare.options import FREE, check, of_kind, read, settings, texts
 from compare.outcome import Outcome
 from compare.pipeline import plugin
@@ -206,9 +205,6 @@ def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, op
     if scene.kind != kind:
         raise SceneError(f"{quoted(scene.name)} is no scene for {KINDS[kind].call}: use {kind_of(scene).call}")
     values = read(kind, chosen, scene).but(figures=bool(options.get("figures")))
-    if kind == FREE and (values.fields or out is None):
-        # Without a folder a scene without probes reports the mean temperature of every part.
-        scene = probed(scene)
     with single_threaded():
         if out is None:
             if values.figures or values.fields or values.export:

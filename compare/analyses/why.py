@@ -14,9 +14,6 @@ from scenes.formats import difference_text, quantity
 if TYPE_CHECKING:
     from compare.blame import Budget, Split
 
-PER_BLOCK = 3
-"""Columns of a budget that a terminal has room for."""
-
 
 class Why(Analysis["Budget"]):
     name, about = "why", "the models between the 1D model and 3D, one assumption each"
@@ -30,7 +27,7 @@ class Why(Analysis["Budget"]):
         scene = outcome.scene
         with progress.stage("why"):
             if scene.kind == "sink":
-                return budget(scene, outcome.options.reduction, outcome.solved, Levels(scene), progress)
+                return budget(outcome.options.reduction, outcome.solved, Levels(scene), progress)
             if not outcome.solved.steady:
                 outcome.warn(
                     "--why is of the steady state, and there is none, as a drive varies in time: give --steady"
@@ -60,13 +57,14 @@ class Why(Analysis["Budget"]):
             return Table((title, *heads), [*rows, ["in all", *(cell(s.total, s.error, s.scale) for s in splits)]])
 
         scales = " or ".join(dict.fromkeys(split.whole for split in found.steady))
-        most = len(found.steady) if style.page else PER_BLOCK
+        most = len(found.steady) if style.page else 3  # that a terminal has room for
         blocks = [found.steady[n : n + most] for n in range(0, len(found.steady), most)]
         parts: list[Table | str] = [f"in % of the {scales}", *(table("steady state", block) for block in blocks)]
         if found.transient:
             parts.append(table("when it is largest", found.transient))
         said = f"{found.sentence[0].upper()}{found.sentence[1:]}."
-        return Section(f"Why {named(found.start)} differs from 3D", [*parts, said])
+        name = "the paper's model" if found.start == "paper" else found.start
+        return Section(f"Why {name} differs from 3D", [*parts, said])
 
     def document(self, found: Budget, outcome: Outcome[Any]) -> dict[str, Any]:
         return {
@@ -75,11 +73,6 @@ class Why(Analysis["Budget"]):
             "steady": {split.quantity: _document(split) for split in found.steady},
             "transient": {split.quantity: _document(split) for split in found.transient},
         }
-
-
-def named(reduction: str) -> str:
-    """Return a reduction's name in a sentence."""
-    return "the paper's model" if reduction == "paper" else reduction
 
 
 def _document(split: Split) -> dict[str, Any]:

@@ -82,12 +82,9 @@ class Kind(ABC, Generic[S]):
     def refuse(self, scene: S, options: Options) -> None:
         """Raise SceneError for options that this scene cannot have."""
 
-    def completed(self, scene: S, options: Options) -> S:
-        """Return the scene with the probes that the command adds. Raises SceneError where it would report nothing."""
-        return scene
-
     def declared(self, scene: S, options: Options) -> S:
-        """Return the scene, without expected verdicts where the run uses another model than they are for."""
+        """Return the scene as it is solved: with probes, and without expected verdicts where the run uses another
+        model than they are for."""
         return scene
 
     @abstractmethod

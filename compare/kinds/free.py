@@ -28,6 +28,8 @@ class FreeKind(Kind[AnyScene]):
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
 
     def refuse(self, scene: AnyScene, options: Options) -> None:
+        if not scene.probes and not physics.heat(scene):
+            raise SceneError("the scene has no [[probe]] to report: add one")
         if options.why and options.model != "network":
             raise SceneError("--why asks which joint of the network is to blame: give --model network with it")
         if (own_model(scene, options) or ("",))[0] == "network":
@@ -39,10 +41,7 @@ class FreeKind(Kind[AnyScene]):
                 raise SceneError(f"{why}, and a sensitivity is then one of the steady state alone: add --steady")
             physics.refuse_terminals(scene, "a sensitivity over time")
 
-    def completed(self, scene: AnyScene, options: Options) -> AnyScene:
-        """Probe the mean temperature of every box, or group of the mesh, where the scene has no probe."""
-        if not scene.probes and not (options.fields and physics.heat(scene)):
-            raise SceneError("the scene has no [[probe]] to report: add one, or give --fields for mean temperatures")
+    def declared(self, scene: AnyScene, options: Options) -> AnyScene:
         return probed(scene)
 
     def solve(self, scene: AnyScene, options: Options, progress: Progress) -> dict[str, Result]:

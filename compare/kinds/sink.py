@@ -210,7 +210,7 @@ def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> Budget | None:
     if all(claim.time is None for claim in wrong):
         fem3d = replace(fem3d, traces=None)
     try:
-        return budget(outcome.scene, "paper" if name in PAPERS else name, fem3d, Levels(outcome.scene, rough=True))
+        return budget("paper" if name in PAPERS else name, fem3d, Levels(outcome.scene, rough=True))
     except ArithmeticError as error:
         outcome.warn(f"nothing is blamed: {error}")
         return None

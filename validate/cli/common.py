@@ -104,7 +104,6 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     overrides = settings(kind, chosen, arguments.set)
     scene = load(kind, arguments.scene or KINDS[kind].builtin, overrides)
     options = read(kind, chosen, scene, arguments.command_line)
-    scene = KINDS[kind].completed(scene, options)
     if options.monte_carlo:
         import_module("validate.sweep.monte_carlo")  # which adds its analysis
     KINDS[kind].refuse(scene, options)

@@ -30,7 +30,6 @@ from scenes.checks import OF_THE_REDUCTION
 from scenes.errors import NumericsError, RunawayError, SceneError, printable, quoted
 from scenes.loading import overridden
 from scenes.result import Result
-from scenes.sink import Sink
 from validate.report.summary import version
 from validate.sweep.design import Row, Scope, Task
 
@@ -165,7 +164,7 @@ def columns(scene: Any, scope: Scope) -> Row:
         values |= {
             f"{prefix}{c.id}_{part}": getattr(c, part) for c in checks for part in ("difference", "u_num", "verdict")
         }
-    parts = _parts(scene, scope, fem3d, levels) if sink and scope.blame and not scope.model else {}
+    parts = _parts(scope, fem3d, levels) if sink and scope.blame and not scope.model else {}
     return values | _too_hot(scene, fem3d) | _blame(parts) | {"accuracy": scene.accuracy, "parts": parts}
 
 
@@ -199,11 +198,11 @@ def _of_another(outcome: Outcome[Any], name: str, levels: Levels) -> tuple[tuple
     return tuple(check for check in checks if check.id in OF_THE_REDUCTION), result
 
 
-def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float]:
+def _parts(scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float]:
     """The difference that the check is of, split by assumption; empty where it cannot be split."""
     quantity = OVER_TIME.get(scope.check, "")
     try:
-        causes = budget(sink, scope.reductions[0], fem3d if quantity else replace(fem3d, traces=None), levels)
+        causes = budget(scope.reductions[0], fem3d if quantity else replace(fem3d, traces=None), levels)
     except RunawayError:
         return {}
     splits = causes.transient if quantity else causes.steady

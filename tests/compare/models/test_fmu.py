@@ -35,7 +35,7 @@ class Lump(Fmi2Slave):
         t, x = current_time + step_size, self.top
         top = KELVIN
         self.show(COURSE)
-        return True
+        return STEPS
 """
 UNITS = """<UnitDefinitions>
 <Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>
@@ -49,15 +49,15 @@ UNITS = """<UnitDefinitions>
 
 def build(
     folder: Path, course: str = "top + (300 - top)*exp(-t/1.6e-4)", tip: tuple[str, str, str] = ("", "T", "x"),
-    heat: tuple[str, str] = ("", "-2e-5*(T - 300)"),
+    heat: tuple[str, str] = ("", "-2e-5*(T - 300)"), steps: str = "True",
 ) -> str:  # fmt: skip
     """Return the path of an FMU whose temperature (K) follows a ``course``, from 300 K.
 
     ``tip`` and ``heat`` are attributes of the outputs and their values, and the first the conversion of the input
-    "top", 400 K by itself, back to kelvins.
+    "top", 400 K by itself, back to kelvins. ``steps`` says whether a step succeeds.
     """
     start = str(eval(tip[1], {"T": 400.0}))
-    source = SOURCE.replace("TOP", start).replace("TIP", tip[1]).replace("HEAT", heat[1])
+    source = SOURCE.replace("TOP", start).replace("TIP", tip[1]).replace("HEAT", heat[1]).replace("STEPS", steps)
     module = folder / f"{folder.name}.py"  # A process imports a name once.
     module.write_text(source.replace("KELVIN", tip[2]).replace("COURSE", course), encoding="utf-8")
     builder.FmuBuilder.build_FMU(module, dest=folder)
@@ -138,3 +138,9 @@ def test_an_fmu_without_a_steady_state_is_refused(steady, tmp_path, course):
 def test_an_fmu_that_crashes_is_a_sentence(steady, tmp_path):
     with pytest.raises(SceneError, match="it ended its process, with the signal SIGABRT"):
         compare.solve(steady, model=build(tmp_path, "abort()"))
+
+
+def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient, tmp_path):
+    """Its last values were taken to hold from then on."""
+    with pytest.raises(SceneError, match=r"stops at 102\.0 us of 1\.000 ms: a step of it says that it failed"):
+        compare.solve(transient, model=build(tmp_path, steps="current_time < 1e-4"))

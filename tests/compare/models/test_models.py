@@ -104,32 +104,6 @@ def test_a_row_without_a_number_is_named(transient, tmp_path):
         compare.solve(transient, model=str(tmp_path / "gap.csv"))
 
 
-def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient, tmp_path, capsys):
-    """Its last values were taken to hold from then on."""
-    from pythonfmu.builder import FmuBuilder
-
-    (tmp_path / "lump.py").write_text(
-        """from pythonfmu import Fmi2Causality, Fmi2Slave, Real
-
-
-class Lump(Fmi2Slave):
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.tip = 300.0
-        self.register_variable(Real("tip", causality=Fmi2Causality.output))
-
-    def do_step(self, current_time, step_size):
-        return current_time < 1e-4
-""",
-        encoding="utf-8",
-    )
-    FmuBuilder.build_FMU(tmp_path / "lump.py", dest=tmp_path)
-    given = ["solve", str(transient), "--model", str(tmp_path / "Lump.fmu"), "--no-figures", "--quiet"]
-    assert main([*given, "--out", str(tmp_path / "o")]) == 2
-    assert "stops at 102.0 us of 1.000 ms: a step of it says that it failed" in capsys.readouterr().err
-    assert (tmp_path / "o/summary.json").exists()
-
-
 def test_a_function_imports_what_lies_beside_it(steady, tmp_path):
     """At the top of its file, and when it is called."""
     (tmp_path / "top_of_it.py").write_text("VALUE = 300.0\n", encoding="utf-8")

@@ -100,12 +100,10 @@ def test_fields(capsys):
     assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
 
 
-def test_nothing_to_report(capsys):
+def test_a_scene_without_probes_reports_mean_temperatures():
     Path("mine.toml").write_text(builtin_text("plate").partition("[[probe]]")[0], encoding="utf-8")
-    assert solve("mine.toml") == 2
-    assert "no [[probe]]" in capsys.readouterr().err
-    assert solve("mine.toml", "--fields") == 0
-    assert list(summary("results/plate-fields")["fem3d"]["steady"]) == ["mean plate"]
+    assert solve("mine.toml") == 0
+    assert list(summary("results/plate")["fem3d"]["steady"]) == ["mean plate"]
 
 
 def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends():
