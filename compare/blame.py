@@ -39,8 +39,6 @@ QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
 WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 """The quantities by their words in an answer."""
 REST = "what lines cannot say"
-FELT = 1e-3
-"""Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
 
 
 def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], str] = lambda _: "") -> str:
@@ -269,8 +267,8 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
 def _felt(
     scene: Scene, joints: Sequence[Place], in_3d: Mapping[str, Estimate], by_hand: Mapping[str, Estimate]
 ) -> list[tuple[Place, float, float]]:
-    """The joints that change the network, the largest first: 3D's resistance (K/W or ohm), and its error over its
-    change, at most 1."""
+    """The joints whose drop changes by more than a thousandth of the largest rise (or potential), the largest first:
+    3D's resistance (K/W or ohm), and its error over its change, at most 1."""
     base = {"temperature": scene.initial_temperature, "potential": 0.0}
     rows: list[tuple[float, Place, float, float]] = []
     largest = {
@@ -281,7 +279,7 @@ def _felt(
         measured, drawn = (_resistance(scene, place, steady) for steady in (in_3d, by_hand))
         change = abs(measured.value - drawn.value)
         drop = part(change * abs(in_3d[place.flow.name].value), largest[place.one.quantity])
-        if math.isfinite(change + measured.error) and drop > FELT:
+        if math.isfinite(change + measured.error) and drop > 1e-3:
             rows.append((drop, place, place.sign * measured.value, min(measured.error / change, 1.0)))
     return [row[1:] for row in sorted(rows, key=lambda row: -row[0])]
 

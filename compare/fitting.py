@@ -23,9 +23,6 @@ from scenes.validity import check as check_sink
 from scenes.varied import kind_of as kind_of_key
 from scenes.varied import numbers, varied
 
-APART = 0.95  # Two keys can't be told apart where their correlation exceeds this in size.
-TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
-SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
 TINY = 1e-20  # A bound over the first value where there is none; its inverse is the other one.
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
@@ -62,14 +59,14 @@ class Fit:
         return float(low), float(high)
 
     def warnings(self) -> tuple[str, ...]:
-        """Name keys that the data do not determine, and a misfit."""
+        """Name keys that the data do not determine (u above 0.5, correlations above 0.95 in size), and a misfit."""
         keys, said = list(self.fitted), []
         for i, a in enumerate(keys):
-            if self.u[a] > TOLD:
+            if self.u[a] > 0.5:
                 said.append(f"the data determine {a} to {percent(self.u[a])} only")
             for j in range(i):
                 r = float(self.correlations[i, j])
-                if abs(r) > APART:
+                if abs(r) > 0.95:
                     said.append(
                         f"{keys[j]} and {a} can't be told apart by these data (correlation {r:+.3f}): they fix about "
                         f"their {'product' if r < 0 else 'ratio'} alone"
@@ -132,8 +129,9 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
         ftol=1e-8, max_nfev=20,
     )  # fmt: skip
     normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)
-    # Keys with the same effect would leave it singular; their uncertainties come out huge.
-    covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
+    # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the square
+    # of the derivatives' rounding.
+    covariance = np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(len(keys)))
     u = np.sqrt(np.diag(covariance))
     return Fit(
         start, {key: numbers(fitted)[key] for key in keys}, dict(zip(keys, u.tolist(), strict=True)),
