@@ -1,7 +1,5 @@
 """Figures: titles and fields; and the picture of a scene before it is solved, with the names of its parts."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
