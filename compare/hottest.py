@@ -47,15 +47,15 @@ def of_fields(
 ) -> list[Hottest]:
     """Return the hottest place and moment of each material that has a limit.
 
-    Fields are of the steady state, if there is one, and of some times (s). They are sampled only where the ``ceiling``
-    (K) of all temperatures exceeds a limit; else the list has the ceiling and the material of the lowest limit.
+    Fields are of the steady state, if there is one, and of some times (s). They are not sampled where the ``ceiling``
+    (K) of all temperatures is below every limit; then the list has the ceiling and the material of the lowest limit.
     """
     limits = {m: m.valid_to for m in materials if m.valid_to is not None and m.name in fields.material_names}
     if not limits:
         return []
-    lowest, top = min(limits, key=lambda m: limits[m]), fields.ceiling(times) if ceiling is None else ceiling
-    if top <= limits[lowest]:
-        return [Hottest(lowest, top)]
+    lowest = min(limits, key=lambda m: limits[m])
+    if ceiling is not None and ceiling <= limits[lowest]:
+        return [Hottest(lowest, ceiling)]
     names, hottest = fields.material_names, {m: Hottest(m, -np.inf) for m in limits}
     corners = {m: np.unique(fields.cells[fields.material == names.index(m.name)]) for m in limits}
     for time, temperatures in chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times)):

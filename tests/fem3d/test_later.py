@@ -81,16 +81,13 @@ def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
 
 
 def test_extrapolated_current_around_corner_is_closer():
-    """Three times at least, five times on most meshes, and within the bound; without it the same would be too
-    little."""
+    """Three times at least, five times on most meshes, and within the bound."""
     known, solved = currents(True), currents(False, 3)
     for off, stated in known:
         assert off < stated
     for (off, stated), (without, more) in zip(known, solved, strict=False):
         assert 3 * off < without < more
         assert stated < more
-    for (_, stated), (without, _) in zip(known[1:], solved[1:], strict=False):
-        assert without > stated
 
 
 @pytest.mark.long
