@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, FacetBasis, LinearForm, MeshHex
 
-from fem3d.results.probes import Extreme
+from fem3d.results.extremes import Extreme
 from fem3d.spaces import element
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
