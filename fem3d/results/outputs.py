@@ -100,7 +100,9 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat, rises, still = state.heat, state.rise[None], np.zeros((1, state.heat.size))
     currents, joule = ({name: np.array([v]) for name, v in each.items()} for each in (state.currents, state.joule))
-    part = _of_fields(heat, np.zeros(1), rises, still, state.source[None], [state.potential], currents, joule)
+    # The source balances the stiffness, which is linearized where properties follow the temperature.
+    loads = (state.source + heat.outflow(state.rise) - heat.stiffness @ state.rise)[None]
+    part = _of_fields(heat, np.zeros(1), rises, still, loads, [state.potential], currents, joule)
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
