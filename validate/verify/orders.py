@@ -154,7 +154,7 @@ def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:
     domain = conductor.heat.domain
     faces: list[Any] = [domain.faces(b) for b in domain.scene.boundaries if b.kind == "voltage"]
     on = np.flatnonzero(np.any([face.functions for face in faces], axis=0))
-    mass = sum(face.mass() for face in faces)
+    mass = sum(face.mass_of() for face in faces)
     load = sum(cells.load(solution.potential(*cells.points)) for face in faces for _, cells, _ in face.sides)
     potential = np.zeros(domain.space.size)
     potential[on] = spsolve(mass[on][:, on].tocsc(), load[on])
