@@ -39,7 +39,9 @@ class Table(Model):
         values = {name: self._si(name, self._columns[column], units[name]) for name, column in names.items()}
         if rows is None:
             return Answer({name: v[0] for name, v in values.items()})
-        return Answer(values, {name: float(bends(rows, v).max(initial=0.0)) for name, v in values.items()}, rows)
+        return Answer(
+            values, {name: float((bends(rows, v) + _steps(rows, v)).max()) for name, v in values.items()}, rows
+        )
 
     def _si(self, name: str, column: Column, unit: str) -> np.ndarray:
         """Return the column of a quantity in SI units."""
@@ -52,6 +54,15 @@ class Table(Model):
         if column.powers is not None and column.powers != parse_unit(unit).powers:
             raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
         return column.si
+
+
+def _steps(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return (n - 1,): the change between two rows that neither neighbouring slope explains, as of a step in time; a
+    straight line may be off by as much at either end."""
+    h = np.diff(rows)
+    slopes = np.pad(np.diff(values) / h, 1, mode="edge")
+    before, after = slopes[1:-1] - slopes[:-2], slopes[1:-1] - slopes[2:]
+    return np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)) * h, 0.0)
 
 
 def open_model(given: str, folder: str) -> Table:
