@@ -19,7 +19,8 @@ from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import problems
 from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
-from fem3d.runs.differences import STEP, Difference, Table, Values, move
+from fem3d.runs.differences import STEP, Difference, Table, Values
+from fem3d.runs.motion import move
 from fem3d.solution.steady import TIGHT
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import boxes

@@ -10,10 +10,6 @@ the quantities do. Steady quantities are differentiated in logarithms, which are
 Transients are projected on the same fields for all values of a key: Krylov fields of the loads, and of the dual
 problems of the traces. A trace is then off by the product of the errors of both solutions, and the change of the fields
 by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10, 2001).
-
-The mesh moves with the faces of another scene that has the same parts. Each axis is mapped by itself: a plane of faces
-goes where its faces go, and coordinates between two planes move in proportion. Bricks stay bricks, and cells, functions
-and unknowns stay the same.
 """
 
 from __future__ import annotations
@@ -39,90 +35,17 @@ from fem3d.adaptivity.nested import Problems
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.results.probes import keep_places, reading
+from fem3d.runs.motion import move
 from fem3d.solution import transient
 from fem3d.solution.reduced import orthonormal
 from fem3d.solution.steady import SteadyState, Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.domain import Domain, boxes, groups
 from meshes import grading
-from meshes.grouped.check import Placed
-from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError, SceneError
-from scenes.model import ROUNDING, AnyScene, MeshScene, Scene
+from scenes.model import Scene
 from scenes.result import Estimate
-
-TOGETHER = 1e-6
-"""Faces in one plane move together where their displacements differ by less than this fraction of the largest one."""
-
-
-def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
-    """Return the domain of another scene on the cells of a scene's domain, moved.
-
-    Parameters
-    ----------
-    domain : the domain of ``part``
-    part, other : the parts of both scenes that are solved
-
-    Raises
-    ------
-    SceneError
-        if no such motion exists: faces in one plane move apart or past others, or a part or a symmetry is lost
-    """
-    alike = [p[::2] for p in part.planes] == [p[::2] for p in other.planes]
-    if not alike or _names(part.scene) != _names(other.scene):
-        raise SceneError("the scene loses a mirror plane or a part when it changes")
-    scene: Any = other.scene
-    if isinstance(scene, MeshScene):
-        return groups(Placed(scene, domain.placed.mesh), domain.space.p)
-    maps = [_displacements(part.scene, scene, axis) for axis in range(3)]
-    if not isinstance(domain.space, BrickSpace):
-        mesh = domain.space.mesh
-        points = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
-        return boxes(scene, replace(mesh, doflocs=points), domain.space.p)
-    grid = domain.space.grid
-    breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
-    return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))
-
-
-def _displacements(scene: Any, other: Any, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (m) of the planes across an axis in a scene, ascending, and their displacements (m) to another."""
-    pairs = np.array(sorted(_faces(scene, other, axis)))
-    extent, displacements = np.ptp(pairs[:, 0]), pairs[:, 1] - pairs[:, 0]
-    planes = np.flatnonzero(np.diff(pairs[:, 0], prepend=-np.inf) > ROUNDING * extent)
-    parting = np.maximum.reduceat(displacements, planes) - np.minimum.reduceat(displacements, planes)
-    allowed = TOGETHER * np.abs(displacements).max() + 4 * np.spacing(np.abs(pairs).max())
-    if (parting > allowed).any():
-        at = pairs[planes[parting.argmax()], 0]
-        raise SceneError(f"faces at {'xyz'[axis]} = {at:.6g} m lie in one plane and move apart")
-    if (np.diff(pairs[planes, 1]) <= 0).any():
-        raise SceneError(f"faces across {'xyz'[axis]} move past each other")
-    return pairs[planes, 0], displacements[planes]
-
-
-def _faces(scene: Scene, other: Scene, axis: int) -> Iterator[tuple[float, float]]:
-    """Coordinates along an axis of all faces inside the extent of a scene's boxes, and the same in another scene."""
-    extent = [c for box in scene.boxes for c in (box.lower[axis], box.upper[axis])]
-    low, high = min(extent), max(extent)
-    small = ROUNDING * (high - low)
-    extended = [(p, q) for p, q in zip(scene.probes, other.probes, strict=True) if p.lower != p.upper]
-    items: list[tuple[Any, Any]] = [
-        *zip(scene.boxes, other.boxes, strict=True),
-        *zip(scene.boundaries, other.boundaries, strict=True),
-        *extended,
-    ]  # fmt: skip
-    for a, b in items:
-        for p, q in ((a.lower[axis], b.lower[axis]), (a.upper[axis], b.upper[axis])):
-            if low - small <= p <= high + small:
-                yield p, q
-
-
-def _names(scene: AnyScene) -> list[str]:
-    parts: tuple[Any, ...] = getattr(scene, "boxes", ())
-    return [item.name for items in (parts, scene.boundaries, scene.probes) for item in items]
-
 
 STEP = 2.0**-12
 """Relative step of a key, to both sides: the mean is then off by some 1e-7 of a derivative."""
@@ -282,14 +205,15 @@ class _Solver:
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
             self._fields = dict[int, np.ndarray]()
-            if answer.steady is None:
-                _, self._hot = searched(answer.heat, answer.conductor, self._shift, study.end, study.accuracy)
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
             self._edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
         self._extremes = dict[int, dict[str, Any]]()
         self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
+        if answer.response is not None and answer.steady is None:
+            low = self._own.heats[-2], self._own.conductors[-2]
+            _, self._hot = searched(*low, self._shift, study.end, study.accuracy)
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
@@ -367,7 +291,8 @@ class _Solver:
         else:
             base = hold(given.heats[level], given.conductors[level], self._hot)
         if level not in self._fields:
-            self._fields[level] = self._loads_and_duals(study, base, response.generations - FEWER * (level < -1))
+            fewer, tolerance = (FEWER, study.accuracy**0.5) if level < -1 else (0, study.accuracy)
+            self._fields[level] = self._loads_and_duals(study, base, response.generations - fewer, tolerance)
         if level not in self._extremes:
             self._extremes[level] = keep_places(base.heat)
         base.heat.kept.tell(**self._extremes[level])
@@ -375,7 +300,7 @@ class _Solver:
         marched = transient.march(base, reduced, study.end, SHORT**2)
         return replace(values, traces=study.traces(outputs.of_transient(marched, study.part, self.times)))
 
-    def _loads_and_duals(self, study: Study, base: Base, generations: int) -> np.ndarray:
+    def _loads_and_duals(self, study: Study, base: Base, generations: int, tolerance: float) -> np.ndarray:
         """(free nodes, fields): the Krylov fields of the loads of a base, and of the dual problems of the traces."""
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None
@@ -393,10 +318,22 @@ class _Solver:
                 duals.append(conductor.joule_load(a, warm, b) - conductor.joule_load(a, cold, b))
         bare = replace(base, fields=base.fields[:, :0])
         dual = replace(bare, loads=[row for row in duals if row is not None and row.any()])
-        # The errors of both multiply: half as many generations of the dual fields suffice.
+        # The errors of both multiply: half as many generations of the dual fields suffice, and of these what matters.
         halves = (bare, generations), (dual, generations // 2)
-        spaces = [Krylov(each, self._shift, earliest).fields(count) for each, count in halves]
-        return orthonormal(base.heat, np.column_stack(spaces))
+        loads, rows = (Krylov(each, self._shift, earliest).fields(count) for each, count in halves)
+        # The residual of the moment matters too: the dual problems begin before the first time of interest.
+        times = np.geomspace(earliest / 10, study.end, 2 + int(np.log2(10 * study.end / earliest)))
+        return orthonormal(base.heat, np.column_stack([loads, _essential(dual, rows, times, tolerance)]))
+
+
+def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: float) -> np.ndarray:
+    """(free nodes, fewer): the sums of mass-orthonormal fields (free nodes, k) in which the solutions of
+    (M + t K) u = load for the loads of a base are at all times to a relative tolerance."""
+    rates, modes = np.linalg.eigh(fields.T @ (base.heat.inner_stiffness @ fields))
+    loads = np.array([load[: base.heat.free] for load in base.loads]) @ fields @ modes
+    solutions = (loads[:, None] / (1 + times[:, None] * rates)).reshape(-1, len(rates))
+    _, sizes, sums = np.linalg.svd(solutions / np.linalg.norm(solutions, axis=1, keepdims=True), full_matrices=False)
+    return fields @ (modes @ sums[sizes > tolerance].T)
 
 
 def _corrected(solve: Callable[[np.ndarray], np.ndarray], matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:

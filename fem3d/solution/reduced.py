@@ -150,27 +150,35 @@ def _joule(
         return parts
     on = conductor.on
     densities = np.array([p.density for p in patterns])
-    fields = np.array([on.value(u) for u in heat.field(np.concatenate([heat.lifts, heat.whole(basis.T)]))])
-    weights = on.weights * conductor.warm * fields
-    weights[0] += on.weights * conductor.cold
+    fields = on.value(heat.field(np.concatenate([heat.lifts, heat.whole(basis.T)])))
     held = {name: on.value(heat.field(u)) for name, u in heat.held_fields.items()}
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
     for name in dict.fromkeys(conductor.names.tolist()):
         cells = conductor.names == name
-        points = on.weights[cells].size
-        tests, by = fields[channels:, cells].reshape(r, points), weights[:, cells].reshape(-1, points).T
-        currents = densities[:, :, cells].reshape(m, densities.shape[1], points)
+        weights = on.weights[cells]
+        cold, warm = ((weights * each[cells]).ravel() for each in (conductor.cold, conductor.warm))
+        v = fields[:, cells].reshape(channels + r, -1)
+        currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
+
         products = np.einsum("idx,jdx->ijx", currents, currents)
-        in_box[name] = products @ by
-        resistance += in_box[name]
+        shares = np.array([np.ones(cold.shape), *(u[cells].ravel() for u in held.values())])
+        flat = (shares[:, None, None] * products).reshape(-1, len(cold))
+        linear = (warm * flat) @ v.T
+        linear[:, 0] += flat @ cold
+        whole, *parts_held = linear.reshape(len(shares), m, m, -1)
+        in_box[name] = whole
+        resistance += whole
+        for boundary, part in zip(held, parts_held, strict=True):
+            at_held[boundary] += part
         for i, j in zip(*np.tril_indices(m), strict=True):
-            heating[i, j] += (products[i, j] * tests) @ by
+            heating[i, j] += (warm * products[i, j] * v[channels:]) @ v.T
+            heating[i, j, :, 0] += v[channels:] @ (cold * products[i, j])
             heating[j, i] = heating[i, j]
-        for boundary, v in held.items():
-            at_held[boundary] += (products * v[cells].ravel()) @ by
         for probe, (_, density, _) in conductor.influences.items():
-            potentials[probe][1][:] += np.einsum("idx,dx->ix", currents, density[:, cells].reshape(-1, points)) @ by
+            across = np.einsum("idx,dx->ix", currents, density[:, cells].reshape(density.shape[0], -1))
+            potentials[probe][1][:] += (warm * across) @ v.T
+            potentials[probe][1][:, 0] += across @ cold
     for t in conductor.terminals:
         if t.conductance:
             through = np.array([p.currents[t.name] for p in patterns])
