@@ -42,7 +42,7 @@ FULL = "the full model"
 TRUTH, SPACE, ROUGH = 0.5, 0.02, 3.0
 """Parts of the accuracy: for the runs of the full model and the mesh of the compact one, for the fields, and for the
 mesh where its part is not reached."""
-LONGEST, ALWAYS = 5.0, 30.0
+LONGEST, ALWAYS = 4.0, 30.0
 """Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
 """
 INSTANTS = 60

@@ -17,8 +17,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -212,14 +213,16 @@ class _Solver:
         self._extremes = dict[int, dict[str, Any]]()
         self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.response is not None and answer.steady is None:
-            low = self._own.heats[-2], self._own.conductors[-2]
-            _, self._hot = searched(*low, self._shift, study.end, study.accuracy)
+            heat, conductor = self._own.heats[-2], self._own.conductors[-2]
+            _, self._hot = searched(heat, conductor, self._shift, study.end, study.accuracy)
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
                 k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
-        self.base = self._levels(study, self._own)
+        with _processors() as pool:
+            fine, low = pool.map(partial(self._values, study, self._own), (-1, -2))
+        self.base = fine, low
 
     def differences(self, keys: Mapping[str, Vary]) -> Iterator[tuple[str, Difference | Exception]]:
         """Yield each key with its differences, or the reason why there are none; each processor solves one."""
@@ -230,8 +233,7 @@ class _Solver:
             except (SceneError, NumericsError) as error:
                 return error
 
-        with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool, ExitStack() as stack:
-            stack.callback(pool.shutdown, cancel_futures=True)
+        with _processors() as pool:
             yield from zip(keys, pool.map(tried, keys.values()), strict=True)
 
     def difference(self, vary: Vary) -> Difference:
@@ -245,7 +247,8 @@ class _Solver:
             less = self._steady(other, self._moved(other), -1)[0]
         if self._answer.response is not None:
             study = vary(SHORT)
-            over_time = self._levels(study, self._moved(study))
+            given = self._moved(study)
+            over_time = self._values(study, given, -1), self._values(study, given, -2)
         return Difference(self.base, more, less, self._edges, over_time)
 
     def _moved(self, study: Study) -> Problems:
@@ -264,10 +267,6 @@ class _Solver:
                 supplied = known.cold_potentials + given_here - given_there
                 conductor.kept.tell(near=known.near, solve_cold=solve, cold_potentials=supplied)
         return given
-
-    def _levels(self, study: Study, given: Problems) -> Levels:
-        """Solve in both spaces."""
-        return self._values(study, given, -1), self._values(study, given, -2)
 
     def _steady(self, study: Study, given: Problems, level: int) -> tuple[Values, SteadyState]:
         """Solve the steady state in one of the nested spaces."""
@@ -334,6 +333,16 @@ def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: flo
     solutions = (loads[:, None] / (1 + times[:, None] * rates)).reshape(-1, len(rates))
     _, sizes, sums = np.linalg.svd(solutions / np.linalg.norm(solutions, axis=1, keepdims=True), full_matrices=False)
     return fields @ (modes @ sums[sizes > tolerance].T)
+
+
+@contextmanager
+def _processors() -> Iterator[ThreadPoolExecutor]:
+    """A thread for each processor; what has not begun when one fails is not done."""
+    with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool:
+        try:
+            yield pool
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def _corrected(solve: Callable[[np.ndarray], np.ndarray], matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
