@@ -6,11 +6,9 @@ import math
 import os
 import sys
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from compare.worker import EndedError, Worker
-from scenes.model import Scene
 
 
 class NoGraphicsError(ArithmeticError):
@@ -32,13 +30,6 @@ def start(module: str, request: dict[str, Any]) -> list[str]:
             f"the viewer could not draw here ({error}): it needs whole files, and OpenGL or a VTK with software "
             "rendering; report.html shows the field without the viewer"
         ) from None
-
-
-def save_picture(scene: Scene, path: Path, size: tuple[int, int] = (1430, 900)) -> None:
-    """Draw a scene that was checked to a file of so many pixels. Raises NoGraphicsError."""
-    from validate.viewer.boxes import request
-
-    start("boxes", {**request(scene), "off_screen": True, "screenshot": str(path), "size": size})
 
 
 def _draw(module: str, request: dict[str, Any]) -> list[str]:
