@@ -29,7 +29,8 @@ class Map:
     """The map of a check over two keys, interpolated between the ``solved`` cells; arrays have an entry for each cell.
 
     The ``value`` is NaN where no solved cell next to it has an answer, and the ``error`` infinite where one has none;
-    the solved cells' own part of the error is ``solved_error``. Verdicts are "agrees", "differs", "unresolved",
+    between solved cells in one line nothing is interpolated. The solved cells' own part of the error is
+    ``solved_error``. Verdicts are "agrees", "differs", "unresolved",
     "refused" or, without an answer, the status of the nearest solved cell.
     """
 
@@ -43,7 +44,7 @@ class Map:
             np.array([row.get(f"{check}_{part}", np.nan) for row in built.values()]) for part in ("difference", "u_num")
         )
         answers = {n: value for n, value in zip(built, values, strict=True) if np.isfinite(value)}
-        if len(answers) > NEXT:
+        if len(answers) > NEXT and self._spans(answers):
             smooth, linear = (self._interpolated(answers, kernel) for kernel in ("cubic", "linear"))
             around, _ = self.nearest(built, NEXT)
             distance = np.zeros(len(built))
@@ -52,7 +53,7 @@ class Map:
             self.value = np.where(np.isnan(values)[around].all(axis=1), np.nan, smooth)
             self.solved_error = np.nan_to_num(errors)[around].max(axis=1)
             self.error = self.solved_error + distance[around].max(axis=1)
-            self.value[[*built]], self.error[[*built]] = values, np.where(np.isnan(values), np.inf, errors)
+        self.value[[*built]], self.error[[*built]] = values, np.where(np.isnan(values), np.inf, errors)
         self.value[refused] = np.nan
         size, status = np.abs(self.value), {n: row["status"] for n, row in built.items() if row["status"] != "ok"}
         self.verdicts = np.full(count, "unresolved", object)
@@ -86,9 +87,14 @@ class Map:
         return nearest, distances
 
     def _word(self, words: Mapping[int, str]) -> np.ndarray:
-        """The word of the nearest of some cells; "" without any."""
-        none = np.full(self.value.size, "", object)
+        """The word of the nearest of some cells; "unresolved" without any."""
+        none = np.full(self.value.size, "unresolved", object)
         return np.array([*words.values()], object)[self.nearest(words)[0][:, 0]] if words else none
+
+    def _spans(self, numbers: Iterable[int]) -> bool:
+        """Whether some cells do not lie in one line."""
+        places = self.places[[*numbers]]
+        return bool(np.linalg.matrix_rank(places - places[0]) == 2)
 
     def _interpolated(self, values: Mapping[int, Any], kernel: str = "linear") -> np.ndarray:
         """(cells, ...): the values of some cells, interpolated by radial functions; NaN without any."""
@@ -97,7 +103,7 @@ class Map:
         if not values:
             return np.full(self.value.size, np.nan)
         given, places = np.array([*values.values()], float), self.places[[*values]]
-        surface = RBFInterpolator(places, given, kernel=kernel, degree=1 if len(given) > 2 else 0)
+        surface = RBFInterpolator(places, given, kernel=kernel, degree=int(self._spans(values)))
         between: np.ndarray = surface(self.places)
         return between
 

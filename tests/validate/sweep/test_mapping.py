@@ -83,6 +83,17 @@ def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path
 
 
 @pytest.mark.long
+def test_answers_in_one_line_are_kept_and_other_cells_stay_open(tmp_path):
+    found, _, truth = mapped(lambda x, y: np.where(y > 1.5 / CELLS, np.nan, 0.02 + 0.01 * x), tmp_path / "m", 81)
+    answered = np.isfinite(found.value)
+    assert set(found.verdicts[answered]) == {"agrees"}
+    assert np.allclose(found.value[answered], truth[answered])
+    assert answered.sum() == sum(row["status"] == "ok" for row in found.solved.values()) > 3
+    job = Job(Scope(SINK), Design((Axis("sink.width", PLACES), Axis("sink.length", PLACES))), {}, 16)
+    silent = Map(job, {n: {"point": n, "status": "ok"} for n in (0, 39, 1599)}, np.zeros(1600, bool))
+    assert set(silent.columns()["verdict"]) == {"unresolved"}
+
+
 def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path):
     """Oxide longer than its pad, in nearly half of the cells: decided without a solution, and no reason to solve
     beside them where nothing else is open."""
