@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from compare.kinds import kind_of
-from compare.kinds.free import varies
+from compare.kinds.free import probed, varies
 from compare.options import Options, whole
 from compare.verdict import PAPERS
 from scenes import loading
@@ -64,7 +64,7 @@ def read(scene: Any, key: str, text: str) -> tuple[str, Value]:
         names, values = zip(*(read(scene, part.strip(), text) for part in key.split("+")), strict=True)
         return "+".join(names), values[0]
     schema = _schema(scene)
-    flat = schema.flatten(written(scene))
+    flat = scene.parameters.flat if scene.parameters else schema.flatten(written(scene))
     schema.read(override(flat, [f"{key}={text}"], schema))
     if key.partition(".")[0] not in schema.lists:
         key = ".".join(filter(None, locate(key, text, schema, flat)))
@@ -90,7 +90,7 @@ def unit(scene: Any, key: str) -> str:
     kinds = schema.lists.get(table, {})
     kind: Any = schema.paths[first].kind if first in schema.paths else kinds.get(last) or kinds.get(inner[-1])
     # A point has coordinates, and a value over time has a quantity.
-    kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
+    kind = getattr(kind, "member", getattr(kind, "quantity", kind))
     return kind.dimension.unit if isinstance(kind, Quantity) else ""
 
 
@@ -278,7 +278,7 @@ def _checked(scope: Scope, given: str | None, varied: Collection[str]) -> str:
     """The name of the check that a request gives, or of the usual one. Raises SceneError where no point has it."""
     scene, reason = scope.scene, ""
     if scene.kind == "free":
-        known = [probe.name for probe in scene.probes]
+        known = [probe.name for probe in probed(scene).probes]
         if scope.model and not scene.steady:
             over_time = [f"{name}{OVER_TIME}" for name in known]
             known = over_time if varies(scene) else [*known, *over_time]

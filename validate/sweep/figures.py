@@ -25,9 +25,9 @@ def draw(table: Table) -> dict[str, Figure]:
     series, words = table.series(), any(values.dtype == object for values in table.keys.values())
     if not table.ok.any() or not series:
         return {}
-    if len(table.keys) == 2 and not words and table.relative and table.job.scope.check in series:
-        return {"figure_map": _map(table)}
-    return {"figure_lines": _lines(table)}
+    mapped = len(table.keys) == 2 and not words and table.relative and table.job.scope.check in series
+    figure = _map(table) if mapped else None
+    return {"figure_lines": _lines(table)} if figure is None else {"figure_map": figure}
 
 
 def _lines(table: Table) -> Figure:
@@ -67,20 +67,25 @@ def _lines(table: Table) -> Figure:
     return figure
 
 
-def _map(table: Table) -> Figure:
+def _map(table: Table) -> Figure | None:
     """|1D/3D - 1| over two keys: the tolerance is a bold line, solved points are dots, points without an answer are
-    crosses; beside it the assumption to blame beyond the tolerance."""
+    crosses; beside it the assumption to blame beyond the tolerance. None where no three neighbours have an answer."""
     scope, ok, rows = table.job.scope, table.ok, table.map or table.columns
     tolerance = 100 * scope.scene.tolerance(scope.check)
     x, y = (_shown(table, key, values) for key, values in table.keys.items())
     across, up = (_shown(table, key, table.map.get(key, values)) for key, values in table.keys.items())
     size = 100 * np.abs(rows["difference"] if table.map else table.series()[scope.check][0])
     known, most = np.isfinite(size), float(np.nanmax(size))
+    if len(size) < 3 or not (np.ptp(across) and np.ptp(up)):
+        return None
+    net = Triangulation(across, up)
+    inside = known[net.triangles].all(axis=1)
+    if not inside.any():
+        return None
+    net.set_mask(~inside)
     words = np.where(known & (size > tolerance), rows["blame"], "")
     names = sorted({*words} - {""})
     several = len(names) > 1  # one assumption alone needs a word, not a panel of one colour
-    net = Triangulation(across, up)
-    net.set_mask(~known[net.triangles].all(axis=1))
     percents = np.where(known, size, 0.0)
     title = f"{scope.scene.name}: |1D/3D - 1| of {TITLES.get(scope.check, scope.check)}, {scope.reductions[0]}"
     figure = new_figure(10.4 if several else 6.0, 4.7, title, [], bottom=0.95)

@@ -72,7 +72,8 @@ class Table:
         """The result in one sentence."""
         rows, what = (self.map, "cells") if self.map else (self.columns, "designs")
         words: list[str] = rows["verdict" if self.map else "status"].tolist()
-        said = self._of_models(what, len(words)) if self.relative else [f"{self.ok.sum()} of {len(self)} solved"]
+        said = self._of_models(what, len(words)) if self.relative else []
+        said = said or [f"{self.ok.sum()} of {len(self)} solved"]
         if not self.relative and (series := self.series()):
             name, (values, _) = next(iter(series.items()))
             said.append("{} is up to {:.5g} (at {})".format(name, *self._largest(values)))
@@ -115,9 +116,9 @@ class Table:
         """The largest value, and the values of the keys there."""
         worst, said = int(np.argmax(np.nan_to_num(np.abs(values)))), []
         for key, each in self.keys.items():
-            value = each[worst]
-            shown = value if isinstance(value, str) else quantity(float(value), unit(self.job.scope.scene, key), 3)
-            said.append(f"{key} {shown}")
+            value, of = each[worst], unit(self.job.scope.scene, key)
+            number = of and not isinstance(value, str)
+            said.append(f"{key} {quantity(float(value), of, 3) if number else str(value).removesuffix('.0')}")
         return float(values[worst]), ", ".join(said)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from scenes.errors import SceneError
 from scenes.loading import load
-from validate.sweep.design import Design, Row, parse
+from validate.sweep.design import Design, Row, parse, unit
 from validate.sweep.run import ROWS, Store
 
 SUMMARY = {"kind": "sweep", "vary": {"a": [1, 2]}}
@@ -91,6 +91,7 @@ def test_values_are_in_si_and_as_they_were_typed():
     log = parse(SINK, "sink.width=1um:100um:3:log", "grid")
     assert log.values == (1e-6, 1e-5, 1e-4)
     assert parse(SINK, "drive.electrodes=beam-end,pad-edge", "grid").values == ("beam-end", "pad-edge")
+    assert unit(load("bridge"), "box.beam.upper.x") == "m"
     assert parse(SINK, "environment.room_temperature=20degC:40degC:3", "grid").values == (293.15, 303.15, 313.15)
 
 

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from validate.sweep import point as points
 from validate.sweep.design import Axis, Design, Job, Row, Scope
 from validate.sweep.figures import draw
 from validate.sweep.point import solve, solver
+from validate.sweep.run import sweep
 from validate.sweep.table import Table
 
 SWEEP = [
@@ -192,7 +194,7 @@ def test_a_cluster_that_is_there_gives_the_same_table(undisturbed, tmp_path, cap
 def test_points_without_an_answer_are_rows_that_say_why(tmp_path):
     given = ["--vary", "anchor.oxide_length=50um,200um", "--vary", "drive.voltage=1,900", "--accuracy", "5e-2", "--set",
              "materials.silicon.temperature_coefficient=-1e-3"]  # fmt: skip
-    assert main([*SWEEP[:7], *given, "--out", str(tmp_path / "s")]) == 0
+    assert main([*SWEEP[:4], *SWEEP[5:7], *given, "--out", str(tmp_path / "s")]) == 0
     rows = {(float(r["anchor.oxide_length"]), float(r["drive.voltage"])): r for r in table(tmp_path / "s")}
     assert [rows[50e-6, v]["status"] for v in (1.0, 900.0)] == ["ok", "runaway"]
     assert "the largest voltage with a steady state is" in rows[50e-6, 900.0]["because"]
@@ -233,8 +235,7 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit_and_no_label_is_cut():
 @pytest.mark.long
 @pytest.mark.usefixtures("anew")
 def test_designs_that_melt_are_named(tmp_path, capsys):
-    """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
-    pytest.importorskip("distributed")
+    """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not."""
     melting = ["sweep", "sink", "--steady", "--no-blame", "--workers", "2", "--vary", "drive.voltage=1,9,20", "--vary",
                "sink.width=80um,120um", "--out", str(tmp_path / "hot")]  # fmt: skip
     assert main(melting) == 0
@@ -278,6 +279,13 @@ def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(tmp_path, capsys, 
     assert rows[0]["fem3d_middle"] != pytest.approx(rows[1]["fem3d_middle"], rel=1e-4)
     assert rows[0]["fem3d_middle_error"] > 0
     assert "middle is up to" in capsys.readouterr().out
+
+
+def test_a_model_is_judged_by_the_means_of_a_scene_without_probes():
+    found = sweep(replace(load("bridge"), probes=()), {"parameters.w": ["10 um"]}, model="network")
+    assert "for mean beam in" in found.sentence
+    # A model that is silent on the probe.
+    assert replace(found, columns={"status": found["status"]}).sentence == "1 of 1 solved"
 
 
 def test_steady_is_taken_as_solve_takes_it():
