@@ -19,13 +19,8 @@ def one_thread() -> None:
 
     A number of threads that the environment sets stays.
     """
-    if not _is_set():
+    if not ONE_THREAD.keys() & os.environ.keys():
         os.environ.update(ONE_THREAD)
-
-
-def _is_set() -> bool:
-    """Return whether the environment sets the number of threads of linear algebra."""
-    return any(name in os.environ for name in ONE_THREAD)
 
 
 def processors() -> int:
@@ -61,7 +56,7 @@ def single_threaded() -> Iterator[None]:
 
     A number of threads that the environment sets stays.
     """
-    if _is_set():
+    if ONE_THREAD.keys() & os.environ.keys():
         yield
         return
     import scipy.linalg  # noqa: F401 - whose library of its own is limited too

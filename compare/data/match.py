@@ -78,6 +78,8 @@ def match(column: Column, target: Target) -> tuple[str, np.ndarray, str]:
     """
     if not column.role and "reduced1d" in column.name.lower():
         return "", column.values, "is of a 1D model"
+    if np.isnan(column.values).all():
+        return "", column.values, "has no number in this run"
     key, note = (column.role, "") if column.role else target.find_quantity(column)
     if not key:
         return "", column.values, note

@@ -34,7 +34,8 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
     data, start, names, columns = _with_plain_headers(data), 0, [], list[Column]()
     while head := _VARIABLES.search(data, start):
         fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
-        variables = [line.split() for line in head[1].decode("latin-1").splitlines()[1:] if line.strip()]
+        split = (line.split() for line in head[1].decode("latin-1").splitlines()[1:])
+        variables = [words for words in split if len(words) > 1]
         points, flags = fields.get("No. Points", ""), fields.get("Flags", "")
         if not (points.isascii() and points.isdigit() and int(points) and variables):
             raise SceneError(f"a run with {len(variables)} variables and {quoted(points)} points (No. Points) is none")
@@ -106,6 +107,8 @@ def read_sections(text: str) -> list[Column]:
                 raise SceneError(f"row {number}: {quoted(bare)} is no row of numbers") from None
     values: dict[str, np.ndarray] = {}
     for name, rows in sections.items():
+        if name == "Coordinates" and len(set(map(len, rows))) > 1:
+            raise SceneError("its coordinates differ in number from point to point: export it as a spreadsheet")
         if name in ("Grid", "Coordinates"):
             # The first coordinate of a grid varies fastest.
             grid = np.array(np.meshgrid(*rows, indexing="ij")).T.reshape(-1, len(rows)) if name == "Grid" else rows

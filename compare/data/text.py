@@ -25,7 +25,7 @@ _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",",
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
 _STEP = re.compile(r"Step Information:(.*?)(?:\(|$)")
-_ASSIGNMENT = re.compile(r"(\S+?)=([-+]?[\d.]+(?:e[-+]?\d+)?)(meg|[a-zµ]?)", re.IGNORECASE)
+_ASSIGNMENT = re.compile(r"(\S+?)=([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(meg|[a-zµ]?)", re.IGNORECASE)
 _SPICE_FACTORS = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9, "p": 1e-12,
                   "f": 1e-15}  # fmt: skip
 _HEADERS = (

@@ -210,13 +210,7 @@ def of_sink(law, volts=1.0, **given):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("law", "volts", "peak"),
-    [
-        (FALLING, 1.0, 21.2769),
-        (FALLING, 4.0, 623.27),
-    ],
-)
+@pytest.mark.parametrize(("law", "volts", "peak"), [(FALLING, 1.0, 21.2769), (FALLING, 4.0, 623.27)])
 def test_the_sink_is_as_hot_as_the_second_path_has_it(law, volts, peak):
     """Rises (K) of the second path on grids refined until these digits stay."""
     found = sinks.solve(of_sink(law, volts), STEADY).steady["peak_rise_K"]

@@ -199,6 +199,16 @@ def test_a_field_is_no_table(tmp_path):
     rows = "\n".join(f"0 {y} 0 293 294 295" for y in range(300))
     with pytest.raises(SceneError, match="300 points"):
         found(tmp_path, f"{HEAD}% x  y  z  T (K) @ t=0  T (K) @ t=0.001  T (K) @ t=0.002\n{rows}\n")
+    with pytest.raises(SceneError, match="from point to point"):
+        found(tmp_path, f"{HEAD}% Coordinates\n0 0 0\n0 0\n% Data (T (K) @ t=0)\n293\n293\n")
+
+
+def test_a_column_without_numbers_in_the_run_is_left_out(tmp_path):
+    rows = [
+        f"{v},{t:g},{k:g},{k * v if v < 1 else ''}" for v in (0.5, 1) for t, k in zip(TIMES, peak(1.0), strict=True)
+    ]
+    data = found(tmp_path, "\n".join(["V0 (V),Time (s),peak (K),end (K)", *rows]))
+    assert data.left_out == {"end (K)": "has no number in this run"}
 
 
 def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path):

@@ -5,14 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reduced1d.device.design import (
-    MAX1367,
-    PXI_4070,
-    in_the_loop,
-    measurable_range,
-    resolution,
-    too_coarse,
-)
+from reduced1d.device.design import MAX1367, PXI_4070, in_the_loop, measurable_range, resolution, too_coarse
 from reduced1d.device.lumped import plant, stability, steady
 from reduced1d.device.schemes import solve_accurate
 from scenes.device import Control, Device, External

@@ -8,16 +8,7 @@ import pytest
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.beam import anchor_of, hot
-from reduced1d.ladder.plate import (
-    COARSE,
-    FINE,
-    Grading,
-    Plate,
-    assemble,
-    current_through_pads,
-    factorize,
-    film,
-)
+from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble, current_through_pads, factorize, film
 from scenes.sink import Sink
 from tests.reduced1d import relative
 
