@@ -51,7 +51,7 @@ class Columns(dict[str, "np.ndarray"]):
             if three in self and one in self:
                 return self["time_s"], self[three], self[one]
         names = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
-        had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "a transient in 1D has traces"
+        had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "this run has no transient in 1D"
         raise SceneError(f"{quoted(quantity)} is no trace of both models: {had}")
 
     def __repr__(self) -> str:

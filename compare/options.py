@@ -325,7 +325,8 @@ def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
         key = option.sets + ("_3d" if option.name == "--accuracy" and given.get("in_3d") else "")
         text = "true" if value is True else value if isinstance(value, str) else repr(float(value))
         for setting in overrides:
-            if f".{key}".endswith(f".{setting.partition('=')[0].strip()}"):
+            name, _, inner = (part.strip() for part in setting.partition("="))
+            if f".{key}".endswith(f".{name}") or key.removeprefix(f"{name}.") in inner:
                 raise SceneError(
                     f"{option.name} {text} and --set {printable(setting)} both set {key}: give one of them"
                 )

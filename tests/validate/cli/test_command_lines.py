@@ -167,10 +167,9 @@ REFUSED = {
     "solve bridge --no-figures --export file/m": "cannot be written",
     "solve bridge --no-figures --export m --set probe.quarter.reduce=max": "an extreme potential",
     # contradictions
-    "sink --voltage 2 --set drive.voltage=3": "--voltage 2",
+    "sink --voltage 2 --set drive.voltage=3": "--voltage 2", "sink --voltage 2 --set drive={voltage=3}": "--voltage 2",
     "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy",
     "solve bridge --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy",
-    "device --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy",
     "sink --explain --json": "leave out --json", "solve bridge --dry-run --quiet": "leave out --quiet",
     "device --max-voltage 1 --scheme paper": "--scheme paper",
     # device
