@@ -70,13 +70,8 @@ def _parts(scene: Scene) -> Iterator[tuple[str, Any, Any, str, float]]:
     fill = dict(zip((material.name for material in physics.materials(scene)), cycle(PARTS), strict=False))
     for box in scene.boxes:
         source = [_value(box.heat_source, HEAT_SOURCE.quantity)] if any(values(box.heat_source)) else []
-        yield (
-            f"{box.name}: {', '.join([box.material.name, *source])}",
-            box.lower,
-            box.upper,
-            fill[box.material.name],
-            1.0,
-        )
+        said = f"{box.name}: {', '.join([box.material.name, *source])}"
+        yield said, box.lower, box.upper, fill[box.material.name], 1.0
     for boundary in scene.boundaries:
         yield f"{boundary.name}: {_condition(boundary)}", boundary.lower, boundary.upper, BOUNDARY[boundary.kind], 0.35
     for probe in scene.probes:

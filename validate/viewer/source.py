@@ -57,6 +57,8 @@ class Field:
     def read(cls, name: str, files: list[tuple[float | None, Path]], factor: float | None) -> Field:
         """Read all states, and enlarge z by a factor or, if ``None``, by a round one. Raises SceneError."""
         grids = tuple(_grid(path) for _, path in files)
+        if len({(grid.n_points, grid.n_cells) for grid in grids}) > 1:
+            raise SceneError(f"{quoted(name)} has states on different meshes: give a collection on one")
         factor = factor or exaggeration(grids[0].points)
         for grid in grids:
             grid.points = grid.points * [1e6, 1e6, 1e6 * factor]
@@ -92,6 +94,8 @@ def _grid(path: Path) -> Any:
 
     try:
         grid: Any = pv.read(path)
+        if not grid.n_cells:
+            raise ValueError("it has no cells")
         # VTK would end the process at these.
         grid.validate_mesh(["invalid_point_references", "wrong_number_of_points"], action="error")
     except Exception as error:  # a reader of a broken file may raise any

@@ -38,9 +38,15 @@ def run(tmp_path_factory):
     return folder
 
 
-def test_a_run_without_fields_is_told_how_to_get_them(tmp_path):
+def test_files_without_a_field_are_refused(run, tmp_path):
     with pytest.raises(SceneError, match="run again with --fields"):
         stored(tmp_path)
+    for name, text in (("torn", CELL[:200]), ("one", CELL.format(points=4, last=3, kind=10))):
+        Path(f"{name}.vtu").write_text(text, encoding="utf-8")
+    with pytest.raises(SceneError, match="has no cells"):
+        Field.read("torn", stored(Path("torn.vtu")), None)
+    with pytest.raises(SceneError, match="different meshes"):
+        Field.read("two", [(0.0, Path("one.vtu")), stored(run)[0]], None)
 
 
 @pytest.mark.long
