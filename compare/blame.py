@@ -49,10 +49,12 @@ def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], s
     """
     steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
     more = [each for each in course if each.verdict != "agrees" and not repeats(each, steady)]
-    if not steady:
-        return f"{who} is up to {_list(more)}{why(more)}." if more else f"{who} is {_list(course)} over time."
-    said = f"{who} is {_list(steady)} in the steady state{why(steady)}."
-    return said + f" On the way it is up to {_list(more)}, relative to the final rise{why(more)}." * bool(more)
+    if steady:
+        said = f"{who} is {_list(steady)} in the steady state{why(steady)}."
+        said += f" On the way it is up to {_list(more)}, relative to the final rise{why(more)}." * bool(more)
+    else:
+        said = f"{who} is up to {_list(more)}{why(more)}." if more else f"{who} is {_list(course)} over time."
+    return said.replace("up to within", "within")
 
 
 def repeats(claim: Check, steady: Sequence[Check]) -> bool:

@@ -29,9 +29,7 @@ class Why(Analysis["Budget"]):
             if scene.kind == "sink":
                 return budget(outcome.options.reduction, outcome.solved, Levels(scene), progress)
             if not outcome.solved.steady:
-                outcome.warn(
-                    "--why is of the steady state, and there is none, as a drive varies in time: give it one value"
-                )
+                outcome.warn("--why is of the steady state, and a drive varies in time: give it one value")
                 return None
             progress("solving in 3D with the joints of the network")
             try:

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare import blame
 from compare.kinds import KINDS
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.pipeline import solve as answer
+from compare.verdict import Check
 from reduced1d.ladder.levels import Levels
 from scenes.loading import load
 from scenes.result import Estimate, Result, Traces, step
@@ -69,6 +71,8 @@ def test_an_error_that_matters_is_said(case):
     looser = case.errors(0.2)
     found = told(looser.sink, looser.fem3d, bent(case))
     assert "all that 3D is known to" in found
+    late = Check("mid", 1.0, 1.0, "K", 0.1, 0.2, time=1.0)
+    assert blame.answer("m", [late]).startswith("m is within 30 %, all that 3D is known to, of 3D at mid (at 1.00 s)")
     assert "blame" not in found
 
 

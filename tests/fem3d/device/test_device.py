@@ -115,10 +115,7 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
     closed = "sensor_power_per_substrate_W_per_K"
     assert abs(found.sensor_power_per_substrate_W_per_K) + errors[closed] < 1e-10
     assert errors[closed] > 1e-13
-    expected = {
-        "sink_power_per_substrate_W_per_K": -251.9e-6,
-        "sensor_power_per_substrate_sink_off_W_per_K": -215.0e-6,
-    }
+    expected = {"sink_power_per_substrate_W_per_K": -251.9e-6, "sensor_power_per_substrate_sink_off_W_per_K": -215.0e-6}
     for name, value in expected.items():
         assert getattr(found, name) == pytest.approx(value, rel=1e-3)
         assert errors[name] < 1e-3 * abs(value)

@@ -214,10 +214,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         ('without an exit for heat from "beam" and "foot"',),
     ),
     "nearly touching": (
-        both(
-            put("box", 0, upper=[2, 1, 1]),
-            add("box", island(material="metal", lower=[2.01, 0, 0], upper=[4, 1, 1])),
-        ),
+        both(put("box", 0, upper=[2, 1, 1]), add("box", island(material="metal", lower=[2.01, 0, 0], upper=[4, 1, 1]))),
         ("without an exit for heat", 'boxes "beam" and "island" are 10.0 mm apart along x', "let their faces coincide"),
     ),
     "nothing happens": (put("boundary", 1, voltage=0), ("nothing happens", "no voltage across a conductor")),
