@@ -47,6 +47,8 @@ def compare_times(title: str, claim: Interval, found: Interval, note: str, sense
     low, high = (
         math.inf if a == math.inf else part(a, b) - bool(a or b) for a, b in zip(claim, found[::-1], strict=True)
     )
+    if found[0] < claim[0] == found[1] == math.inf:  # neither settles in its run
+        low = -1.0
     if sense == "at least":
         low, high = max(low, 0.0), max(high, 0.0)
     off = (low, 0.0) if low == high else ((low + high) / 2, (high - low) / 2)
@@ -86,14 +88,12 @@ def slow(outcome: Outcome[Device]) -> Check:
 
 def same_time(outcome: Outcome[Device]) -> Check | None:
     """Compare the times to the steady state after outer steps from -80 to +20 K; None where none moves the power."""
-    times = {run.step: run.settled()[0] for run in outcome.runs.steps if run.step}
+    moving = [run for run in outcome.runs.steps if run.step]
+    times = {run.step: run.settled()[0] for run in moving}
     typical = float(np.median([times[run.step] for run in below(outcome.runs) if run.step]))
     if not typical:
         return None
-    worst = max(
-        (run for run in outcome.runs.steps if run.step),
-        key=lambda run: (times[run.step] == math.inf, abs(times[run.step] - typical)),
-    )
+    worst = max(moving, key=lambda run: (times[run.step] == math.inf, abs(times[run.step] - typical)))
     note = f"paper: the same for all; here {milliseconds(typical)} in the middle of steps that stay below the set point"
     note += f", {milliseconds(times[worst.step])} for {worst.step:+g} K{rest(worst)}"
     return compare_times("same, all steps", (typical, typical), settling_time(worst), note)

@@ -149,7 +149,7 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
     middle, total = function(**values), 0.0
     for name, estimate in inputs.items():
         moved = (function(**(values | {name: estimate.value + sign * estimate.error})) for sign in (1, -1))
-        total += max(0.0 if value == middle else abs(value - middle) for value in moved)
+        total += max(0.0 if value == middle else abs(value - middle) if value == value else math.inf for value in moved)
     return total
 
 

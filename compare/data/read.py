@@ -58,7 +58,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         raise SceneError("the scene has no [[probe]] that data could be of: add one")
     kind, columns = (raw if raw.is_raw(content) else text).read(content)
     if kind == text.LIST and not catalogue.steady:
-        raise SceneError("a list of values of the steady state, and the scene is solved over time: give --steady")
+        raise SceneError("a list of steady values, and the scene is solved over time: give traces, or --steady")
     columns = assign(_numbered(columns), target, given)
     run = pick(columns, target)
     values: dict[str, np.ndarray] = {}

@@ -11,7 +11,7 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.checks import claimed, off_by
 from compare.slopes import device_1d
-from compare.verdict import Check, judged
+from compare.verdict import Check, judged, spread
 from reduced1d.device.lumped import largest_eigenvalue, steady
 from reduced1d.device.schemes import solve_accurate
 from scenes.checks import DEVICE_TOLERANCES
@@ -156,6 +156,8 @@ def test_a_time_that_does_not_come_is_at_least_as_long_as_was_watched():
     assert check.difference + check.u_num == pytest.approx(0.1 / 0.25 - 1)
     assert check.difference - check.u_num == pytest.approx(-1)
     assert check.verdict == "differs"
+    assert evaluated(replace(Device(), end_time=0.2501), "figure12")["fig12_same_time"].verdict == "unresolved"
+    assert spread(lambda x: x, {"x": Estimate(np.inf, np.inf)}) == np.inf
 
 
 @pytest.mark.long
