@@ -218,7 +218,7 @@ def sweep(
 
     if figures and out is None:
         raise SceneError("figures need a folder to go to: give out=")
-    given, asked = load(scene, [f"run.accuracy={accuracy!r}"])
+    given, asked = load(scene, [f"run.accuracy={float(accuracy)!r}"])
     form = "grid" if sample is None else "sample"
     axes = [
         parse(given, f"{key}={values}", form) if isinstance(values, str) else listed(given, key, list(values))

@@ -282,7 +282,8 @@ def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(tmp_path, capsys, 
 
 
 def test_a_model_is_judged_by_the_means_of_a_scene_without_probes():
-    found = sweep(replace(load("bridge"), probes=()), {"parameters.w": ["10 um"]}, model="network")
+    bare, accuracy = replace(load("bridge"), probes=()), np.float64(0.01)
+    found = sweep(bare, {"parameters.w": ["10 um"]}, model="network", accuracy=accuracy)
     assert "for mean beam in" in found.sentence
     # A model that is silent on the probe.
     assert replace(found, columns={"status": found["status"]}).sentence == "1 of 1 solved"
