@@ -17,7 +17,7 @@ import numpy as np
 from compare.models import Model
 from compare.verdict import PAPERS
 from scenes.device import Device
-from scenes.errors import SceneError
+from scenes.errors import NumericsError, SceneError
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
 from scenes.uncertain import Uncertain
@@ -240,7 +240,7 @@ def follow(
     for key in keys:
         try:
             far_less, less, more, far_more = (solve(neighbour(scene, key, n * h), times) for n in (-2, -1, 1, 2))
-        except SceneError as error:
+        except (NumericsError, SceneError) as error:
             left_out[key] = f"the 1D model has no answer beside it ({error})"
             continue
         bends = {n: 4 * (more[n] + less[n]) - far_more[n] - far_less[n] - 6 * value for n, value in base.items()}

@@ -158,20 +158,18 @@ REFUSED = {
     "sink --fields --field-times abc": "--field-times", "sink --fields --field-times 1s": "--field-times",
     "sink --fields --field-times 0.1ms --steady": "--field-times",
     # reductions and models
-    "sink --no-figures --export /dev/null/x": "cannot be written",
+    "sink --no-figures --export /dev/null/x": "cannot be written", "solve bridge --export m --states 0": "--states is",
     "device --export m --model-accuracy 1e-6": "known, 5e-06: give --accuracy",
     "device --3d --export m --model-accuracy 1e-4": "known, 0.001: give --accuracy",
-    "solve bridge --export m --states 0": "--states is",
     "solve bridge --export m --model-accuracy 2": "--model-accuracy = ",
     "solve bridge --export m --model-accuracy 1e-3 --states 3": "leave out --model-accuracy",
     "solve bridge --no-figures --export file/m": "cannot be written",
     "solve bridge --no-figures --export m --set probe.quarter.reduce=max": "an extreme potential",
     # contradictions
     "sink --voltage 2 --set drive.voltage=3": "--voltage 2", "sink --voltage 2 --set drive={voltage=3}": "--voltage 2",
-    "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy",
+    "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy", "device --max-voltage 1 --scheme paper": "--scheme paper",
     "solve bridge --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy",
     "sink --explain --json": "leave out --json", "solve bridge --dry-run --quiet": "leave out --quiet",
-    "device --max-voltage 1 --scheme paper": "--scheme paper",
     # device
     "device --set sample_time=1us --set end_time=2": "at most 1000000 samples",
     "device --set gold.temperature_coefficient=0": "without a signal",

@@ -216,3 +216,5 @@ def test_a_room_that_is_a_parameter_moves_temperatures(mine):
     assert found.at("parameters.T0", "peak_K", times) == pytest.approx(same, rel=1e-9)
     assert same == pytest.approx([293.0, 293.0], rel=0.02)
     assert abs(found.at("parameters.w", "peak_K", times)[0]) < 1
+    near = load("sink", ["silicon.temperature_coefficient=-1e-3", "drive.voltage=4.25621"])  # 0.05 % below its runaway
+    assert "runaway" in sink_1d(near, solve(near, steady_only=True), None, ["drive.voltage"]).left_out["drive.voltage"]
