@@ -128,13 +128,14 @@ def draw(request: dict[str, Any]) -> list[str]:
     )  # fmt: skip
     names = "\n".join(f"{number}  {cut(part['name'], 42)}" for number, part in enumerate(request["parts"], 1))
     plotter.add_text(names, position="left_edge", font_size=8, color=INK)
-    plotter.add_text(request["title"], position="upper_edge", font_size=10, color=INK)
+    plotter.add_text(request["title"], position="upper_edge", font_size=8, color=INK)
     plotter.add_axes(color=INK, viewport=(0.8, 0.0, 1.0, 0.2))
     plotter.enable_parallel_projection()
-    across, along, _ = np.ptp([part["corners"] for part in request["parts"]], axis=(0, 2))
-    plotter.view_vector((0.8, -0.35, 0.3) if along > across else (0.35, -0.8, 0.3), viewup=(0, 0, 1))
-    # The names take the left.
-    plotter.camera.SetWindowCenter(-0.25, 0.0)
+    along_x, along_y, _ = np.ptp([part["corners"] for part in request["parts"]], axis=(0, 2))
+    plotter.view_vector((0.8, -0.35, 0.4) if along_y > along_x else (0.35, -0.8, 0.4), viewup=(0, 0, 1))
+    # The names take the left, and the scene 0.65 of the width or height.
+    plotter.renderer.ResetCameraScreenSpace(0.65)
+    plotter.camera.SetWindowCenter(-0.3, 0.0)
     if request["screenshot"]:
         plotter.screenshot(request["screenshot"])
     else:

@@ -108,7 +108,7 @@ class Stage:
         self.draw()
         along_y = np.ptp(self._bounds[1]) > np.ptp(self._bounds[0])
         self.plotter.view_vector((1.0, -0.22, 0.5) if along_y else (-0.22, -1.0, 0.5), viewup=(0, 0, 1))
-        self.plotter.camera.zoom(1.2)
+        self.plotter.renderer.ResetCameraScreenSpace(0.75)
 
     def draw(self) -> None:
         """Draw the view anew; the camera stays."""

@@ -231,3 +231,6 @@ def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path):
         if part["opacity"] == 1.0:
             colour = 255 * (0.45 + 0.55 * np.array(to_rgb(part["colour"])))
             assert (np.abs(image[:, 230:-230] - colour).sum(axis=2) < 12).sum() > 50, part["name"]
+    # The scene fills what the names leave of the width.
+    columns = np.flatnonzero(np.ptp(image[60:-120], axis=(0, 2))[250:])
+    assert np.ptp(columns) > 0.55 * 900
