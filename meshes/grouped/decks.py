@@ -240,7 +240,7 @@ def _cards(text: str) -> list[_Card]:
             continue
         if line.startswith("ENDDATA"):
             break
-        first, more = _split(line)
+        first, more = _split(line, bool(cards) and "*" in cards[-1].fields[0])
         if first[:1] not in ("", "+", "*"):
             cards.append(_Card([first, *more]))
         elif cards:
@@ -248,10 +248,10 @@ def _cards(text: str) -> list[_Card]:
     return cards
 
 
-def _split(line: str) -> tuple[str, list[str]]:
-    """Return the first field of a line and its data fields, which are 8, or 4 in the large format."""
+def _split(line: str, large: bool) -> tuple[str, list[str]]:
+    """Return the first field and the 8 data fields; 4 in the large format, also of a blank line below a large card."""
     first, *more = (field.strip() for field in line.split(",")) if "," in line else [line[:8].strip()]
-    count = 4 if "*" in first else 8
+    count = 4 if "*" in first or (large and not first) else 8
     if "," not in line:
         width = 64 // count
         more = [line[i : i + width].strip() for i in range(8, 72, width)]

@@ -110,10 +110,10 @@ def free(card: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def large(nodes: np.ndarray = POINTS) -> str:
+def large(nodes: np.ndarray = POINTS, star: str = "*") -> str:
     lines = ""
     for n, (x, y, z) in enumerate(nodes, 1):
-        lines += f"{'GRID*':8}{n:<16}{'':16}{x:<16.9g}{y:<16.9g}*G{n}\n{f'*G{n}':8}{z:<16.9g}\n"
+        lines += f"{'GRID*':8}{n:<16}{'':16}{x:<16.9g}{y:<16.9g}{star}\n{star:8}{z:<16.9g}\n"
     return lines
 
 
@@ -135,6 +135,7 @@ NASTRAN = {
     "free fields": deck(free(grids()), free(solids())),
     "marked continuations": deck(cells=solids().replace("\n        ", "+A\n+A      ")),
     "large fields": deck(large()),
+    "large fields, continued by a blank field": deck(large(star="")),
     "lower case": deck().lower(),
     "no ENDDATA": deck().replace("ENDDATA\n", ""),
     "no BEGIN BULK": deck(head="$ Created by Gmsh\n"),
