@@ -28,7 +28,7 @@ from compare.models.model import (
 from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.units import ICE_POINT, parse_unit
+from scenes.units import ICE_POINT, TEMPERATURE, parse_unit
 
 HORIZONS = tuple(10.0**n for n in range(-6, 7))
 """Ends (s) of the runs to the steady state, from below the time constants of a film to eleven days."""
@@ -169,6 +169,8 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
         # A mole or a candela is in no unit of ours, so that these powers fit no probe.
         powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K", "mol", "cd"))
         powers = powers if any(powers[5:]) else powers[:5]
+        if relative and powers == TEMPERATURE.powers:
+            name, powers = f"{name} as a difference", ()
         return Unit(name, powers, float(base.factor), 0.0 if relative else float(base.offset))
     unit = find_unit(name)
     if unit is None:
