@@ -16,10 +16,10 @@ _UNITS = (
     re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
     re.compile(r"\[([^()\[\]]{1,20})\]"),
     re.compile(r"\(([^()\[\]]{1,20})\)"),
-    re.compile(r"(?<!\s)\s*+/\s*+([^\s/()\[\]]{1,20})$"),
+    re.compile(r"(?<!\s)\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$"),
     re.compile(r"_([^\W_]{1,20})$"),
 )
-"""The unit in a header, surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
+"""The unit in a header, surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K" or "T, K", "peak_K"."""
 _NAMES = {"second": "s", "sec": "s", "volt": "V", "ampere": "A", "amp": "A", "watt": "W", "kelvin": "K", "ohm": "ohm"}
 """Units in words, as instruments write them in any case, with a prefix and in the plural: "Volts", "millisec"."""
 _WORD = re.compile(rf"(milli|micro|nano|[mu]?)({'|'.join(_NAMES)})s?")

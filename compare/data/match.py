@@ -114,14 +114,15 @@ def _make_absolute(target: Target, key: str, column: Column) -> tuple[np.ndarray
     """Absolute temperatures (K) of a column, and a note.
 
     Without a word for a rise, the whole column decides: its numbers other than zero are absolute where they start at
-    the initial temperature of the scene, or where all are above half of it. Zeros of such a column are placeholders.
+    the initial temperature of the scene, or where all are above half of it. Zeros of such a column are placeholders,
+    and so are numbers below 0 K however they are read, such as -999.
     """
     initial = target.quantities.initial
     words = set(re.findall(r"[a-z]+", column.name.lower()))
     named = bool(words & RISE_WORDS or _DIFFERENCE.search(column.name)) and target.quantities.word(key) != column.name
     if named or column.kind == "rise":
         return column.differences + initial, "a rise"
-    values, zero = column.si, column.values == 0
+    values, zero = np.where(column.differences < -initial, np.nan, column.si), column.values == 0
     kept = values[~np.isnan(values) & ~zero]
     off = float(abs(kept[0] - initial)) if kept.size else np.inf
     if not kept.size or not (off <= 0.05 * initial or (kept > initial / 2).all()):

@@ -117,9 +117,7 @@ def read_sections(text: str) -> list[Column]:
             values[name] = np.concatenate(rows)
     columns = [make_column(name, each) for name, each in values.items()]
     if len({len(c.values) for c in columns}) != 1 or not any(c.unit for c in columns):
-        raise SceneError(
-            'these sections have no value for each point under headers like "T (K) @ t=0": export it as a spreadsheet'
-        )
+        raise SceneError('no section gives each point a value, such as "T (K) @ t=0": export it as a spreadsheet')
     return columns
 
 

@@ -79,8 +79,9 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         else:
             values[key], headers[key], how[key] = found, column.name, note
     if not values:
-        shown = dict.fromkeys(c.name for c in columns)
-        reasons = "; ".join(f"{quoted(n)} {run.left_out.get(n, 'is the time or a key')}" for n in list(shown)[:8])
+        told = {run.clock: "is the time"} | run.left_out
+        shown = list(dict.fromkeys(c.name for c in columns))[:8]
+        reasons = "; ".join(f"{quoted(n)} {told.get(n, 'is a parameter')}" for n in shown)
         word, quantity_name = next(iter(catalogue.names.items()))
         raise SceneError(
             f"none of its columns is {target.called}: {reasons}; name them {target.example}, or say which they are: "

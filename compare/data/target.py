@@ -63,7 +63,8 @@ class Target:
         if len(probes) == 1:
             return probes[0], ""
         key, note = self._find_point(column.name, None if column.spice else column.powers)
-        return key, note or "is called as no probe"
+        odd = column.unit is None and column.name.endswith((")", "]"))
+        return key, note or "is called as no probe" + ", and its unit is unknown" * odd
 
     def _places(self) -> list[tuple[str, Any, Any]]:
         """Quantities with the lower and upper corner (m) of their places."""

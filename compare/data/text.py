@@ -17,7 +17,7 @@ import numpy as np
 
 from compare.data import raw
 from compare.data.columns import Column, find_unit, make_column, parse_number
-from scenes.errors import SceneError, contents, printable, quoted, reason
+from scenes.errors import SceneError, contents, quoted, reason
 
 LIST = "list of values"
 """The kind of a file of rows "probe, value"."""
@@ -95,12 +95,12 @@ def _split(line: str, separator: str | None) -> list[str]:
 
 def _read_pairs(lines: Sequence[str]) -> list[Column]:
     """Columns of one row from rows "probe, value" or "probe, value, unit"; empty where there are other rows."""
-    separator = next((mark for mark in "\t;" if any(mark in line for line in lines)), ",")
+    separator = next((mark for mark in "\t;,=" if any(mark in line for line in lines)), ",")
     columns: dict[str, Column] = {}
     for number, line in enumerate(lines):
         name, *cells = _split(line, separator)
         match = _PAIR.fullmatch(" ".join(filter(None, cells)))
-        if not match or not name.strip("-+.0123456789,eE "):
+        if not match or not name.strip("-+.0123456789,eE :/"):
             if number:
                 return []
             continue  # The first row may have names.
@@ -178,9 +178,7 @@ def _read_names(head: list[str], least: int, most: int, separator: str | None) -
     """The names and units of the columns from the rows above them."""
     last = _split_names(head[-1], least, most, separator)
     if last is None:
-        raise SceneError(
-            f'its header "{printable(head[-1].strip(), 120)}" has another number of columns than the {most} below it'
-        )
+        raise SceneError(f"its header {quoted(head[-1].strip())} has another number of columns than the rows below it")
     units = [name.strip("()[] ") for name in last]
     if not any(units) or not all(u in ("", "-", "1") or find_unit(u) for u in units):
         return last, [""] * len(last)

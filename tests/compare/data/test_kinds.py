@@ -105,6 +105,7 @@ TRACES: dict[str, str | bytes] = {
     "LTspice text with .step": "time\tV(mid)\n" + STEPS,
     "column of texts": "date,time (s),mid (K),remark\n" + rows("2024-05-01 10:00,{:.9g},{:.9g},ok", TIMES, MID),
     "rise": "time (s),mid rise (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
+    "commas before units": '"time, s","mid, K"\n' + rows("{:.9g},{:.9g}", TIMES, MID),
     "rise by its column": "time (s),mid (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
     "separators behind the last cell": "time (s);mid (K)\n" + rows("{:.9g};{:.9g};;", TIMES, MID) + ";;;\n",
     "quotes around numbers": '"time (s)","mid (K)"\n' + rows('"{:.9g}","{:.9g}"', TIMES, MID),
@@ -174,10 +175,11 @@ FIRST, THIRD = PAIRS.splitlines()[0], PAIRS.splitlines()[2]
         (lambda t: put(t, (THIRD, "1e-05,#N/A")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (THIRD, "1e-05,NaN")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (FIRST, "0,0")), [1, 2, 3, 4, 5], "1 placeholder rows of zeros"),
+        (lambda t: put(t, (FIRST, "0,-999")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (THIRD, f"{THIRD}\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
         (lambda t: put(t, (THIRD, f"1e-05,293.15\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
     ],
-    ids=["#N/A", "NaN", "placeholder", "event", "jump at an event"],
+    ids=["#N/A", "NaN", "placeholder", "below 0 K", "event", "jump at an event"],
 )
 def test_rows_that_are_left_out(change, kept, said, scene):
     path = scene.with_name("data.csv")
@@ -202,6 +204,7 @@ STEADY = {
     "  quarter (K) @ Vapp=0.1  I (mA) @ Vapp=0.05  I (mA) @ Vapp=0.1\n296 305.5728 295 302.4623 50 99.17895\n",
     "MOOSE": "time,mid,quarter,I\n0,293.15,293.15,0\n1,305.5728,302.4623,0.09917895\n",
     "list": "mid, 305.5728 K\nquarter, 302.4623 K\nI, 99.17895 mA\n",
+    "list of a circuit": "mid = 305.5728 K\nquarter = 302.4623 K\ni(I) = 9.917895e-02\n",
     "list with units": "probe,value,unit\nmid,32.4228,degC\nquarter,29.3123,degC\nI,99.17895,mA\n",
     "list with decimal commas": "Probe;Wert;Einheit\nmid;32,4228;°C\nquarter;29,3123;°C\nI;99,17895;mA\n",
     "table of one row": "mid (K),quarter (K),I (mA)\n305.5728,302.4623,99.17895\n",
