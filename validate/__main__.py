@@ -2,6 +2,7 @@
 
 # The built-in part of `signal`, which itself is a file to be read: Ctrl-C meanwhile would be a traceback.
 import _signal as signal  # type: ignore[import-not-found]
+import gc
 import sys
 
 
@@ -20,9 +21,11 @@ def command() -> int:
     """Runs the command that the shell gave and returns its exit status."""
     from validate.cli import main
 
+    gc.set_threshold(100_000)  # as many objects as imports make, among which there is no garbage to look for
     try:
         return main()
     finally:
+        gc.freeze()  # the objects that the process ends with
         _leave_quietly()
 
 
