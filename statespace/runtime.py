@@ -243,11 +243,8 @@ def phi(x: np.ndarray, count: int) -> np.ndarray:
     phi_1 = (1 - exp(-x))/x where it is large.
     """
     small, large = np.minimum(x, count), np.maximum(x, count)
-    term = np.full(np.shape(x), 1 / factorial(count))
-    down = [term]
-    for k in range(count + 1, count + 40):
-        term = -term * small / k
-        down[0] = down[0] + term
+    terms = np.cumprod(-small[..., None] / np.arange(count + 1, count + 40), axis=-1)
+    down = [(1 + terms.sum(axis=-1)) / factorial(count)]
     up = [-np.expm1(-large) / large]
     for k in range(1, count):
         down.insert(0, 1 / factorial(count - k) - small * down[0])
