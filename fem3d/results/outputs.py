@@ -215,10 +215,10 @@ def of_states(
         return g @ shares - np.einsum("ti,ti->t", c, z @ drop.T)
 
     def joule(tested: np.ndarray) -> np.ndarray:
-        return np.einsum("ti,tj,ijz,tz->t", c, c, tested, z, optimize=True)
+        return np.asarray((pairs * (z @ tested.reshape(-1, z.shape[1]).T)).sum(axis=1))
 
     c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
-    z = np.concatenate([g, a], axis=1)
+    z, pairs = np.concatenate([g, a], axis=1), (c[:, :, None] * c[:, None]).reshape(len(times), -1)
     flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
     for name, tested in reduced.at_held.items():
         flows[name] = flows[name] - joule(tested)

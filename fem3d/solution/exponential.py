@@ -165,8 +165,8 @@ def propagate(tau: np.ndarray, rates: np.ndarray, length: float, count: int) -> 
     decay = np.outer(tau, rates * length)
     # The integrals of powers x^k are k! tau^(k+1) phi_(k+1), and Legendre's polynomials are sums of powers.
     scale = np.array([factorial(k) * tau ** (k + 1) for k in range(count)])
-    kernel = np.einsum("kj,jt,jtr->tkr", _in_powers(count), length * scale, phi(decay, count), optimize=True)
-    return np.exp(-decay), kernel
+    kernel = np.tensordot(_in_powers(count), length * scale[..., None] * phi(decay, count), 1)
+    return np.exp(-decay), kernel.swapaxes(0, 1)
 
 
 @lru_cache(maxsize=8)
