@@ -219,16 +219,16 @@ def independent_fields(fields: np.ndarray, mass: csc_array, known: np.ndarray) -
     """Make fields (free nodes, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
     without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005)."""
     k = r = known.shape[1]
-    kept, dual = (np.empty((len(fields), k + fields.shape[1]), order="F") for _ in range(2))
-    kept[:, :k], dual[:, :k] = known, mass @ known
+    kept = np.empty((len(fields), k + fields.shape[1]), order="F")
+    kept[:, :k] = known
     for u in fields.T:
-        size = float(u @ (mass @ u))
-        for _ in range(2):
-            u = u - kept[:, :r] @ (dual[:, :r].T @ u)
-        # Made anew: the rounding errors of earlier fields grow where little is left of one.
         v = mass @ u
+        size = float(u @ v)
+        for _ in range(2):
+            u = u - kept[:, :r] @ (kept[:, :r].T @ v)
+            v = mass @ u
         remaining = float(u @ v)
         if remaining > DEPENDENT**2 * size:
-            kept[:, r], dual[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
+            kept[:, r] = u / np.sqrt(remaining)
             r += 1
     return kept[:, k:r]
