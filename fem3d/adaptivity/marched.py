@@ -86,7 +86,7 @@ def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
     """Solve a linear problem in as many fields as the accuracy requires."""
     accuracy, end = study.accuracy, study.end
     space = Krylov(base, shift)
-    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
+    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 4))
     states, stopped = 0, np.inf
     while True:
         reduced = base.project(space.fields(count))
