@@ -87,10 +87,9 @@ class BrickSpace(Space):
         scale = np.concatenate([k * volume / self.h**2, [c * volume]])
         shares = np.where(along.any(axis=1), along.T / np.maximum(along.sum(axis=1), 1), 1 / 3)
         for cells in self._classes:
-            at, matrices = self.dofs[:, cells], separate(self.p, self._highest(cells))
-            flow = sum(by * (matrix @ u[at]) for by, matrix in zip(scale[:, cells], matrices, strict=True))
-            for energy, each in zip(energies, v, strict=True):
-                energy[:, cells] = shares @ (flow * each[at])
+            at = self.dofs[:, cells]
+            flows = (separate(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape)
+            energies[..., cells] = shares @ ((scale[:, None, cells] * flows).sum(axis=0) * v[:, at])
         return energies
 
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:

@@ -127,18 +127,21 @@ class Local(NamedTuple):
 def local(p: int, degrees: Degrees) -> Local:
     """The reference matrices of the functions that are active for degrees along x, y, z: the forms
     `conduction` and `capacity`, made of their 1D factors."""
-    at = np.flatnonzero(active(p, degrees))
-    m, s = ([t[np.ix_(k, k)] for k in modes(p)[at].T] for t in factors(p))
-    full = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
-    r, c = np.nonzero((full != 0).any(axis=0))
-    return Local(at[r], at[c], full[:, r, c])
+    at, both = np.flatnonzero(active(p, degrees)), np.any(factors(p), axis=0)
+    x, y, z = kinds = modes(p)[at].T
+    r, c = np.nonzero(both[x[:, None], x] & both[y[:, None], y] & both[z[:, None], z])
+    m, s = ([t[k[r], k[c]] for k in kinds] for t in factors(p))
+    entries = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
+    kept = entries.any(axis=0)
+    return Local(at[r[kept]], at[c[kept]], entries[:, kept])
 
 
 @lru_cache(maxsize=512)
-def separate(p: int, degrees: Degrees) -> tuple[csr_array, ...]:
-    """(functions, functions) four times: the entries of `local` as matrices."""
-    one, shape = local(p, degrees), (len(modes(p)), len(modes(p)))
-    return tuple(csr_array((values, (one.rows, one.columns)), shape=shape) for values in one.entries)
+def separate(p: int, degrees: Degrees) -> csr_array:
+    """(4 functions, functions): the entries of `local` as matrices, one below the other."""
+    one, n = local(p, degrees), len(modes(p))
+    starts = np.append(0, np.tile(np.bincount(one.rows, minlength=n), 4).cumsum())
+    return csr_array((one.entries.ravel(), np.tile(one.columns, 4), starts), shape=(4 * n, n))
 
 
 @BilinearForm
