@@ -18,7 +18,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from fem3d.problems.cholesky import part
 from fem3d.spaces.domain import Domain
@@ -265,9 +264,23 @@ def solve_by_gmres(
 
     Returns the solution (n,), or None where ``most`` steps do not reach the tolerance, and how many steps were taken.
     """
-    residuals = list[float]()
-    matrix = LinearOperator((len(right), len(right)), product, dtype=float)
-    solution, _ = gmres(matrix, right, rtol=tolerance, atol=0.0, restart=most, maxiter=1, callback=residuals.append,
-                        callback_type="pr_norm")  # fmt: skip
-    converged = np.isfinite(solution).all() and (not residuals or residuals[-1] <= tolerance)
-    return (solution if converged else None), len(residuals)
+    size, most = float(np.linalg.norm(right)), min(most, len(right))
+    if size == 0.0:
+        return right, 0
+    basis, hessenberg = np.empty((most + 1, len(right))), np.zeros((most + 1, most))
+    basis[0], target = right / size, np.append(1.0, np.zeros(most))
+    for k in range(most):
+        new = product(basis[k])
+        for _ in range(2):  # a second pass removes the rounding of the first
+            shares = basis[: k + 1] @ new
+            hessenberg[: k + 1, k] += shares
+            new = new - shares @ basis[: k + 1]
+        left = hessenberg[k + 1, k] = float(np.linalg.norm(new))
+        if not np.isfinite(left):
+            break
+        part_of, aim = hessenberg[: k + 2, : k + 1], target[: k + 2]
+        sums = np.linalg.lstsq(part_of, aim)[0]
+        if np.linalg.norm(part_of @ sums - aim) <= tolerance:
+            return size * sums @ basis[: k + 1], k + 1
+        basis[k + 1] = new / (left or 1.0)
+    return None, most
