@@ -222,7 +222,8 @@ def solution(study: Study, given: Problems, level: int = -1, start: np.ndarray |
                 conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
         at = None if start is None else heat.take(start)
         thermal = physics.heat(given.domain.scene)
-        given.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, at, thermal)
+        potential = None if fine is None else fine.potential
+        given.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, at, thermal, potential)
     state = given.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))

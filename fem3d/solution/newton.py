@@ -89,13 +89,13 @@ class Newton:
         heating = (self._still + x[-1] * driven - heat.outflow(rise))[:n]
         return Point(x, rise, potential, resistivity, density, driven, np.concatenate([heating, lacking]))
 
-    def at_rise(self, rise: np.ndarray, mu: float) -> Point:
-        """The point of a rise (all nodes,), with the potential there."""
+    def at_rise(self, rise: np.ndarray, mu: float, potential: np.ndarray | None = None) -> Point:
+        """The point of a rise (all nodes,), with a ``potential`` (functions,), else with the potential there."""
         c, potentials = self.conductor, np.empty(0)
         if c is not None:
             if not c.conducts(rise):
                 raise VanishedError("the resistivity is not positive at the given temperatures")
-            potentials = c.unknowns(c.solve(rise, c.voltages[0]).potential)
+            potentials = c.unknowns(c.solve(rise, c.voltages[0]).potential if potential is None else potential)
         return self.at(np.concatenate([rise[: self.heat.free], potentials, [mu]]))
 
     def correct(self, point: Point, row: np.ndarray | None, enough: float, surely: bool = False) -> tuple[Point, float]:
@@ -221,7 +221,7 @@ class Linearization:
     def _by_gmres(self, residual: np.ndarray, row: np.ndarray) -> tuple[np.ndarray | None, int]:
         """The change, or None where GMRES does not converge, and its steps."""
         n, c, solve = self._newton.heat.free, self._newton.conductor, self._newton.factors
-        answer = solve(self.driven)
+        answer, first = solve(np.array([self.driven, residual[:n]]))
         along = row[-1] + float(row[:n] @ answer)
         if along == 0.0:
             return None, 0
@@ -229,15 +229,15 @@ class Linearization:
         units = [max(largest(answer), 1e-300), max(largest(self._point.potential), 1e-300), 1.0]
         scale = np.repeat(units, [n, len(row) - n - 1, 1])
 
-        def preconditioned(leaving: np.ndarray, to: float) -> np.ndarray:
-            v = solve(leaving[:n])
+        def preconditioned(v: np.ndarray, leaving: np.ndarray, to: float) -> np.ndarray:
             m = (to - float(row[:n] @ v)) / along
             return np.concatenate([v + m * answer, leaving[n:] if c is None else self._precondition(leaving[n:]), [m]])
 
         def product(x: np.ndarray) -> np.ndarray:
-            return preconditioned(self(x * scale), float(row @ (x * scale))) / scale
+            leaving = self(x * scale)
+            return preconditioned(solve(leaving[:n]), leaving, float(row @ (x * scale))) / scale
 
-        change, count = solve_by_gmres(product, preconditioned(residual, 0.0) / scale, INNER, MOST_GMRES)
+        change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, INNER, MOST_GMRES)
         return None if change is None else change * scale, count
 
 

@@ -76,6 +76,7 @@ def solve_steady(
     accuracy: float,
     start: np.ndarray | None = None,
     thermal: bool = True,
+    potential: np.ndarray | None = None,
 ) -> SteadyState:
     """Solve the coupled steady equations of heat and current on one mesh; this module's docstring has the equations.
 
@@ -91,7 +92,7 @@ def solve_steady(
         0 for heat alone, whose limit is a fraction of the heating.
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
         `SteadyState.unsettled` is their relative error.
-    start : (all nodes,), rise (K) near the solution, such as the state of another space
+    start, potential : (all nodes,), rise (K), and (functions,), V, near the solution, as in another space
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
     Returns the `SteadyState`.
@@ -109,7 +110,7 @@ def solve_steady(
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     tangent = heat if heat.exact is not None else None
     newton = Newton(heat.exact or heat, conductor, (tangent or heat).solve_steady)
-    point, unsettled = _search(newton, drive, INNER * accuracy, start)
+    point, unsettled = _search(newton, drive, INNER * accuracy, start, potential)
     off = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
         off = newton.by_quadrature(point)
@@ -124,11 +125,13 @@ def solve_steady(
     return read_state(newton, point, unsettled + off, tangent)
 
 
-def _search(newton: Newton, drive: float, enough: float, start: np.ndarray | None = None) -> tuple[Point, float]:
+def _search(
+    newton: Newton, drive: float, enough: float, start: np.ndarray | None = None, potential: np.ndarray | None = None
+) -> tuple[Point, float]:
     """The state at the whole drive, and the relative size of the step that would be next."""
     if start is not None:
         with suppress(NotConvergedError):
-            return newton.correct(newton.at_rise(start, 1.0), None, enough)
+            return newton.correct(newton.at_rise(start, 1.0, potential), None, enough)
     heat, rise = newton.heat, np.zeros(newton.heat.size)
     if newton.electric and (heat.loads[0].any() or heat.given[0].any()):
         rise = _search(Newton(heat, None, newton.factors), 0.0, enough)[0].rise

@@ -50,8 +50,8 @@ class Base:
             return replace(Base.bare(heat.exact or heat, conductor), steady=state)
         rise, load = (state.rise - lift)[: heat.free], heat.loads[0]
         fields, patterns = [rise], list[Potential]()
-        if conductor is not None:
-            hot = conductor.solve(state.rise, conductor.voltages[0], state.potential)
+        if conductor is not None and state.potential is not None:
+            hot = conductor.current(state.potential, conductor.resistivity(state.rise), state.rise)
             cold = conductor.solve(lift, conductor.voltages[0]) if conductor.warms else hot
             patterns = independent(conductor, [cold, hot], NEGLIGIBLE * accuracy)
             load = load + conductor.joule_load(patterns[0].density, lift)
