@@ -86,7 +86,8 @@ def unit(scene: Any, key: str) -> str:
     schema, first = _schema(scene), key.partition("+")[0]
     table, *inner, last = first.split(".")
     if table == SECTION:
-        return dimension_of(scene.parameters.measures[last].powers).unit
+        measures = scene.parameters.measures if scene.parameters else {}
+        return dimension_of(measures[last].powers).unit if last in measures else ""
     kinds = schema.lists.get(table, {})
     kind: Any = schema.paths[first].kind if first in schema.paths else kinds.get(last) or kinds.get(inner[-1])
     # A point has coordinates, and a value over time has a quantity.
@@ -167,8 +168,8 @@ class Design:
         for key in self.keys:
             if self.keys.count(key) > 1:
                 raise SceneError(f"{key} is varied twice: give it one --vary")
-        if self.count > MOST:
-            raise SceneError(f"{self.count} points are too many: give counts whose product is at most {MOST}")
+        if not 0 < self.count <= MOST:
+            raise SceneError(f"{self.count} points are not allowed: give counts whose product is from 1 to {MOST}")
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import pytest
 from scenes.errors import SceneError
 from scenes.loading import load
 from validate.sweep.design import Design, Row, parse, unit
-from validate.sweep.run import ROWS, Store
+from validate.sweep.run import ROWS, Store, sweep
 
 SUMMARY = {"kind": "sweep", "vary": {"a": [1, 2]}}
 
@@ -92,6 +92,9 @@ def test_values_are_in_si_and_as_they_were_typed():
     assert log.values == (1e-6, 1e-5, 1e-4)
     assert parse(SINK, "drive.electrodes=beam-end,pad-edge", "grid").values == ("beam-end", "pad-edge")
     assert unit(load("bridge"), "box.beam.upper.x") == "m"
+    for vary, sample in (({"sink.width": [1e-5]}, 0), ({"parameters.x": [1.0]}, None)):
+        with pytest.raises(SceneError, match=r'0 points|no "x"'):
+            sweep("sink", vary, sample=sample)
     assert parse(SINK, "environment.room_temperature=20degC:40degC:3", "grid").values == (293.15, 303.15, 313.15)
 
 

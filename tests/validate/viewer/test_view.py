@@ -41,12 +41,11 @@ def run(tmp_path_factory):
 def test_files_without_a_field_are_refused(run, tmp_path):
     with pytest.raises(SceneError, match="run again with --fields"):
         stored(tmp_path)
-    for name, text in (("torn", CELL[:200]), ("one", CELL.format(points=4, last=3, kind=10))):
-        Path(f"{name}.vtu").write_text(text, encoding="utf-8")
-    with pytest.raises(SceneError, match="has no cells"):
-        Field.read("torn", stored(Path("torn.vtu")), None)
-    with pytest.raises(SceneError, match="different meshes"):
-        Field.read("two", [(0.0, Path("one.vtu")), stored(run)[0]], None)
+    stage.pv.UnstructuredGrid().save("none.vtu")
+    Path("one.vtu").write_text(CELL.format(points=4, last=3, kind=10), encoding="utf-8")
+    for files, said in (([Path("none.vtu")], "no cells"), ([Path("one.vtu"), stored(run)[0][1]], "different meshes")):
+        with pytest.raises(SceneError, match=said):
+            Field.read("two", [(None, file) for file in files], None)
 
 
 @pytest.mark.long
