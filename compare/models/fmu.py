@@ -128,10 +128,8 @@ class Fmu(Simulation):
         """The unit of a variable. Raises SceneError for a unit that nobody defines."""
         unit = units[variable]
         if unit.name and unit.powers is None:
-            raise SceneError(
-                f"--model {self.name}: {quoted(variable)} is in {quoted(unit.name)}, a unit that is not known: give it "
-                "a BaseUnit in modelDescription.xml"
-            )
+            where = f"--model {self.name}: {quoted(variable)} is in {quoted(unit.name)}"
+            raise SceneError(f"{where}, a unit that is not known: give it a BaseUnit in modelDescription.xml")
         return unit
 
 

@@ -29,6 +29,8 @@ _REFUSED = re.compile(
 )
 """Statements that run commands, start programs, or read or write files."""
 _PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
+_VARYING = re.compile(r"[vi]\S*(\s+\S+){2}\s+(pulse|pwl|sin|exp|sffm|am|tr\w+)\b", re.IGNORECASE)
+"""Sources without a dc value, of which `.op` takes the value at the start."""
 _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
         ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
 """Analyses and output commands, which are replaced."""
@@ -44,6 +46,9 @@ class Netlist(Simulation):
         self.name, self._lines, self._from_ic = name, lines, from_ic
 
     def settle(self, question: Question) -> Answer:
+        if varying := next(filter(_VARYING.match, self._lines), ""):
+            name = quoted(varying.split()[0])
+            raise SceneError(f'--model {self.name}: {name} varies in time: give "dc VALUE" too, for the steady state')
         values = self._run(question, question.steady, ".op", 1e-6).values
         return Answer({name: v[-1] for name, v in values.items()})
 
@@ -93,10 +98,7 @@ def _circuit(name: str, line: str) -> str:
     if not line.isprintable():
         raise SceneError(f"--model {name}: {quoted(line)} is no expression of one line")
     if refused := _REFUSED.search(line):
-        raise SceneError(
-            f"--model {name} has {quoted(refused[0])}, which runs commands, starts programs or reads files: give the "
-            "circuit alone, in one file"
-        )
+        raise SceneError(f"--model {name}: omit {quoted(refused[0])}: it runs commands, starts programs or reads files")
     return line
 
 

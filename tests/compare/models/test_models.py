@@ -157,10 +157,13 @@ def test_a_command_broken_over_two_lines_is_not_run(steady, tmp_path):
 def test_comments_and_titles_that_are_commands_do_nothing(steady, tmp_path):
     """ngspice runs text after *# , and takes a file that begins with *ng_script for commands."""
     escaped = tmp_path / "escaped"
-    text = f"*ng_script\n*#shell touch {escaped}\nV1 tip 0 350\n.op\n.end\n"
+    text = f"*ng_script\n*#shell touch {escaped}\nV1 tip 0 dc 350 sin(1 1 1k)\n.op\n.end\n"
     (tmp_path / "lump.cir").write_text(text, encoding="utf-8")
     assert judged(steady, str(tmp_path / "lump.cir"))["tip"].predicted == pytest.approx(50, rel=1e-6)
     assert not escaped.exists()
+    (tmp_path / "lump.cir").write_text("title\nV1 tip 0 pulse(0 350 0 1n)\n.end\n", encoding="utf-8")
+    with pytest.raises(SceneError, match='"V1" varies in time: give "dc VALUE"'):
+        judged(steady, str(tmp_path / "lump.cir"))
 
 
 def test_a_models_parameters_are_made_of_the_scenes():
