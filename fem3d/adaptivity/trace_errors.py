@@ -250,7 +250,7 @@ def _imbalance(study: Study, answer: AnyResponse) -> float:
     graded = starts[_jumps(answer, starts), None] + early[:, None] * 0.25 ** np.arange(8, 0, -1)
     edges = np.union1d(np.append(starts, steps[-1].start + steps[-1].length), graded)
     times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
-    out = outputs.of_transient(answer, study.part, times)
+    out = outputs.of_transient(answer, replace(study.part, probes={}), times)
     flows = [v for name, v in out.items() if name.startswith("flow:")]
     entered = out["power"] + out["generated"] + sum(flows, np.zeros(len(times)))
     entering, leaving = outputs.passing(out)

@@ -268,7 +268,7 @@ def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
 def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part) -> Outputs:
     """From the part that was solved to the whole."""
     out, zero, copies = {"time": times}, np.zeros(times.shape), symmetry.copies
-    for probe in heat.domain.scene.probes:
+    for probe in (each for each in heat.domain.scene.probes if each.name in symmetry.probes):
         if probe.quantity == "potential":
             value = part.potential(probe)
         elif probe.quantity == "power":
