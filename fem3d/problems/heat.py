@@ -211,9 +211,10 @@ class HeatProblem:
         extended precision, which brings the heat balance to rounding even where cells are needles."""
         k, n, inner = self.inner_stiffness, self.free, rise[: self.free]
         load = (source - self.stiffness @ np.concatenate([np.zeros(n), rise[n:]]))[:n]
+        entries = k.data.astype(np.longdouble)
         for _ in range(2 if n else 0):
             # The matrix is symmetric: its columns serve as rows.
-            products = k.data.astype(np.longdouble) * inner[k.indices]
+            products = entries * inner[k.indices]
             residual = load - np.add.reduceat(products, k.indptr[:-1])
             inner = inner + self.solve_steady(residual.astype(float))
         return np.concatenate([inner, rise[n:]])

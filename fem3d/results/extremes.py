@@ -140,7 +140,7 @@ class Extreme:
                 middles, same = np.unique(places[some], axis=0, return_inverse=True)
                 near = np.clip(middles[:, None] + 0.5**turn * around, 0.0, 1.0)
                 shapes = self._space.at((corner + near @ sides).reshape(-1, 3).T).reshape(*near.shape[:2], -1)
-                each = np.einsum("nf,nmf->nm", functions[some], shapes[same], optimize=True)
+                each = (shapes[same] @ functions[some, :, None])[..., 0]
                 outside = ~self._inside(near)[same]
                 lowest = np.where(outside, np.inf, each).min(axis=1)
                 each[outside] = -np.inf

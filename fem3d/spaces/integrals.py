@@ -178,7 +178,8 @@ class Cells:
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
-        return self.covariant(np.array([self._rule.at(u[self.dofs], d) for d in range(3)]))
+        local = u[self.dofs]
+        return self.covariant(np.array([self._rule.at(local, d) for d in range(3)]))
 
     def covariant(self, field: np.ndarray) -> np.ndarray:
         """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""
