@@ -228,7 +228,8 @@ def result(
     ``times`` (s, ascending from 0) are the times of the traces; without them, times so dense that linear interpolation
     stays within the sink's accuracy. Raises RunawayError.
     """
-    values, coarser = steady(fine), steady(coarse)
+    values = steady(fine)
+    coarser = values if coarse is fine else steady(coarse)
     limit = largest_drive(fine)
     details: dict[str, Any] = {
         "states": fine.states,
