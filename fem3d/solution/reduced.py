@@ -209,26 +209,25 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
     last pass by Cholesky, which is enough for fields that are nearly orthonormal."""
     products = fields.T @ (heat.inner_mass @ fields)
     if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
-        fields = independent_fields(fields, heat.inner_mass, fields[:, :0])
+        fields, _ = independent_fields(fields, heat.inner_mass, fields[:, :0], fields[:, :0])
         products = fields.T @ (heat.inner_mass @ fields)
     made: np.ndarray = solve_triangular(np.linalg.cholesky(products), fields.T, lower=True).T
     return made
 
 
-def independent_fields(fields: np.ndarray, mass: csc_array, known: np.ndarray) -> np.ndarray:
+def independent_fields(
+    fields: np.ndarray, mass: csc_array, known: np.ndarray, loads: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Make fields (free nodes, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
-    without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005)."""
-    k = r = known.shape[1]
-    kept = np.empty((len(fields), k + fields.shape[1]), order="F")
-    kept[:, :k] = known
+    without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005). Return the
+    known and the new fields, and the products of the mass matrix and these, of which ``loads`` are the known ones."""
     for u in fields.T:
-        v = mass @ u
-        size = float(u @ v)
+        size = float(u @ (mass @ u))
         for _ in range(2):
-            u = u - kept[:, :r] @ (kept[:, :r].T @ v)
-            v = mass @ u
+            u = u - known @ (loads.T @ u)
+        # Made anew: the rounding errors of earlier fields grow where little is left of one.
+        v = mass @ u
         remaining = float(u @ v)
         if remaining > DEPENDENT**2 * size:
-            kept[:, r] = u / np.sqrt(remaining)
-            r += 1
-    return kept[:, k:r]
+            known, loads = (np.column_stack([a, b / np.sqrt(remaining)]) for a, b in ((known, u), (loads, v)))
+    return known, loads

@@ -144,7 +144,7 @@ class Krylov:
         self._next = self._solved(0, np.array([load[:n] for load in base.loads]).reshape(-1, n).T)
         if not base.fields.shape[1] and not self._next.any():
             self._next = base.heat.unit[:n, None]  # nothing warms anything: one field to stay at rest in
-        self._made = np.empty((n, 0))
+        self._made = self._loads = np.empty((n, 0))
         self._ends = [0]  # after each generation, how many fields there are
 
     def _solved(self, shift: int, loads: np.ndarray) -> np.ndarray:
@@ -155,9 +155,8 @@ class Krylov:
     def fields(self, generations: int) -> np.ndarray:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
         while len(self._ends) <= generations:
-            new = independent_fields(self._next, self._mass, self._made)
-            self._made = np.column_stack([self._made, new])
-            self._next = self._solved(len(self._ends) % len(self._solves), self._mass @ new)
+            self._made, self._loads = independent_fields(self._next, self._mass, self._made, self._loads)
+            self._next = self._solved(len(self._ends) % len(self._solves), self._loads[:, self._ends[-1] :])
             self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 
