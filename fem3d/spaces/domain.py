@@ -17,7 +17,7 @@ import numpy as np
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.element import gauss
 from fem3d.spaces.integrals import Faces, Space
-from fem3d.spaces.mapped import MappedSpace, split, twin
+from fem3d.spaces.mapped import MappedSpace, split
 from meshes import grid as grids
 from meshes.grid import Grid
 from meshes.grouped.check import Placed
@@ -173,13 +173,12 @@ class Domain(ABC):
             if boundary.name not in self._faces:
                 self._faces[boundary.name] = self.seen(self.on(boundary))
             return self._faces[boundary.name]
-        face = self.seen(self.on(boundary), self.live)
-        if boundary.name not in self.space.beyond:
+        face, space, beyond = self.seen(self.on(boundary), self.live), self.space, np.arange(self.space.size)
+        if boundary.name not in space.beyond:
             return face
-        functions, partners = self.space.beyond[boundary.name]
-        beyond = np.arange(self.space.size)
+        functions, partners = space.beyond[boundary.name]
         beyond[functions] = partners
-        return twin(face, beyond)
+        return Faces(space, face.facets, face.cells, dofs=beyond[space.dofs[:, face.cells]])
 
     @cached_property
     def _faces(self) -> dict[str, Faces]:

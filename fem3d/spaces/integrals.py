@@ -161,9 +161,9 @@ class Space(ABC):
 class Cells:
     """Some cells of a space with the points of a quadrature and their ``weights`` (cells, points)."""
 
-    def __init__(self, space: Space, cells: np.ndarray, rule: Rule) -> None:
+    def __init__(self, space: Space, cells: np.ndarray, rule: Rule, dofs: np.ndarray | None = None) -> None:
         self._space, self._cells, self._rule = space, cells, rule
-        self.dofs = space.dofs[np.ix_(rule.functions, cells)].T
+        self.dofs = (space.dofs[np.ix_(rule.functions, cells)] if dofs is None else dofs[rule.functions]).T
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
 
@@ -250,14 +250,18 @@ class Cells:
 
 
 class Faces:
-    """Some facets of a space, each seen from one of its cells.
+    """Some facets of a space, each seen from one of its cells, by the functions of this cell or by ``dofs`` (functions
+    of a cell, facets) in place of these.
 
     Each side of a cell has its own `Cells`, with points on that side and the weights of the facet. This avoids a search
     for points in curved cells by scikit-fem's FacetBasis, which ends at an absolute 1e-12.
     """
 
-    def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray, more: int = 0) -> None:
+    def __init__(
+        self, space: Space, facets: np.ndarray, cells: np.ndarray, more: int = 0, dofs: np.ndarray | None = None
+    ) -> None:
         self.space, self.facets, self.cells, self._more = space, facets, cells, more
+        self._dofs = space.dofs[:, cells] if dofs is None else dofs
         self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
 
     def finer(self, more: int) -> Faces:
@@ -274,7 +278,7 @@ class Faces:
         sides = []
         for number in np.unique(self._local):
             at, (rule, normal) = np.flatnonzero(self._local == number), self.space.side(int(number), self._more)
-            cells = Cells(self.space, self.cells[at], rule)
+            cells = Cells(self.space, self.cells[at], rule, self._dofs[:, at])
             outwards = cells.covariant(normal[:, None, None]) * cells.weights
             cells.weights = np.linalg.norm(outwards, axis=0)
             sides.append((at, cells, outwards / cells.weights))
@@ -301,14 +305,6 @@ class Faces:
     def value(self, u: np.ndarray) -> np.ndarray:
         """(..., facets, points): functions (..., functions)."""
         return self._filled(lambda cells: cells.value(u), u.shape[:-1])
-
-    def slope(self, u: np.ndarray, k: np.ndarray | None = None) -> np.ndarray:
-        """(facets, points): its derivative along the outward normal, times k (facets, 1 or points; or with axes)."""
-        slopes, factor = np.empty(self.areas.shape), np.ones((1, 1)) if k is None else k
-        full = np.broadcast_to(factor, (*factor.shape[:-2], *self.areas.shape))
-        for at, cells, normal in self.sides:
-            slopes[at] = (full[..., at, :] * cells.gradient(u) * normal).sum(axis=0)
-        return slopes
 
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
         """(functions,): the integral of a density (facets, 1 or points) times each function."""

@@ -14,7 +14,7 @@ ends inside the solid both sides share functions: around the rim all cells hang 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from copy import copy
+from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import Any, TypeVar
 
@@ -228,41 +228,23 @@ def _of_sides(space: Space, facets: np.ndarray, cells: np.ndarray) -> Iterator[t
         yield space.dofs[np.ix_(nonzero, cells[at])], at
 
 
-def twin(faces: Faces, partner: np.ndarray) -> Faces:
-    """The same faces as seen by other functions: ``partner`` (facets, functions of a cell), or (functions,), has the
-    number of the other one of each."""
-    sides = []
-    for at, face, normal in faces.sides:
-        other: Any = copy(face)
-        other.dofs = partner[face.dofs] if partner.ndim == 1 else partner[at]
-        vars(other).pop("functions", None)
-        sides.append((at, other, normal))
-    twins = copy(faces)
-    vars(twins).pop("functions", None)
-    vars(twins)["sides"] = sides
-    return twins
-
-
+@dataclass(frozen=True, eq=False)
 class Interface:
-    """Facets on which a function jumps, from the side ``one`` to the ``other``."""
+    """Facets on which a function jumps, from the side ``one`` to the ``other``: the same facets by other functions."""
 
-    def __init__(self, one: Faces, other: Faces) -> None:
-        self.one, self.other = one, other
+    one: Faces
+    other: Faces
 
     @staticmethod
     def inside(space: Space, facets: np.ndarray) -> Interface:
         """Facets inside, seen from both of their cells."""
         first, second = space.mesh.f2t[:, facets]
-        one = Faces(space, facets, first)
-        partner = np.empty((len(facets), len(space.dofs)), int)
-        for at, face, _ in one.sides:
-            # A function of the first cell and its partner in the second cell have the same origin; functions without a
-            # partner vanish on the side.
-            others = space.dofs[:, second[at]].T
-            same = space.origin[face.dofs][:, :, None] == space.origin[others][:, None]
-            partners = np.take_along_axis(others, same.argmax(axis=2), axis=1)
-            partner[at] = np.where(same.any(axis=2), partners, face.dofs)
-        return Interface(one, twin(one, partner))
+        here, there = space.dofs[:, first], space.dofs[:, second]
+        # Partners have the same origin; functions without a partner vanish on the facet.
+        same = space.origin[here][:, None] == space.origin[there]
+        partners = np.take_along_axis(there, same.argmax(axis=1), axis=0)
+        other = Faces(space, facets, first, dofs=np.where(same.any(axis=1), partners, here))
+        return Interface(Faces(space, facets, first), other)
 
     def jump(self, u: np.ndarray) -> np.ndarray:
         """(facets, points): a function (functions,) on side ``one`` less its value on the ``other``."""
