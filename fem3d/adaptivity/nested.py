@@ -83,7 +83,8 @@ class Problems:
         for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
-                conductor.kept.let_go("solve_cold", "near")
+                conductor.kept.pop("solve_cold", None)
+                conductor.kept.pop("near", None)
 
     @property
     def cold_potentials(self) -> list[np.ndarray]:

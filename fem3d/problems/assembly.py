@@ -188,7 +188,7 @@ class Surface:
 
     def on_one(self, facets: np.ndarray) -> Faces:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
-        return self._kept.get(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
+        return self._kept.made(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
 
     def through(self, on: Faces, u: np.ndarray) -> np.ndarray:
         """Return (functions,) the row that gives the heat (W) beyond the film through some faces at a field u."""
@@ -279,5 +279,5 @@ def refine_quadratures(
 ) -> tuple[HeatProblem, Conductor | None]:
     """Return the problem by quadratures of its laws with so many more points along each axis."""
     finer = replace(heat, terms=tuple(term.finer(points) for term in heat.terms))
-    finer.kept.like(heat.kept)
+    finer.kept.update(heat.kept)
     return finer, conductor and conductor.finer(points)

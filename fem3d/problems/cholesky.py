@@ -19,7 +19,8 @@ LEAF = 120
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST = 0.3
 
-
+Solver = Callable[[np.ndarray], np.ndarray]
+"""The solutions (..., n) for right-hand sides (..., n)."""
 Cut = tuple[float, np.ndarray, np.ndarray]
 """The size of a separator, the criterion of cuts; its nodes, on one side with neighbours on the other; and the nodes on
 the right."""
@@ -234,27 +235,11 @@ def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.n
     return float(least[k]), joins, at[k + 1 :]
 
 
-class Kept:
+class Kept(dict[Hashable, Any]):
     """Values by name: solutions of a problem, its factors, blocks of its matrices."""
 
-    def __init__(self) -> None:
-        self._values: dict[Hashable, Any] = {}
-
-    def get(self, name: Hashable, work_out: Callable[[], Any]) -> Any:
+    def made(self, name: Hashable, work_out: Callable[[], Any]) -> Any:
         """The value of a name, worked out if it isn't there."""
-        if name not in self._values:
-            self._values[name] = work_out()
-        return self._values[name]
-
-    def tell(self, **values: Any) -> None:
-        """Values that need not be worked out."""
-        self._values.update(values)
-
-    def like(self, other: Kept) -> None:
-        """All values that another has by now."""
-        self._values.update(other._values)
-
-    def let_go(self, *names: Hashable) -> None:
-        """Release values; later uses compute them anew."""
-        for name in names:
-            self._values.pop(name, None)
+        if name not in self:
+            self[name] = work_out()
+        return self[name]

@@ -13,7 +13,6 @@ infinite R. Voltages and currents come as channels (`statespace.channels`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -21,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
-from fem3d.problems.cholesky import Factors, Kept, Ordering, part
+from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
 from fem3d.problems.following import MOST_GMRES, OfCells, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths, Potential, Terminal
@@ -29,7 +28,6 @@ from fem3d.spaces.integrals import Faces, halves
 from scenes.errors import NumericsError
 
 SOLVED = 1e-12  # relative error of a potential, unless a looser bound is given
-Solver = Callable[[np.ndarray], np.ndarray]
 Section = list[tuple[Faces, Faces, float, OfCells, Any]]
 """Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
 normal, the resistivity there, and the resistivities along the axes over it."""
@@ -95,12 +93,12 @@ class Conductor:
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
         # The resistivity of the last rise serves its current, its heat and the test of conduction.
-        last, known = self.kept.get("resistivity", lambda: (None, None))
-        if last is None or not np.array_equal(last, rise):
+        last, known = self.kept.get("resistivity", (None, None))
+        if not np.array_equal(last, rise):
             at = self.on.value(self.heat.field(rise))
             law = self.following
             known = self.cold + self.warm * at if law is None else self._by_law(law.value, at, self.cold)
-            self.kept.tell(resistivity=(rise.copy(), known))
+            self.kept["resistivity"] = rise.copy(), known
         return np.asarray(known)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
@@ -123,7 +121,7 @@ class Conductor:
         more = self.more + points
         on = self.on.finer(self.heat.domain.space.on(self.cells, more), self.space.on(self.cells, more))
         finer = replace(self, on=on, more=more)
-        finer.kept.tell(near=self.near, cold_potentials=self.cold_potentials)
+        finer.kept.update(near=self.near, cold_potentials=self.cold_potentials)
         return finer
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
@@ -180,13 +178,11 @@ class Conductor:
 
     def expanded(self, unknowns: np.ndarray) -> np.ndarray:
         """The potential (..., functions) of unknowns, zero where a voltage is given."""
-        potential: np.ndarray = (self._basis @ unknowns.T).T
-        return potential
+        return (self._basis @ unknowns.T).T
 
     def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
         """(unknowns,): the currents of charges (functions,), and by the resistances of terminals."""
-        currents: np.ndarray = self._basis.T @ charge + self._leak * unknowns
-        return currents
+        return self._basis.T @ charge + self._leak * unknowns
 
     def system(self, matrix: csc_array) -> csc_array:
         """(unknowns, unknowns): a matrix (functions, functions) with the terminals and their resistances."""
@@ -204,14 +200,12 @@ class Conductor:
     @property
     def solve_cold(self) -> Solver:
         """Solver of the unknowns of the cold conductor for currents (..., unknowns)."""
-        solve: Solver = self.kept.get("solve_cold", lambda: self._solver(self.matrix))
-        return solve
+        return self.kept.made("solve_cold", lambda: self._solver(self.matrix))
 
     @property
     def near(self) -> tuple[np.ndarray, Solver]:
         """The resistivity (rows, 1) of the conductor that preconditions, and its solver."""
-        near: tuple[np.ndarray, Solver] = self.kept.get("near", lambda: (self.cold, self.solve_cold))
-        return near
+        return self.kept.made("near", lambda: (self.cold, self.solve_cold))
 
     def preconditioner(self, resistivity: np.ndarray) -> Solver:
         """Return the solver of the last conductor with one resistivity in each row, or of a new one with the mean
@@ -228,7 +222,7 @@ class Conductor:
         if condition(self.near[0]) > 10 * condition(mean):
             change = self.on.conductivity(mean) - self.on.conductivity(self.cold)
             matrix = csc_array(self.matrix + self.space.stiffness(change, self.cells))
-            self.kept.tell(near=(mean, self._solver(matrix)))
+            self.kept["near"] = mean, self._solver(matrix)
         return self.near[1]
 
     def respond(self, charge: np.ndarray) -> np.ndarray:
@@ -245,8 +239,7 @@ class Conductor:
             currents = self.load(voltage) - self._basis.T @ (self.matrix @ given)
             return given + self.expanded(self.solve_cold(currents)) if voltage.any() else given
 
-        potentials: np.ndarray = self.kept.get("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
-        return potentials
+        return self.kept.made("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
 
     @cached_property
     def _supplied_at(self) -> np.ndarray:

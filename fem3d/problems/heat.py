@@ -9,14 +9,14 @@ and given rises come as channels (`statespace.channels`). `fem3d.problems.assemb
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Factors, Kept, Ordering, part
+from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
 from fem3d.problems.following import Rest, Storage, Term
 from fem3d.spaces.domain import Domain
 from scenes.model import Value
@@ -111,32 +111,31 @@ class HeatProblem:
         """Free and fixed nodes together."""
         return int(self.stiffness.shape[0])
 
-    @property
+    @cached_property
     def inner_stiffness(self) -> csc_array:
         """The stiffness matrix of the free nodes."""
-        return self.kept.get("inner_stiffness", lambda: self.stiffness[: self.free, : self.free])
+        return self.stiffness[: self.free, : self.free]
 
-    @property
+    @cached_property
     def inner_mass(self) -> csc_array:
         """The mass matrix of the free nodes."""
-        return self.kept.get("inner_mass", lambda: self.mass[: self.free, : self.free])
+        return self.mass[: self.free, : self.free]
 
     def factors(self, matrix: csc_array) -> Factors:
         """The factors of a matrix of the free nodes."""
         return Factors(matrix, self.groups[: self.free], self.ordering)
 
     @property
-    def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
+    def solve_steady(self) -> Solver:
         """Solver of K rise = load at the free nodes, by one factorization; without an exit
         for heat, the mean over the run's time with the capacity of the whole run in its place."""
 
-        def made() -> Callable[[np.ndarray], np.ndarray]:
+        def made() -> Solver:
             matrix = self.inner_stiffness
             matrix = matrix if self.anchored else combined(matrix, 1.0 / self.end_time, self.inner_mass)
             return self.factors(matrix).solve
 
-        solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("solve_steady", made)
-        return solve
+        return self.kept.made("solve_steady", made)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all nodes,): the heat flow by conduction and films at a rise (all nodes), in W: K rise, and the terms."""
@@ -166,36 +165,29 @@ class HeatProblem:
             return solve(loads)
         return self.inner_rest.times(time or 1.0).transposed().solve(solve, loads)
 
-    @property
+    @cached_property
     def inner_rest(self) -> Rest:
         """The rest of the tangent on the free nodes."""
         assert self.rest is not None
-        rest = self.rest
-        inner: Rest = self.kept.get("inner_rest", lambda: rest.part(np.arange(self.free)))
-        return inner
+        return self.rest.part(np.arange(self.free))
 
-    def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
+    def solve_shifted(self, shift: float) -> Solver:
         """Solver of (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
-        last, solve = self.kept.get("solve_shifted", lambda: (None, None))
+        last, solve = self.kept.pop("solve_shifted", (None, None))
         if last != shift:
-            self.kept.let_go("solve_shifted")
             solve = self.factors(combined(self.inner_mass, shift, self.inner_stiffness)).solve
-            self.kept.tell(solve_shifted=(shift, solve))
-        made: Callable[[np.ndarray], np.ndarray] = solve
-        return made
+        self.kept["solve_shifted"] = shift, solve
+        return solve
 
     def let_go(self, steady: bool = False) -> None:
         """Release the factors of the last shift, and of the ``steady`` problem too; later calls make them
         anew."""
-        self.kept.let_go("solve_shifted", *(["solve_steady"] if steady else []))
+        for name in ["solve_shifted", *["solve_steady"] * steady]:
+            self.kept.pop(name, None)
 
-    @property
+    @cached_property
     def lifts(self) -> np.ndarray:
         """(channels, all nodes): for each channel the rise that its given temperatures alone keep up."""
-        lifts: np.ndarray = self.kept.get("lifts", self._lifts)
-        return lifts
-
-    def _lifts(self) -> np.ndarray:
         n = self.free
         lifts = np.zeros((self.inputs.count, self.size))
         lifts[:, n:] = self.given

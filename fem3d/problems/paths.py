@@ -92,8 +92,7 @@ class Paths:
 
     def conductivity(self, resistivity: np.ndarray) -> np.ndarray:
         """(3, cells): along the axes (S/m), for a resistivity (rows, 1) along x."""
-        conductivity: np.ndarray = 1 / (resistivity[: len(self.warmed.weights)] * self.roots**2)[..., 0]
-        return conductivity
+        return 1 / (resistivity[: len(self.warmed.weights)] * self.roots**2)[..., 0]
 
     def _rows(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """(..., rows, points): values on cells and on each crossing, each (..., its rows, its points)."""

@@ -51,8 +51,7 @@ class Reading:
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
     """Return the `Reading` of a probe of a temperature, a heat flow or a current, from a cache."""
-    known: Reading = heat.kept.get(f"reading {probe.name}", lambda: _reading(heat, probe))
-    return known
+    return heat.kept.made(f"reading {probe.name}", lambda: _reading(heat, probe))
 
 
 def keep_places(heat: HeatProblem) -> dict[str, Any]:

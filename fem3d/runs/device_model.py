@@ -161,8 +161,7 @@ def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarr
     gramian = (inputs.T @ inputs) / (rates[:, None] + rates)
     values, vectors = np.linalg.eigh(gramian)
     kept = values > 1e-14 * values[-1]
-    root: np.ndarray = vectors[:, kept] * np.sqrt(values[kept])
-    return root
+    return vectors[:, kept] * np.sqrt(values[kept])
 
 
 def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, least: float) -> np.ndarray:
@@ -171,8 +170,7 @@ def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, l
     values, vectors = np.linalg.eigh(excited.T @ covariance @ excited)
     size = float(((mean @ excited) ** 2).sum())
     kept = values > least**2 * size
-    departures: np.ndarray = (covariance @ excited @ vectors[:, kept] / np.sqrt(values[kept])).T
-    return departures
+    return (covariance @ excited @ vectors[:, kept] / np.sqrt(values[kept])).T
 
 
 class Projected(NamedTuple):

@@ -258,14 +258,14 @@ class _Solver:
         if not np.array_equal(given.heat.order, self._own.heat.order):
             raise SceneError("other nodes have given temperatures when the scene changes")
         for heat, own in zip(given.heats, self._own.heats, strict=True):
-            heat.kept.tell(solve_steady=own.solve_steady)
+            heat.kept.update(solve_steady=own.solve_steady)
         for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
             if conductor is not None and known is not None:
                 solve = _corrected(known.solve_cold, conductor.system(conductor.matrix))
                 # Supplied at these potentials are currents into electrodes, where they are exact, and residuals.
                 given_here, given_there = (c.given(c.voltages) for c in (conductor, known))
                 supplied = known.cold_potentials + given_here - given_there
-                conductor.kept.tell(near=known.near, solve_cold=solve, cold_potentials=supplied)
+                conductor.kept.update(near=known.near, solve_cold=solve, cold_potentials=supplied)
         return given
 
     def _steady(self, study: Study, given: Problems, level: int) -> tuple[Values, SteadyState]:
@@ -294,7 +294,7 @@ class _Solver:
             self._fields[level] = self._loads_and_duals(study, base, response.generations - fewer, tolerance)
         if level not in self._extremes:
             self._extremes[level] = keep_places(base.heat)
-        base.heat.kept.tell(**self._extremes[level])
+        base.heat.kept.update(**self._extremes[level])
         reduced = base.project(np.column_stack([base.fields, self._fields[level]]))
         marched = transient.march(base, reduced, study.end, SHORT**2)
         return replace(values, traces=study.traces(outputs.of_transient(marched, study.part, self.times)))

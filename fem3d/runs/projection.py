@@ -108,8 +108,7 @@ class Projection:
     def rises(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(times, all nodes): the rises (K) for states (times, n) and inputs (times, inputs)."""
         lifts = self.heat.lifts
-        rises: np.ndarray = self.heat.whole(a @ self.reduced.basis.T) + g @ lifts[1:] + lifts[0]
-        return rises
+        return self.heat.whole(a @ self.reduced.basis.T) + g @ lifts[1:] + lifts[0]
 
     def state_space(self, places: Mapping[str, np.ndarray]) -> StateSpace:
         """Write the projection as a state space.

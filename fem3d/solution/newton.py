@@ -7,12 +7,12 @@ preconditioned with Cholesky factors of approximations of both diagonal blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fem3d.problems.assembly import linearized, refine_quadratures
+from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
@@ -26,7 +26,6 @@ MOST_NEWTON = 20  # steps at one point
 # section 2.1: 1/2).
 CONTRACTS = 0.5
 HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's method alone goes to twice that
-Solver = Callable[[np.ndarray], np.ndarray]
 
 
 class NotConvergedError(NumericsError):

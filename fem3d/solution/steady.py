@@ -298,7 +298,7 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
         rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
         u = heat.field(rise)
         problem = at_films(replace(near, about=u, exact=heat), u)
-        problem.kept.tell(solve_steady=near.solve_steady)
+        problem.kept.update(solve_steady=near.solve_steady)
         # The linearized stiffness times the rise is not the outflow where a term is no conduction.
         source = source + problem.stiffness @ rise - heat.outflow(rise)
     else:
@@ -347,7 +347,7 @@ class Tangent:
         tangent = None
         if newton.nonlinear:
             tangent = replace(newton.heat, stiffness=self._state.heat.stiffness, rest=self._state.heat.rest)
-            tangent.kept.tell(solve_steady=newton.factors)
+            tangent.kept.update(solve_steady=newton.factors)
         return read_state(newton, newton.at(self._point.x + change), 0.0, tangent)
 
     def _beside(self, heat: HeatProblem, conductor: Conductor | None) -> Newton:

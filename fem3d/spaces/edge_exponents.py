@@ -89,14 +89,12 @@ def at_vertices(domain: Domain) -> np.ndarray:
 
 def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
     """Return (2, cells) the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
-    at: np.ndarray = smallest.min(axis=1)[:, mesh.t].min(axis=1)
-    return at
+    return smallest.min(axis=1)[:, mesh.t].min(axis=1)
 
 
 def _axis(mesh: Any) -> np.ndarray:
     """Return (edges,) the axis closest to each edge."""
-    axis: np.ndarray = np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
-    return axis
+    return np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
 
 
 def _across(k: np.ndarray) -> np.ndarray:

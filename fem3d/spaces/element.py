@@ -187,13 +187,11 @@ class Rule(NamedTuple):
 
     def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
         """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""
-        summed: np.ndarray = coefficients @ (self.values if along is None else self.slopes[along]).T
-        return summed
+        return coefficients @ (self.values if along is None else self.slopes[along]).T
 
     def tested(self, field: np.ndarray, along: int | None = None) -> np.ndarray:
         """(..., functions): sums over points of a field (..., points) times each function, the transpose of `at`."""
-        summed: np.ndarray = field @ (self.values if along is None else self.slopes[along])
-        return summed
+        return field @ (self.values if along is None else self.slopes[along])
 
 
 Side = tuple[Rule, np.ndarray]
