@@ -169,7 +169,7 @@ def _electric_rows(study: Study, given: Problems) -> Rows:
     domain, conductor, rows = given.domain.electric, given.conductor, dict[str, np.ndarray]()
     if conductor is None:
         return rows
-    crossing = {p for p, row in conductor.jumps.items() if row.any()}
+    crossing = {p for p, section in conductor.sections.items() if section.jumps.any()}
     for name, at in study.goals.items():
         probe = domain.probes[at]
         if at in crossing:

@@ -20,10 +20,10 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from fem3d.problems.cholesky import Ordering, part
-from fem3d.problems.current import SOLVED, Conductor, Section
+from fem3d.problems.current import SOLVED, Conductor
 from fem3d.problems.following import OfCells, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, Paths, Potential, Terminal, across, crossings
+from fem3d.problems.paths import Crossing, Paths, Potential, Section, Terminal, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material
@@ -43,7 +43,9 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     lines = lines[domain.body]
     voltages, fixed, terminals, reactions = _electrodes(domain)
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
-    sections, jumps = _sections(heat, ratios)
+    torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
+    probes = (p for p in domain.scene.probes if p.quantity == "current")
+    sections = {probe.name: Section(domain, probe, domain.live, torn) for probe in probes}
     crossed = crossings(heat.domain)
     on = Paths(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios[:, cells]))
     counts = [len(c.warmed[0].areas) for c in crossed]
@@ -54,7 +56,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
-        sections, jumps, csc_array(matrix), _named(domain, cells, crossed),
+        sections, csc_array(matrix), _named(domain, cells, crossed),
         Ordering(np.vstack([space.places, *ends])), solved, terminals,
         OfCells(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
@@ -83,22 +85,6 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
     shares, _ = share_reactions([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
     voltages = np.column_stack([voltages, *currents])
     return voltages, fixed, tuple(terminals), shares
-
-
-def _sections(heat: HeatProblem, along: np.ndarray) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
-    """For each probe of a current the facets that it passes, seen from both sides, and its row (functions,) on the jump
-    of the potential at contacts; resistivities are ``along`` (3, cells, 1) times those along x."""
-    domain, sections, jumps = heat.domain.electric, dict[str, Section](), dict[str, np.ndarray]()
-    torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
-    for probe in domain.scene.probes:
-        if probe.quantity == "current":
-            sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
-            section = sections[probe.name] = []
-            for faces, sign, cells in sides:
-                law = OfCells(domain, "resistivity", cells)
-                section.append((faces, faces.by(heat.domain.space), sign, law, along[:, cells]))
-            jumps[probe.name] = across(domain, probe, torn)
-    return sections, jumps
 
 
 def law(material: Material, initial: float) -> tuple[float, float]:

@@ -21,16 +21,13 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
 from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
-from fem3d.problems.following import MOST_GMRES, OfCells, solve_by_gmres
+from fem3d.problems.following import MOST_GMRES, OfCells, at_faces, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths, Potential, Terminal
+from fem3d.problems.paths import Paths, Potential, Section, Terminal
 from fem3d.spaces.integrals import Faces, halves
 from scenes.errors import NumericsError
 
 SOLVED = 1e-12  # relative error of a potential, unless a looser bound is given
-Section = list[tuple[Faces, Faces, float, OfCells, Any]]
-"""Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
-normal, the resistivity there, and the resistivities along the axes over it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +46,7 @@ class Conductor:
     cold, warm : (rows, 1), resistivity at the initial temperature (ohm m) and its change per kelvin
     voltages : (channels, functions + terminals), given potentials, and the currents I into the terminals
     electrodes : for each its share (functions,) of the entering currents
-    sections : facets of the current probes inside
-    jumps : for each current probe the row (functions,) of its part on contacts
+    sections : the facets of the current probes inside
     matrix : (functions, functions), at the initial temperature
     names : (rows,), bodies and contacts
     ordering : of the factorization
@@ -69,7 +65,6 @@ class Conductor:
     voltages: np.ndarray
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
-    jumps: dict[str, np.ndarray]
     matrix: csc_array
     names: np.ndarray
     ordering: Ordering
@@ -316,11 +311,14 @@ class Conductor:
     def crossing_row(self, name: str, rise: np.ndarray | None = None) -> np.ndarray:
         """(functions,): the current along the normals of a probe (A) per volt of each, the mean of both sides, at
         contacts by the jump; at a rise, or at the initial temperature."""
-        at = self.heat.field(np.zeros(self.heat.size) if rise is None else rise)
-        row: np.ndarray = self.jumps[name]
-        for faces, warmed, sign, law, times in self.sections[name]:
-            row = row + sign * faces.flux(1 / (times * law.value(warmed.value(at))))
-        return row
+        domain = self.heat.domain
+        at = domain.space.unit * 0.0 if rise is None else self.heat.field(rise)
+
+        def conductivity(faces: Faces) -> np.ndarray:
+            roots = self.on.roots[:, np.searchsorted(self.cells, faces.cells)]
+            return 1 / (roots**2 * at_faces(domain, "resistivity", at, faces))
+
+        return self.sections[name].row(conductivity)
 
     def current(self, potential: np.ndarray, resistivity: np.ndarray, rise: np.ndarray) -> Potential:
         """Return the current field of a potential (functions,) at a rise and the ``resistivity`` there.

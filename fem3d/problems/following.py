@@ -201,9 +201,9 @@ def storage(domain: Domain) -> Storage | None:
     return Storage(domain) if len(following(domain, "specific_heat")) else None
 
 
-def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> np.ndarray:
-    """(facets, points), or with axes in front: the conductivity at a field u of facets seen from some cells."""
-    return OfCells(domain, "thermal_conductivity", cells).value(faces.value(u))
+def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarray:
+    """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
+    return OfCells(domain, key, faces.cells).value(faces.by(domain.space).value(u))
 
 
 def terms(domain: Domain) -> tuple[Term, ...]:

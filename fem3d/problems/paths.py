@@ -11,7 +11,7 @@ component. Its heat enters the temperature's functions on both sides alike, or o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,9 @@ from scipy.sparse import csc_array
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
 from fem3d.spaces.mapped import Interface
+
+Conductivity = Callable[[Faces], np.ndarray]
+"""The conductivity at facets on the side of their cells: (facets, 1 or points), or with axes in front."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +64,33 @@ def crossings(domain: Domain) -> list[Crossing]:
     return crossings
 
 
-def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, float]]) -> np.ndarray:
-    """(functions,): the flow through a flat probe on contacts with these facets and resistances: the
-    jump of each function over the resistance."""
-    facets, row = domain.facets(probe), np.zeros(domain.space.size)
-    for contact_facets, resistance in contacts:
-        on = np.isin(facets, contact_facets)
-        if on.any():
-            along = domain.directions(probe)[on, None] / resistance
-            row += Interface.inside(domain.space, facets[on]).load(along)
-    return row
+class Section:
+    """The facets of a flat probe that some cells have on both sides, for the flow along the probe's direction: the mean
+    of both sides, and at ``contacts``, facets with a resistance, the jump over it.
+
+    Attributes
+    ----------
+    jumps : (functions,), the flow of each function through the contacts
+    """
+
+    def __init__(
+        self, domain: Domain, probe: Any, inside: np.ndarray, contacts: Sequence[tuple[np.ndarray, float]]
+    ) -> None:
+        facets, along, self.jumps = domain.facets(probe), domain.directions(probe)[:, None], np.zeros(domain.space.size)
+        cells = domain.space.mesh.f2t[:, facets]
+        both = (cells >= 0).all(axis=0) & inside[cells].all(axis=0)
+        for torn, resistance in contacts:
+            on = np.isin(facets, torn)
+            self.jumps += Interface.inside(domain.space, facets[on]).load(along[on] / resistance)
+            both &= ~on
+        self._sides = [
+            (Faces(domain.space, facets[both], side), half * along[both])
+            for side, half in zip(cells[:, both], (0.5, -0.5), strict=True)
+        ]
+
+    def row(self, conductivity: Conductivity) -> np.ndarray:
+        """(functions,): the flow of each function."""
+        return sum((faces.flux(along * conductivity(faces)) for faces, along in self._sides), self.jumps)
 
 
 class Paths:

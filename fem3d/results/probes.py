@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.problems.assembly import Surface, film
 from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import across
+from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme, KnownPlaces
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
@@ -23,8 +23,6 @@ from fem3d.spaces.integrals import Faces
 from scenes.model import Schedule, bends
 from statespace import channels
 
-Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
-"""The conductivity at facets seen from some cells: (facets, 1 or points), or with axes in front."""
 Row = Callable[[np.ndarray], np.ndarray]
 """(all nodes,) at a field (functions,)."""
 
@@ -125,24 +123,18 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
 
 
 def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
-    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets seen from some cells:
-    on the surface into the solid, inside the mean of the flows of both sides, at contacts by the jump."""
+    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets: on the surface into
+    the solid, inside as of a `Section`."""
     facets = domain.facets(probe)
-    outer = facets[domain.exposed(facets)]
-    row = np.zeros(domain.space.size)
-    if len(outer):
-        seen = domain.seen(outer)
-        row -= seen.flux(conductivity(seen, domain.space.mesh.f2t[0, outer]))
+    seen = domain.seen(facets[domain.exposed(facets)])
     jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
-    every = np.ones(len(domain.body), bool)
-    for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
-        row += sign * faces.flux(conductivity(faces, cells))
-    return row + across(domain, probe, jumping)
+    section = Section(domain, probe, np.ones(len(domain.body), bool), jumping)
+    return section.row(conductivity) - seen.flux(conductivity(seen))
 
 
 def cell_by_cell(conductivity: np.ndarray) -> Conductivity:
     """Return the `Conductivity` for values by cell: (cells,), or (3, cells) along the axes."""
-    return lambda faces, cells: conductivity[..., cells, None]
+    return lambda faces: conductivity[..., faces.cells, None]
 
 
 def _conductivity(heat: HeatProblem) -> Conductivity:
@@ -150,7 +142,7 @@ def _conductivity(heat: HeatProblem) -> Conductivity:
     about, domain = heat.about, heat.domain
     if about is None:
         return cell_by_cell(domain.per_cell("thermal_conductivity"))
-    return lambda faces, cells: at_faces(domain, about, faces, cells)
+    return lambda faces: at_faces(domain, "thermal_conductivity", about, faces)
 
 
 def _by_law(probe: Any) -> Callable[[HeatProblem, Any], Row | None]:
@@ -163,7 +155,10 @@ def _by_law(probe: Any) -> Callable[[HeatProblem, Any], Row | None]:
         cold = cell_by_cell(domain.per_cell("thermal_conductivity"))
 
         def changed(u: np.ndarray) -> np.ndarray:
-            return heat.take(gradient(domain, probe, lambda f, cells: at_faces(domain, u, f, cells) - cold(f, cells)))
+            def conductivity(faces: Faces) -> np.ndarray:
+                return at_faces(domain, "thermal_conductivity", u, faces) - cold(faces)
+
+            return heat.take(gradient(domain, probe, conductivity))
 
         return changed
 

@@ -7,7 +7,7 @@ condition or a probe: for boxes by coordinates (`Boxes`), on bricks and tetrahed
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeVar
@@ -136,22 +136,6 @@ class Domain(ABC):
         side = fine.argmax(axis=0)
         kept = fine.any(axis=0)
         return Faces(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
-
-    def sides(
-        self, item: Any, inside: np.ndarray, without: Sequence[np.ndarray] = ()
-    ) -> Iterator[tuple[Faces, float, np.ndarray]]:
-        """The facets of a flat probe, but for some, with a chosen cell on either side, as seen from both: (faces, half
-        the sign of their normal, cells)."""
-        facets = self.facets(item)
-        pairs = self.space.mesh.f2t[:, facets]
-        both = (pairs >= 0).all(axis=0) & ~np.isin(facets, _every(without))
-        both[both] = inside[pairs[:, both]].all(axis=0)
-        signs = self.directions(item)[both]
-        for side in (0, 1):
-            for sign in np.unique(signs):
-                at = np.flatnonzero(signs == sign)
-                cells = pairs[side, both][at]
-                yield Faces(self.space, facets[both][at], cells), float(sign) * (0.5 - side), cells
 
     def on(self, boundary: Any) -> np.ndarray:
         """The facets on which a condition acts: for a voltage, facets of conductors that carry current; for a flux,

@@ -270,7 +270,7 @@ class Faces:
 
     def by(self, space: Space) -> Faces:
         """The same facets, seen from the same cells, by the functions of another space on the mesh."""
-        return Faces(space, self.facets, self.cells)
+        return self if space is self.space else Faces(space, self.facets, self.cells)
 
     @cached_property
     def sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
