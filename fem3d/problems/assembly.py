@@ -213,10 +213,6 @@ class Surface:
         slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]
         return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
 
-    def finer(self, points: int) -> Surface:
-        """By a quadrature of so many more points along each axis."""
-        return replace(self, more=self.more + points)
-
     def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
         """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin
         (functions,)."""
@@ -278,6 +274,7 @@ def refine_quadratures(
     heat: HeatProblem, conductor: Conductor | None, points: int
 ) -> tuple[HeatProblem, Conductor | None]:
     """Return the problem by quadratures of its laws with so many more points along each axis."""
-    finer = replace(heat, terms=tuple(term.finer(points) for term in heat.terms))
+    terms: tuple[Any, ...] = heat.terms
+    finer = replace(heat, terms=tuple(replace(term, more=term.more + points) for term in terms))
     finer.kept.update(heat.kept)
     return finer, conductor and conductor.finer(points)

@@ -41,9 +41,6 @@ class Term(Protocol):
         """(functions, functions) twice, in W/K: a symmetric part of its derivative, with which K stays positive
         definite, and the rest where there is one."""
 
-    def finer(self, points: int) -> Term:
-        """The same by a quadrature with so many more points along each axis, for the quadrature error."""
-
 
 class OfCells:
     """A property (by its key) on some cells, as a function of the temperature at points (cells, points): (cells,
@@ -152,10 +149,6 @@ class Conduction:
             rows.append(np.broadcast_to(dofs[:, :, None], shape).ravel())
             columns.append(np.broadcast_to(dofs[:, None], shape).ravel())
         return np.concatenate(rows), np.concatenate(columns)
-
-    def finer(self, points: int) -> Conduction:
-        """By a quadrature of so many more points along each axis."""
-        return Conduction(self.domain, self.more + points)
 
 
 @dataclass(frozen=True, eq=False)
