@@ -68,29 +68,16 @@ class Space(ABC):
         """(functions,): the number of each function before the split."""
         return np.arange(self.size)
 
-    def renumbered(self: S, dofs: np.ndarray, origin: np.ndarray) -> S:
-        """The space with other numbers ``dofs`` of its cells' functions, with the ``origin`` of each."""
+    def enlarged(self: S, dofs: np.ndarray, copied: np.ndarray) -> S:
+        """The space with more functions, each a copy of one (copies,), and the numbers ``dofs`` of its cells'
+        functions."""
         space = copy(self)
         for name in [n for n in vars(space) if isinstance(getattr(type(self), n, None), cached_property)]:
             del vars(space)[name]
-        space.dofs, space.size = dofs, len(origin)
-        # The k-th copy of a function belongs to the k-th copy of its entity.
-        order = np.argsort(origin, kind="stable")
-        firsts = np.flatnonzero(np.diff(origin[order], prepend=-1))
-        turn = np.empty(len(origin), int)
-        turn[order] = np.arange(len(origin)) - np.repeat(firsts, np.diff(np.append(firsts, len(origin))))
-        entities = self.entity[origin]
-        split, number = np.unique(turn[turn > 0] * len(self.places) + entities[turn > 0], return_inverse=True)
-        entities[turn > 0] = len(self.places) + number
-        space.entity, space.places = entities, np.concatenate([self.places, self.places[split % len(self.places)]])
-        vars(space)["origin"] = origin
-        return space
-
-    def extended(self: S, name: str, functions: np.ndarray) -> S:
-        """The space with partners of some functions of a face beyond it, under its name."""
-        extra = self.size + np.arange(len(functions))
-        space = self.renumbered(self.dofs, np.concatenate([self.origin, self.origin[functions]]))
-        space.beyond = {**self.beyond, name: (functions, extra)}
+        space.dofs, space.size = dofs, self.size + len(copied)
+        space.entity = np.append(self.entity, len(self.places) + np.arange(len(copied)))
+        space.places = np.concatenate([self.places, self.places[self.entity[copied]]])
+        vars(space)["origin"] = np.append(self.origin, self.origin[copied])
         return space
 
     @cached_property

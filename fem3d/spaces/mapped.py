@@ -13,7 +13,7 @@ ends inside the solid both sides share functions: around the rim all cells hang 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import Any, TypeVar
@@ -176,56 +176,41 @@ def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = Non
     are no cell's: one for each function of the face. The space itself where there is neither."""
     if not len(facets) and not beyond:
         return space
-    dofs, origin = _split(space, facets)
-    torn_space = space.renumbered(dofs, origin)
+    torn_space = space.enlarged(*_split(space, facets))
     torn_space.torn = facets
     for name, face in (beyond or {}).items():
         functions = np.flatnonzero(Faces(torn_space, face.facets, face.cells).functions)
-        torn_space = torn_space.extended(name, functions)
+        former = torn_space
+        torn_space = former.enlarged(former.dofs, functions)
+        torn_space.beyond = {**former.beyond, name: (functions, np.arange(former.size, torn_space.size))}
     return torn_space
 
 
 def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """``dofs`` with other numbers where functions are split, and (functions,) the former number of each."""
-    mesh, count = space.mesh, space.dofs.shape[1]
-    on = np.zeros(space.size, bool)
-    for seen in mesh.f2t[:, facets]:
-        for functions, _ in _of_sides(space, facets, seen):
-            on[functions] = True
-    touching = np.flatnonzero(on[space.dofs].any(axis=0))
-    local, at = np.nonzero(on[space.dofs[:, touching]])
-    cells = touching[at]
-    # Each function of each cell, by the function and the cell.
-    keys, place = np.unique(space.dofs[local, cells].astype(np.int64) * count + cells, return_inverse=True)
-    joins = np.setdiff1d(np.unique(mesh.t2f[:, touching]), facets)
-    joins = joins[mesh.f2t[1, joins] >= 0]
-    pairs = [np.empty((2, 0), np.int64)]
-    for functions, which in _of_sides(space, joins, mesh.f2t[0, joins]):
-        both = functions[None].astype(np.int64) * count + mesh.f2t[:, joins[which]][:, None]
-        pairs.append(both[:, on[functions]])
-    first, second = np.searchsorted(keys, np.concatenate(pairs, axis=1))
-    graph = coo_array((np.ones(len(first), bool), (first, second)), shape=(len(keys),) * 2)
-    # A set of cells keeps the function's number if it has the first of its cells.
+    """``dofs`` with other numbers where functions are split, and (copies,) the function that each new one copies."""
+    f2t, dofs = space.mesh.f2t, space.dofs.copy()
+    on = Faces(space, facets, f2t[0, facets]).functions
+    local, cells = np.nonzero(on[dofs])
+    functions = dofs[local, cells]
+    # The places of the functions of cells, in which neighbours are joined by a facet without a contact.
+    count = len(cells)
+    place = csc_array((np.arange(1, count + 1), (functions, cells)), shape=(space.size, dofs.shape[1]))
+    joins = np.setdiff1d(np.flatnonzero(f2t[1] >= 0), facets)
+    one, other = (place[:, side] for side in f2t[:, joins])
+    pairs = one.multiply(other > 0).tocsc().data - 1, other.multiply(one > 0).tocsc().data - 1
+    graph = coo_array((np.ones(len(pairs[0]), bool), pairs), shape=(count, count))
     _, label = connected_components(graph, directed=False)
+    # A set of cells keeps the function's number if it has the first of its cells.
     _, start, label = np.unique(label, return_index=True, return_inverse=True)
-    former = keys[start] // count
-    rest = np.argsort(start)
-    rest = rest[np.flatnonzero(np.diff(former[rest], prepend=-1) == 0)]
+    former = functions[start]
+    order = np.lexsort((cells, functions))
+    firsts = order[np.flatnonzero(np.diff(functions[order], prepend=-1))]
+    new = np.ones(len(former), bool)
+    new[label[firsts]] = False
     number = former.copy()
-    number[rest] = space.size + np.arange(len(rest))
-    dofs = space.dofs.copy()
-    dofs[local, cells] = number[label[place]]
-    return dofs, np.concatenate([np.arange(space.size), former[rest]])
-
-
-def _of_sides(space: Space, facets: np.ndarray, cells: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """For each side of the reference cell the functions (functions of a side, facets) on the facets at that side of
-    their cell, and the indices (facets,) of these facets."""
-    local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
-    for number in np.unique(local):
-        at = np.flatnonzero(local == number)
-        nonzero = np.flatnonzero(space.side(int(number))[0].values.any(axis=0))
-        yield space.dofs[np.ix_(nonzero, cells[at])], at
+    number[new] = space.size + np.arange(new.sum())
+    dofs[local, cells] = number[label]
+    return dofs, former[new]
 
 
 @dataclass(frozen=True, eq=False)
