@@ -188,8 +188,7 @@ def dissection(
         size, joins, right = narrowest(places[order, axis], sizes[order], number[rows], number[columns])
         return size, order[joins], order[right]
 
-    # A closure that refers to itself would keep itself in memory: it gets itself as an argument.
-    def split(again: Any, nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
+    def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
         whole: Cut = np.inf, nodes[:0], nodes
         cuts = [cut(nodes, axis, rows, columns) for axis in range(3)] if sizes[nodes].sum() > LEAF else []
         size, joins, right = min([whole, *cuts], key=lambda each: each[0])
@@ -204,7 +203,7 @@ def dissection(
         for which in (1, 2):
             within = (side[rows] == which) & (side[columns] == which)
             halves.append((nodes[side[nodes] == which], rows[within], columns[within]))
-        below = [piece for half in halves if len(half[0]) for piece in again(again, *half)]
+        below = [piece for half in halves if len(half[0]) for piece in split(*half)]
         if not len(joins):
             return below
         # Along the plane, so that the neighbours of a piece are contiguous.
@@ -212,7 +211,7 @@ def dissection(
         joined.append(below)
         return [len(pieces) - 1]
 
-    split(split, np.arange(len(places)), rows, columns)
+    split(np.arange(len(places)), rows, columns)
     return pieces, joined
 
 

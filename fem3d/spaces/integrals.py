@@ -174,26 +174,15 @@ class Cells:
             return self._inverse * field
         return np.einsum("ijcp,icp->jcp", self._inverse, np.broadcast_to(field, self._inverse.shape[1:]))
 
-    def load(self, density: np.ndarray, power: int = 1) -> np.ndarray:
-        """(functions,): the integral of a density (cells, 1 or points) times each function to a power."""
-        if power == 1:
-            return self._scattered(self._rule.tested(density * self.weights))
-        return self._scattered((density * self.weights) @ self._rule.values**power)
+    def load(self, density: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of a density (cells, 1 or points) times each function."""
+        return self._scattered(self._rule.tested(density * self.weights))
 
     def flow(self, field: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a field (3, cells, points) times the gradient of each function."""
         within = self._inverse * field if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, field)
         x, y, z = (self._rule.tested(f * self.weights, d) for d, f in enumerate(within))
         return self._scattered(x + y + z)
-
-    def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for the n functions of a
-        cell that don't vanish, and the mask of these functions."""
-        present = self._rule.present
-        values = self._rule.values[:, present]
-        weighted = density * self.weights
-        # Cell by cell, as functions times weights at many points are large.
-        return np.array([(values.T * each) @ values for each in weighted]).reshape(-1, *[present.sum()] * 2), present
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
@@ -202,7 +191,10 @@ class Cells:
     def entries(self, density: np.ndarray, other: Cells | None = None) -> np.ndarray:
         """(3, any number): the entries of `mass_of` in each cell, which add up, and their rows and columns; columns by
         the functions of an ``other`` object with the same cells, if given."""
-        blocks, present = self.blocks(density)
+        present = self._rule.present
+        values, count = self._rule.values[:, present], present.sum()
+        # Cell by cell, as functions times weights at many points are large.
+        blocks = np.array([(values.T * each) @ values for each in density * self.weights]).reshape(-1, count, count)
         nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
         dofs = self.dofs[:, present][:, :, None], (other or self).dofs[:, present][:, None]
         rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in dofs)
@@ -320,7 +312,7 @@ class Faces:
         """(functions, 3): the integral of the outward normal times the square of each function."""
         normals = np.zeros((self.space.size, 3))
         for _, cells, normal in self.sides:
-            normals += np.stack([cells.load(n, power=2) for n in normal], axis=1)
+            normals += np.stack([cells.mass_of(n).diagonal() for n in normal], axis=1)
         return normals
 
 

@@ -33,13 +33,10 @@ PER_ENTRY_OF_CELLS, PER_FACTOR_OF_CELLS = 90.0, 5.0
 
 @dataclass(frozen=True)
 class Size:
-    """Cells, unknowns, the unknowns of the smallest layer of cells that halves the grid (``join``), the entries of the
-    cells' matrices before summation, the entries of the factors, and bytes at the peak of a run (``memory``)."""
+    """Cells, unknowns, the entries of the factors, and bytes at the peak of a run (``memory``)."""
 
     cells: int
     unknowns: int
-    join: float
-    entries: float
     factors: float
     memory: float
 
@@ -74,13 +71,16 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     for d in range(3):
         across = grid.solid.sum(axis=tuple({0, 1, 2} - {d}))
         layers.append(int(across[np.searchsorted(np.cumsum(across), across.sum() / 2)]))
-    join = unknowns * min(layers) / cells
-    factors = factor_entries(unknowns, join)
     # Potentials have a problem of their own where current passes.
     coarse = [np.searchsorted(p, (b[1:] + b[:-1]) / 2) - 1 for p, b in zip(graph.planes, grid.breaks, strict=True)]
-    live = (graph.live.reshape(graph.owner.shape)[np.ix_(*coarse)] & grid.solid).sum() / cells
-    memory = START_UP + PER_ENTRY * entries + (1 + live) * PER_FACTOR * factors
-    return Size(cells, unknowns, join, float(entries), factors, float(memory))
+    live = float((graph.live.reshape(graph.owner.shape)[np.ix_(*coarse)] & grid.solid).sum() / cells)
+    return _size(cells, unknowns, min(layers), live, PER_ENTRY * entries, PER_FACTOR)
+
+
+def _size(cells: int, unknowns: int, layer: float, live: float, matrices: float, per_factor: float) -> Size:
+    """The size of a mesh whose smallest layer of cells that halves it has so many, from the bytes of its matrices."""
+    factors = factor_entries(unknowns, unknowns * layer / cells)
+    return Size(cells, unknowns, factors, float(START_UP + matrices + (1 + live) * per_factor * factors))
 
 
 @lru_cache
@@ -103,7 +103,4 @@ def of_cells(mesh: Any, degree: int, live: float) -> Size:
         of_cell = (degree + 1) * (degree + 2) * (degree + 3) // 6
     else:
         unknowns, of_cell = mesh.nvertices + edges + facets + cells, 27
-    join, entries = unknowns * across / cells, float(of_cell**2 * cells)
-    factors = factor_entries(unknowns, join)
-    memory = START_UP + PER_ENTRY_OF_CELLS * entries + (1 + live) * PER_FACTOR_OF_CELLS * factors
-    return Size(cells, int(unknowns), join, entries, factors, memory)
+    return _size(cells, int(unknowns), across, live, PER_ENTRY_OF_CELLS * of_cell**2 * cells, PER_FACTOR_OF_CELLS)
