@@ -24,7 +24,7 @@ from fem3d.results.outputs import Outputs
 from fem3d.results.probes import reading
 from fem3d.runs import probe_quantities, projection
 from fem3d.runs import scene as scene_run
-from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
+from fem3d.runs.probe_quantities import OF_FLOW, earliest
 from fem3d.runs.projection import Projection
 from fem3d.solution import transient
 from fem3d.solution.transient import Base
@@ -212,15 +212,9 @@ def _rise(scene: AnyScene, runs: list[Reference]) -> float:
     return max(rises, default=0.0)
 
 
-def first_time(scene: AnyScene) -> float:
-    """Return the earliest time (s) at which the accuracy of traces holds."""
-    instants = [t for t in scene.output_times if 0 < t <= scene.end_time]
-    return min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time
-
-
 def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
     """Choose times for the comparison of a model, where the accuracy holds, also after a jump."""
-    first = first_time(scene)
+    first = earliest(scene)
     drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
     given = [v for v in drives.values() if isinstance(v, Schedule)]
     jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
@@ -236,30 +230,21 @@ def _problem(scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own:
     """The heat problem and the conductor with a channel for each input, and the part that is solved. They hold
     ``accuracy`` for inputs that together make rises of the size of the scene's ``own``, relative to its scales or more,
     as such rises may cancel out in a probe."""
-    scales, rise = own[0].scales, _rise(scene, own)
-    named = apart(scene, inputs)
-    start, mixed = None, _mixed(scene, inputs, rise)
-    if isinstance(named, MeshScene):
-        part, start = scene_run.part_of(named, True), scene_run.on_file(named)
-        start = start.with_scene(replace(driven(named, mixed), accuracy=accuracy))
-    else:
-        start = scene_run.start(replace(driven(named, mixed), accuracy=accuracy))[1]
-        start = start if start.whole else None
-        part = scene_run.part_of(named, start is not None)
-    mixed_scene = replace(driven(scene, mixed), accuracy=accuracy)
-    mixed_part = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
+    scales, named, mixed = own[0].scales, apart(scene, inputs), _mixed(scene, inputs, _rise(scene, own))
+
+    def with_mixed(scene: Any) -> Any:
+        return replace(driven(scene, mixed), accuracy=accuracy)
+
+    start = scene_run.start(with_mixed(named))[1]
+    part, alike = scene_run.part_of(named, start.whole), with_mixed(scene)
 
     def largest(out: Outputs) -> dict[str, float]:
-        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(mixed_scene, out, {}).items()}
+        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(alike, out, {}).items()}
 
-    study = replace(
-        probe_quantities.study(mixed_scene, mixed_part),
-        field=None,
-        extrapolated=False,
-        steady_scales=largest,
-        trace_scales=largest,
-    )
-    mesh: Any = adapt(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
+    study = probe_quantities.study(alike, replace(part, scene=with_mixed(part.scene)))
+    study = replace(study, field=None, extrapolated=False, steady_scales=largest, trace_scales=largest)
+    first = start if start.whole else None
+    mesh: Any = adapt(study, not scene.steady, mesh=first, with_steady=scene.steady).mesh
     given = mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
 
@@ -293,11 +278,11 @@ def _rich(
         return Projection(alone, alone.project(none), part, inputs, True), None, {}
     slow = projection.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
-    earliest = slow if scene.steady else first_time(scene)
-    base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
+    first = slow if scene.steady else earliest(scene)
+    base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), first), end, accuracy)
     steps = np.concatenate([[1.0], steps])
     loads = [*projection.loads_of(base, steps), *base.loads]
-    times = None if scene.steady else (earliest, min(slow, end))
+    times = None if scene.steady else (first, min(slow, end))
     jumps = projection.jumps_of(heat, steps)
     reduced = base.project(projection.krylov_fields(heat, [*loads, *jumps], times, SPACE * accuracy))
     rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
@@ -310,7 +295,7 @@ def _rich(
 
 
 def _document(scene: AnyScene, inputs: tuple[Channel, ...], space: StateSpace) -> dict[str, Any]:
-    return scene_document(scene, scene.name, inputs, space, first_time(scene))
+    return scene_document(scene, scene.name, inputs, space, earliest(scene))
 
 
 def _places(scene: AnyScene, rich: Projection, space: StateSpace, references: References) -> dict[str, np.ndarray]:
@@ -318,7 +303,7 @@ def _places(scene: AnyScene, rich: Projection, space: StateSpace, references: Re
     model, heat, places = CompactModel(_document(scene, rich.channels, space)), rich.heat, {}
     drives, states, scales = [], list[np.ndarray](), []
     for run in (run for runs in references.values() for run in runs):
-        times = [np.inf] if run.times is None else np.geomspace(first_time(scene), scene.end_time, 6).tolist()
+        times = [np.inf] if run.times is None else np.geomspace(earliest(scene), scene.end_time, 6).tolist()
         drives += [model.inputs_at(run.inputs, t) for t in times]
         states += [model.rest(drives[-1])] if run.times is None else [*model.march(times, run.inputs)]
         scales += [run.scales] * len(times)

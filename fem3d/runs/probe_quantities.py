@@ -82,7 +82,7 @@ def _at(boundary: Any, out: Outputs) -> np.ndarray:
 
 
 OF_FLOW = 0.01  # of the largest flow, power or current: the least scale of the error of one
-EARLY, LATE = 1e-3, 0.1  # parts of the end time: `_earliest` without requested instants, and its largest value
+EARLY, LATE = 1e-3, 0.1  # parts of the end time: `earliest` without requested instants, and its largest value
 
 
 def study(scene: AnyScene, part: Symmetry) -> Study:
@@ -92,7 +92,7 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
     return Study(
         part, scene.accuracy, _drive(scene), scene.end_time,
-        _earliest(scene), scene.output_times,
+        earliest(scene), scene.output_times,
         goals=goals, trace_goals=goals, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out, electrodes), traces=lambda out: values(scene, out, electrodes),
         steady_scales=lambda out: scales(scene, out, electrodes),
@@ -113,7 +113,7 @@ def _span(scene: AnyScene, key: str) -> float:
     return max(map(abs, given), default=0.0) if key == "current" else max(given, default=0.0) - min(given, default=0.0)
 
 
-def _earliest(scene: AnyScene) -> float:
+def earliest(scene: AnyScene) -> float:
     """Return the time (s) after the start, and after a jump of a given temperature, from which on traces hold their
     accuracy: the first requested instant, or less if another one, not right after a jump, is closer to its jump."""
     end = scene.end_time
