@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.heat import HeatProblem, combined
+from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import Voltmeter, reading
-from fem3d.solution.reduced import Reduced, orthonormal
+from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
 from scenes.model import UNITS
 from statespace.channels import Channel
-from statespace.reduction import SOONER, Row, StateSpace, Times
+from statespace.reduction import Row, StateSpace
 
 
 def slowest(heat: HeatProblem) -> float:
@@ -50,37 +50,6 @@ def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
                 warmed = [heat.whole(heat.solve_steady(cold[: heat.free])), *lifts]
                 loads += [size * conductor.joule_load(a, u, b) - cold for u in warmed]
     return [load for load in loads if load.any()]
-
-
-def krylov_fields(heat: HeatProblem, loads: list[np.ndarray], times: Times, enough: float) -> np.ndarray:
-    """(free nodes, fields): the rational Krylov fields (M + s K)^-1 F of some loads (all nodes), mass-orthonormal.
-
-    They hold the steady responses and, between the ``times``, four shifts s (s) or more, up to 16: shifts are added
-    until the residual at any shift is below the part ``enough`` of its load (Ruhe, Linear Algebra Appl. 58, 1984).
-    """
-    inner = np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)
-    fields = heat.solve_steady(inner)
-    if times is None or not loads:
-        return fields.T
-    shifts = missing = np.geomspace(times[0] / SOONER, max(times), 4)
-    while True:
-        fields = np.vstack([fields, *(heat.solve_shifted(shift)(inner) for shift in missing)])
-        basis = orthonormal(heat, fields.T)
-        between = np.sqrt(shifts[:-1] * shifts[1:])
-        missing = np.array([g for g in between if _residual(heat, basis, inner.T, g) > enough])
-        if not len(missing) or len(shifts) >= 16:
-            return basis
-        shifts = np.sort([*shifts, *missing])
-
-
-def _residual(heat: HeatProblem, basis: np.ndarray, loads: np.ndarray, shift: float) -> float:
-    """Estimate the largest relative error of (M + s K) u = F in the fields, in the energy norm. The diagonal of
-    the matrix suffices: the residual is orthogonal to the fields, hence rough."""
-    matrix = combined(heat.inner_mass, shift, heat.inner_stiffness)
-    product, tested = matrix @ basis, basis.T @ loads
-    solution = np.linalg.solve(basis.T @ product, tested)
-    squares = (loads - product @ solution) ** 2 / matrix.diagonal()[:, None]
-    return float(np.sqrt((squares.sum(axis=0) / (tested * solution).sum(axis=0)).max()))
 
 
 @dataclass(frozen=True, eq=False)
