@@ -75,7 +75,7 @@ class Duals:
         stills = []
         for name in self.rows:
             held = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
-            still = sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size))
+            still = sum((heat.field(heat.held[b]) for b in held), np.zeros(given.domain.space.size))
             stills.append(still / self.scales[name])
         seen = []
         for upper, density, duals in zip(given.conductors[1:], densities, self.fields, strict=True):

@@ -60,7 +60,7 @@ def assemble(domain: Domain) -> HeatProblem:
     fixed = order[free:]
     return HeatProblem(
         domain.inputs, free, stiffness, mass, (sources + loads)[:, order], values[:, fixed], generated,
-        {name: share[fixed] for name, share in shares.items()}, part(edges, fixed),
+        {name: share[order] for name, share in shares.items()}, part(edges, fixed),
         {name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order],
         Ordering(space.places), domain, order,

@@ -42,7 +42,8 @@ class HeatProblem:
     stiffness, mass : (all nodes, all nodes), W/K and J/K
     loads, given : (channels, all nodes), W, and (channels, fixed nodes), the given rises (K)
     generated : heat of the sources per channel (W)
-    held : for each boundary of given temperature, its part (fixed nodes,) of the reaction of each node
+    held : for each boundary of given temperature, its part (all nodes,) of the reaction of each fixed node: tested with
+        it as a field, the equations give the heat that enters at the boundary
     edges : (fixed nodes, fixed nodes), at nodes where boundaries meet at an angle: the reactions of the edge alone
     anchored : whether every part has an exit for heat, so that K is regular
     unit : (all nodes,), coefficients of the constant 1
@@ -99,7 +100,7 @@ class HeatProblem:
         return replace(
             self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: share[fixed] for name, share in self.held.items()}, edges=part(self.edges, fixed),
+            held={name: share[kept] for name, share in self.held.items()}, edges=part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
             torn=self.torn[kept], rest=None if self.rest is None else self.rest.part(kept),
@@ -225,15 +226,8 @@ class HeatProblem:
         held = self.lifts.any(axis=1)
         return np.array([t for t in self.inputs.knots(end) if (self.inputs.jumps(t) * held).any()])
 
-    @cached_property
-    def held_fields(self) -> dict[str, np.ndarray]:
-        """``held`` as fields (all nodes,) that vanish at the free nodes: tested with such a field, the equations give
-        the heat that enters at its boundary."""
-        none = np.zeros(self.free)
-        return {name: np.concatenate([none, part]) for name, part in self.held.items()}
-
     def disputed(self, names: Sequence[str]) -> np.ndarray:
-        """(k, all nodes): fields like ``held_fields``. The heat that enters at some boundaries together may be off by
+        """(k, all nodes): fields like ``held``. The heat that enters at some boundaries together may be off by
         the sum of the sizes of these fields, because boundaries share edges at an angle: there each part is only a
         leading term.
 
@@ -241,7 +235,7 @@ class HeatProblem:
         by 0.79 t (1 - t) at most for s = 2/3, of a re-entrant edge, between intervals whose lengths differ by a layer
         (meshes.grading.RATIO).
         """
-        together: np.ndarray = sum((self.held[name] for name in names), np.zeros(self.edges.shape[0]))
+        together: np.ndarray = sum((self.held[name][self.free :] for name in names), np.zeros(self.edges.shape[0]))
         weights = 0.8 * together * (1 - together) * (self.edges.diagonal() > 0)
         at = np.flatnonzero(weights > 1e-12)
         fields = np.zeros((len(at), self.size))
@@ -251,7 +245,7 @@ class HeatProblem:
     @cached_property
     def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
-        return {name: (self.turned(v), self.mass @ v) for name, v in self.held_fields.items()}
+        return {name: (self.turned(v), self.mass @ v) for name, v in self.held.items()}
 
     def turned(self, z: np.ndarray) -> np.ndarray:
         """(all nodes,): the transposed tangent times a field (all nodes), in W per K of the test function."""

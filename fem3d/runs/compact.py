@@ -134,7 +134,7 @@ def _compact(
         problem = _problem(scene, inputs, part * accuracy, own)
     except NumericsError as error:
         problem, because = _problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
-    rich, times, guessed = _rich(scene, inputs, problem, steps, accuracy)
+    rich, times, guessed = _rich(scene, inputs, problem, accuracy)
     space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
     reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
@@ -265,7 +265,7 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
 
 
 def _rich(
-    scene: AnyScene, inputs: tuple[Channel, ...], problem: Problem, steps: np.ndarray, accuracy: float
+    scene: AnyScene, inputs: tuple[Channel, ...], problem: Problem, accuracy: float
 ) -> tuple[Projection, Times, dict[str, np.ndarray]]:
     """Project the problem on more fields than are needed; and the times (s) for which they are, and for each probe of
     an extreme the rows of its places in the steady response to each load."""
@@ -280,16 +280,12 @@ def _rich(
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
     base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), first), end, accuracy)
-    steps = np.concatenate([[1.0], steps])
-    loads = [*projection.loads_of(base, steps), *base.loads]
-    times = None if scene.steady else (first, min(slow, end))
-    jumps = projection.jumps_of(heat, steps)
-    excited = [*loads, *jumps]
-    fields = heat.solve_steady(np.array([load[: heat.free] for load in excited]).reshape(-1, heat.free)).T
+    loads, times = [*base.loads, *projection.joule_loads(base)], None if scene.steady else (first, min(slow, end))
+    fields = heat.solve_steady(np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)).T
     if times is not None:
         shifts = np.geomspace(times[0] / SOONER, times[1], 4).tolist()
         # Every shift twice: more fields changed no model, down to an accuracy of 2e-5.
-        fields = Krylov(replace(base, fields=fields, loads=excited), *shifts).fields(2 * len(shifts))
+        fields = Krylov(replace(base, fields=fields, loads=loads), *shifts).fields(2 * len(shifts))
     reduced = base.project(fields)
     rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
     places = {

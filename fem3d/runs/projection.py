@@ -26,30 +26,19 @@ def slowest(heat: HeatProblem) -> float:
     return float(heat.unit[:n] @ (heat.inner_mass @ heat.solve_steady(load)) / max(heat.unit[:n] @ load, 1e-300))
 
 
-def jumps_of(heat: HeatProblem, steps: np.ndarray) -> list[np.ndarray]:
-    """Return the heat (J, all nodes) that a step of each given temperature, of size ``steps`` (channels,), takes at
-    once; as a state, it decays from then on."""
-    return [s * (heat.mass @ lift) for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
-
-
-def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
-    """Return the loads (W, all nodes) of a model, scaled by the inputs' steps (channels,): the load of every channel,
-    the Joule heat of every pair of current fields, and its change by temperature."""
-    heat, conductor = base.heat, base.conductor
-    lifts = [s * lift for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
-    loads = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True)]
-    if not heat.anchored:
-        loads += [heat.stiffness @ lift for lift in lifts]
-    if conductor is not None:
-        driven = conductor.voltages[1:].any(axis=1)
-        size, none = max(steps[1:][driven].tolist(), default=0.0) ** 2, np.zeros(heat.size)
-        for a, b in combinations_with_replacement([p.density for p in base.patterns], 2):
-            cold = size * conductor.joule_load(a, none, b)
-            loads.append(cold)
-            if conductor.warms:
-                warmed = [heat.whole(heat.solve_steady(cold[: heat.free])), *lifts]
-                loads += [size * conductor.joule_load(a, u, b) - cold for u in warmed]
-    return [load for load in loads if load.any()]
+def joule_loads(base: Base) -> list[np.ndarray]:
+    """Return the Joule heat (W, all nodes) of every pair of current fields, and its changes by temperature: by the rise
+    that it makes, and by each given temperature."""
+    heat, conductor, loads, none = base.heat, base.conductor, list[np.ndarray](), np.zeros(base.heat.size)
+    if conductor is None:
+        return loads
+    for a, b in combinations_with_replacement([p.density for p in base.patterns], 2):
+        cold = conductor.joule_load(a, none, b)
+        loads.append(cold)
+        if conductor.warms:
+            rises = [heat.whole(heat.solve_steady(cold[: heat.free])), *heat.lifts[1:]]
+            loads += [conductor.joule_load(a, rise, b) - cold for rise in rises if rise.any()]
+    return loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +146,7 @@ class Projection:
         """The heat that enters at a boundary of given temperature."""
         heat, reduced = self.heat, self.reduced
         per_rise, per_rate = heat.held_rows[name]
-        row = self._along(per_rise) + self._given(-heat.loads @ heat.held_fields[name])
+        row = self._along(per_rise) + self._given(-heat.loads @ heat.held[name])
         if not self.steady:
             row += Row(w=(heat.lifts @ per_rate)[1:], r=per_rate[: heat.free] @ reduced.basis)
         return row + Row(p=-_of_pairs(reduced.at_held[name])) if name in reduced.at_held else row

@@ -25,7 +25,6 @@ from fem3d.results.outputs import Study
 from fem3d.runs import currents, probe_quantities
 from fem3d.solution import transient
 from fem3d.solution.exponential import runs_away
-from fem3d.solution.march import AT_FULL_ORDER
 from meshes import grid, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -209,7 +208,8 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
 
 def way(scene: AnyScene) -> str:
     """Return how a transient is solved."""
-    return AT_FULL_ORDER if physics.nonlinear(scene, True) else "projected on a few Krylov fields"
+    all_unknowns = "with all unknowns, by a Runge-Kutta method of order 4"
+    return all_unknowns if physics.nonlinear(scene, True) else "projected on a few Krylov fields"
 
 
 def heat_step(scene: AnyScene, over_time: bool) -> Step:

@@ -39,7 +39,6 @@ from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
 
-AT_FULL_ORDER = "with all unknowns, by a Runge-Kutta method of order 4"  # as plans say
 A = np.array([
     [0, 0, 0, 0, 0, 0],
     [1 / 4, 1 / 4, 0, 0, 0, 0],
@@ -86,8 +85,6 @@ class FullResponse:
     heat: HeatProblem
     conductor: Conductor | None
     steps: list[Step]
-    points: int = 0
-    """By how many points along each axis quadratures of laws are finer than of the problem that was given."""
     outputs: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
     """What `fem3d.results.outputs` has worked out, by the number of the step."""
 
@@ -179,7 +176,7 @@ class _March:
     """The march through time: the problem, the linearization in use, and how well that serves."""
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float, points: int) -> None:
-        self._linear, self._points, self._tolerance = (heat, conductor), points, tolerance
+        self._linear, self._tolerance = (heat, conductor), tolerance
         self._heat, finer = refine_quadratures(heat, conductor, points) if points else (heat, conductor)
         self._conductor = finer
         if finer is not None:
@@ -245,7 +242,7 @@ class _March:
                     before, last_error = max(grown, length) if at_stop else grown, error
                 length, started = grown if started else following, True
                 length = end if ends else length
-        return FullResponse(heat, self._conductor, steps, self._points)
+        return FullResponse(heat, self._conductor, steps)
 
     def _jumped(self, state: _State, jump: np.ndarray) -> _State:
         """The state after given temperatures jump by so much (fixed nodes, K): the free nodes keep the heat."""

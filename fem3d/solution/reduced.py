@@ -151,7 +151,7 @@ def _joule(
     on = conductor.on
     densities = np.array([p.density for p in patterns])
     fields = on.value(heat.field(np.concatenate([heat.lifts, heat.whole(basis.T)])))
-    held = {name: on.value(heat.field(u)) for name, u in heat.held_fields.items()}
+    held = {name: on.value(heat.field(u)) for name, u in heat.held.items()}
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
     for name in dict.fromkeys(conductor.names.tolist()):

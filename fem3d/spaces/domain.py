@@ -99,12 +99,11 @@ class Domain(ABC):
     @property
     def electric(self: D) -> D:
         """The same domain with the space of the potentials, for voltages and currents."""
-        return self if self.potentials is None else self._electric
+        return self._electric or self
 
     @cached_property
-    def _electric(self: D) -> D:
-        assert self.potentials is not None
-        return replace(self, space=self.potentials, potentials=None)
+    def _electric(self: D) -> D | None:
+        return None if self.potentials is None else replace(self, space=self.potentials, potentials=None)
 
     def per_cell(self, key: str) -> np.ndarray:
         """(cells,): a property of the materials at the initial temperature; (3, cells) where any material
