@@ -35,7 +35,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.following import Rest, storage, terms
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Faces, halves, summed
+from fem3d.spaces.integrals import Entries, Faces, halves, summed
 from fem3d.spaces.mapped import Interface
 from scenes import faces
 from scenes.model import Schedule, Value, bends
@@ -86,7 +86,7 @@ def _films_and_fluxes(
     (functions,), int (h (T_air - T_0) + q_n) v (channels, functions) in W, and by boundary the heat that enters at no
     rise (channels,) and per kelvin (functions,)."""
     space, channels = domain.space, domain.inputs
-    films, cooled = list[np.ndarray](), np.zeros(space.size)
+    films, cooled = list[Entries](), np.zeros(space.size)
     loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
         if b.kind not in ("convection", "radiation", "heat_flux"):

@@ -17,11 +17,11 @@ from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import part
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces, halves
+from fem3d.spaces.integrals import Cells, Faces, halves, of_blocks, summed
 from scenes import laws, physics
 from scenes.errors import NumericsError
 from scenes.faces import COLDEST
@@ -135,20 +135,8 @@ class Conduction:
         for on, law, cold, _ in self.parts:
             rise = on.value(u)
             one, other = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
-            entries.append((one + 1j * other).ravel())
-        size = self.domain.space.size
-        return halves(csc_array(coo_array((np.concatenate(entries), self._places), shape=(size, size))))
-
-    @cached_property
-    def _places(self) -> tuple[np.ndarray, np.ndarray]:
-        """The rows and the columns of the entries of all cells' blocks."""
-        rows, columns = [], []
-        for on, _, _, _ in self.parts:
-            dofs = on.dofs.astype(np.int32)
-            shape = (*dofs.shape, dofs.shape[1])
-            rows.append(np.broadcast_to(dofs[:, :, None], shape).ravel())
-            columns.append(np.broadcast_to(dofs[:, None], shape).ravel())
-        return np.concatenate(rows), np.concatenate(columns)
+            entries.append(of_blocks(one + 1j * other, on.dofs))
+        return halves(summed(entries, self.domain.space.size))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import problems
-from fem3d.runs.device_model import DEPARTS, Projected, Structure, projected, structures
+from fem3d.runs.device_model import DEPARTS, Structure, projected, structures
 from fem3d.runs.differences import STEP, Difference, Table, Values
 from fem3d.runs.motion import move
 from fem3d.solution.steady import TIGHT
@@ -147,18 +147,18 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     for number in range(1, 13):
         say(f"level {number}: {given.heat.size} unknowns")
         nested = structures(device, given, part.copies)
-        fine, low = (projected(structure, generations, accuracy) for structure in nested[:2])
-        distances = _judged(device, fine, low, nodes)
+        (fine, fewer), (low, _) = (projected(structure, generations, accuracy) for structure in nested[:2])
+        distances = _judged(device, fine, low, fewer, nodes)
         space, fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("low", "fewer", "nodes"))
         if space + fields + between <= accuracy:
             details = {
-                "unknowns": given.heat.size, "states": fine.modal.count, "responses": fine.modal.responses,
+                "unknowns": given.heat.size, "states": fine.count, "responses": fine.responses,
                 "levels": number, "symmetry": part.part, "nodes": nodes, "degrees": [d.tolist() for d in grid.degrees],
             }  # fmt: skip
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
             edges = max(float(left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
-            return Model(device, fine.modal, low.modal, fine.fewer, missed, nodes, edges, details, nested[0])
+            return Model(device, fine, low, fewer, missed, nodes, edges, details, nested[0])
         if space > 0.75 * accuracy:
             grid = grading.raised(grid)
             given = problems(boxes(part.scene, grid), accuracy)
@@ -180,12 +180,12 @@ def _short(device: Device) -> Device:
     return replace(device, external=External(external.initial_temperature, final, step), end_time=2 * step)
 
 
-def _judged(device: Device, fine: Projected, low: Projected, nodes: int) -> dict[str, dict[str, float]]:
+def _judged(device: Device, fine: Modal, low: Modal, fewer: Modal, nodes: int) -> dict[str, dict[str, float]]:
     """Distances from the models of the lower space, with fewer fields and with fewer nodes, for each quantity relative
     to its scale, in a short run and in the steady state."""
-    short, state = _short(device), steady(fine.modal, device)
-    run = march(fine.modal, nodes, short, _steps(device))
-    others = {"low": (low.modal, nodes), "fewer": (fine.fewer, nodes), "nodes": (fine.modal, nodes - 2)}
+    short, state = _short(device), steady(fine, device)
+    run = march(fine, nodes, short, _steps(device))
+    others = {"low": (low, nodes), "fewer": (fewer, nodes), "nodes": (fine, nodes - 2)}
     scale, distances = _scales(device, run), dict[str, dict[str, float]]()
     for name, (modal, count) in others.items():
         apart = run.distance(march(modal, count, short, _steps(device)))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -173,18 +172,13 @@ def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, l
     return (covariance @ excited @ vectors[:, kept] / np.sqrt(values[kept])).T
 
 
-class Projected(NamedTuple):
-    """The model of a structure in some generations of fields, and the model with two fewer."""
-
-    modal: Modal
-    fewer: Modal
-
-
-def projected(structure: Structure, generations: int, accuracy: float) -> Projected:
-    """Project a structure on fields of two shifts, which take turns: the sample time and the slowest response."""
+def projected(structure: Structure, generations: int, accuracy: float) -> tuple[Modal, Modal]:
+    """Return the model of a structure in some generations of fields of two shifts, the sample time and the slowest
+    response, which take turns; and the model with two generations fewer."""
     base, earliest = structure.base(), structure.device.control.sample_time
     space = Krylov(base, earliest, max(earliest, slowest(structure.heat)))
     reduced = base.project(space.fields(generations))
     kept = reduced.states - min(space.dropped(generations, 2), reduced.states - 1)
     fewer = reduced.changed(np.eye(reduced.states, kept))
-    return Projected(*(structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer)))
+    modal, with_fewer = (structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer))
+    return modal, with_fewer

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
@@ -29,7 +29,7 @@ from fem3d.spaces.element import (
     separate,
     side,
 )
-from fem3d.spaces.integrals import Space, entities
+from fem3d.spaces.integrals import Space, entities, summed
 from meshes.grid import Grid
 
 
@@ -96,11 +96,10 @@ class BrickSpace(Space):
         h, entries, scale = self.h[:, cells], [], np.zeros((4, self.h.shape[1]))
         scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):
-            one, at = local(self.p, self._highest(alike)), self.dofs[:, alike]
-            both = one.entries[:3].T @ scale[:3, alike] + 1j * np.outer(one.entries[3], scale[3, alike])
-            entries.append((both.ravel(), at[one.rows].ravel(), at[one.columns].ravel()))
-        data, rows, columns = (np.concatenate(each) for each in zip(*entries, strict=True))
-        return csc_array(coo_array((data, (rows, columns)), shape=(self.size, self.size)))
+            (rows, columns, one), at = local(self.p, self._highest(alike)), self.dofs[:, alike]
+            both = one[:3].T @ scale[:3, alike] + 1j * np.outer(one[3], scale[3, alike])
+            entries.append((both.ravel(), at[rows].ravel(), at[columns].ravel()))
+        return summed(entries, self.size)
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
         chosen = np.zeros(self.h.shape[1], bool)
@@ -126,7 +125,7 @@ class BrickSpace(Space):
         return 1 / h, h.prod(axis=0)
 
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
-        return _values(self.p, X, along)
+        return products(modes(self.p), X, along)
 
     def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
         """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).
@@ -146,18 +145,13 @@ class BrickSpace(Space):
         return samples
 
 
-def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
-    """(points, functions): values at reference points (3, points), or slopes along an axis."""
-    return products(modes(p), X, along)
-
-
 @lru_cache(maxsize=32)
 def _rule(p: int, degrees: Degrees, more: Degrees) -> Rule:
     points, weights = product_rule(*(d + 1 + m for d, m in zip(degrees, more, strict=True)))
-    return rule(points.T, weights, partial(_values, p), np.flatnonzero(active(p, degrees)))
+    return rule(points.T, weights, partial(products, modes(p)), np.flatnonzero(active(p, degrees)))
 
 
 @lru_cache(maxsize=64)
 def _side(p: int, number: int, more: int) -> Side:
     points, weights = product_rule(p + 1 + more, p + 1 + more)
-    return side(RefHex, number, (points.T, weights), partial(_values, p))
+    return side(RefHex, number, (points.T, weights), partial(products, modes(p)))

@@ -114,34 +114,26 @@ def factors(p: int) -> tuple[np.ndarray, np.ndarray]:
     return mass, stiffness
 
 
-class Local(NamedTuple):
-    """Entries of a brick's matrices that are not zero: ``rows``, ``columns`` (pairs,) among the functions, and (4,
-    pairs) the x, y, z stiffness and the mass of the unit cube."""
-
-    rows: np.ndarray
-    columns: np.ndarray
-    entries: np.ndarray
-
-
 @lru_cache(maxsize=512)
-def local(p: int, degrees: Degrees) -> Local:
+def local(p: int, degrees: Degrees) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The reference matrices of the functions that are active for degrees along x, y, z: the forms
-    `conduction` and `capacity`, made of their 1D factors."""
+    `conduction` and `capacity`, made of their 1D factors. The rows and columns (pairs,) among the functions whose
+    entries are not zero, and (4, pairs) the x, y, z stiffness and the mass of the unit cube."""
     at, both = np.flatnonzero(active(p, degrees)), np.any(factors(p), axis=0)
     x, y, z = kinds = modes(p)[at].T
     r, c = np.nonzero(both[x[:, None], x] & both[y[:, None], y] & both[z[:, None], z])
     m, s = ([t[k[r], k[c]] for k in kinds] for t in factors(p))
     entries = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
     kept = entries.any(axis=0)
-    return Local(at[r[kept]], at[c[kept]], entries[:, kept])
+    return at[r[kept]], at[c[kept]], entries[:, kept]
 
 
 @lru_cache(maxsize=512)
 def separate(p: int, degrees: Degrees) -> csr_array:
     """(4 functions, functions): the entries of `local` as matrices, one below the other."""
-    one, n = local(p, degrees), len(modes(p))
-    starts = np.append(0, np.tile(np.bincount(one.rows, minlength=n), 4).cumsum())
-    return csr_array((one.entries.ravel(), np.tile(one.columns, 4), starts), shape=(4 * n, n))
+    (rows, columns, entries), n = local(p, degrees), len(modes(p))
+    starts = np.append(0, np.tile(np.bincount(rows, minlength=n), 4).cumsum())
+    return csr_array((entries.ravel(), np.tile(columns, 4), starts), shape=(4 * n, n))
 
 
 @BilinearForm

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from functools import cached_property
 from types import MappingProxyType
@@ -188,9 +188,9 @@ class Cells:
         """The integral of a density (cells, 1 or points) times u v."""
         return summed([self.entries(density)], self._space.size)
 
-    def entries(self, density: np.ndarray, other: Cells | None = None) -> np.ndarray:
-        """(3, any number): the entries of `mass_of` in each cell, which add up, and their rows and columns; columns by
-        the functions of an ``other`` object with the same cells, if given."""
+    def entries(self, density: np.ndarray, other: Cells | None = None) -> Entries:
+        """The entries of `mass_of` in each cell; columns by the functions of an ``other`` object with the same cells,
+        if given."""
         present = self._rule.present
         values, count = self._rule.values[:, present], present.sum()
         # Cell by cell, as functions times weights at many points are large.
@@ -198,7 +198,7 @@ class Cells:
         nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
         dofs = self.dofs[:, present][:, :, None], (other or self).dofs[:, present][:, None]
         rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in dofs)
-        return np.array([blocks[nonzero], rows, columns])
+        return blocks[nonzero], rows, columns
 
     def tangent(self, k: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
@@ -303,7 +303,7 @@ class Faces:
         """The integral of a density (facets, 1 or points) times u v."""
         return summed(self.entries(density), self.space.size)
 
-    def entries(self, density: np.ndarray | float) -> list[np.ndarray]:
+    def entries(self, density: np.ndarray | float) -> list[Entries]:
         """The entries of `mass_of` for each side, as `Cells.entries`."""
         full = np.broadcast_to(density, self.areas.shape)
         return [cells.entries(full[at]) for at, cells, _ in self.sides]
@@ -316,7 +316,19 @@ class Faces:
         return normals
 
 
-def summed(entries: list[np.ndarray], size: int) -> csc_array:
-    """(size, size): the matrix of `Cells.entries`."""
-    values, rows, columns = np.concatenate([np.empty((3, 0)), *entries], axis=1)
-    return csc_array(coo_array((values, (rows.astype(int), columns.astype(int))), shape=(size, size)))
+Entries = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Entries of a matrix, which add up: their values, rows and columns."""
+
+
+def of_blocks(blocks: np.ndarray, dofs: np.ndarray) -> Entries:
+    """The entries of a matrix for each cell (cells, n, n), with the numbers of its functions (cells, n)."""
+    dofs = dofs.astype(np.int32)
+    rows, columns = (np.broadcast_to(d, blocks.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
+    return blocks.ravel(), rows, columns
+
+
+def summed(entries: Iterable[Entries], size: int) -> csc_array:
+    """(size, size): the matrix of some entries."""
+    none = np.empty(0, np.int32)
+    values, rows, columns = (np.concatenate(each) for each in zip((np.empty(0), none, none), *entries, strict=True))
+    return csc_array(coo_array((values, (rows, columns)), shape=(size, size)))

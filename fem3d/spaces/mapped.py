@@ -28,7 +28,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
-from fem3d.spaces.integrals import Faces, Space, entities, summed
+from fem3d.spaces.integrals import Faces, Space, entities, of_blocks, summed
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
@@ -95,9 +95,7 @@ class MappedSpace(Space):
             blocks.imag[some] = c[some, None, None] * mass
         # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
         blocks = (blocks + np.swapaxes(blocks, 1, 2)) / 2
-        dofs = self.dofs[:, cells].T.astype(np.int32)
-        rows, columns = (np.broadcast_to(d, blocks.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
-        return csc_array(coo_array((blocks.ravel(), (rows, columns)), shape=(self.size, self.size)))
+        return summed([of_blocks(blocks, self.dofs[:, cells].T)], self.size)
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """scikit-fem's rule of `_order`, and two orders more for each point."""

@@ -66,7 +66,7 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     for (x, y, z), count in zip(np.ndindex(shape), counts.tolist(), strict=True):
         unknowns += count * _functions((x, y, z)) if count else 0
         if count and min(x, y, z):
-            cells, entries = cells + count, entries + count * len(local(shape[0] - 1, (x, y, z)).rows)
+            cells, entries = cells + count, entries + count * len(local(shape[0] - 1, (x, y, z))[0])
     layers = list[int]()
     for d in range(3):
         across = grid.solid.sum(axis=tuple({0, 1, 2} - {d}))
