@@ -133,7 +133,7 @@ class CellMesh(Mesh):
     @cached_property
     def size(self) -> Size:
         """Cells, unknowns and memory."""
-        return of_cells(self.cells, self.degree, float(self.domain.live.mean()))
+        return of_cells(self.domain)
 
     @property
     def simplex(self) -> bool:

@@ -134,9 +134,7 @@ class Newton:
 
     def finer(self, points: int) -> Newton:
         """The same problem, by quadratures of its laws with so many more points along each axis."""
-        finer = Newton(*refine_quadratures(self.heat, self.conductor, points), self.factors)
-        finer.steps = self.steps
-        return finer
+        return Newton(*refine_quadratures(self.heat, self.conductor, points), self.factors)
 
     def by_quadrature(self, point: Point) -> float:
         """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of

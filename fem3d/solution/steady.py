@@ -52,8 +52,8 @@ class SteadyState:
 
     ``rise`` (all nodes, K) and the ``source`` (all nodes, W) that it answers; ``joule`` (W) of each box and
     ``currents`` (A) of electrodes and probes; ``power`` (W); the ``potential`` (functions, V) and the current's
-    ``density`` (A/m2). ``steps`` counts Newton's steps, ``unsettled`` is the relative error of iteration and
-    quadrature. The ``heat`` problem is linearized about the state where a law makes it nonlinear.
+    ``density`` (A/m2). ``unsettled`` is the relative error of iteration and quadrature. The ``heat`` problem is
+    linearized about the state where a law makes it nonlinear.
     """
 
     heat: HeatProblem
@@ -64,7 +64,6 @@ class SteadyState:
     currents: dict[str, float] = field(default_factory=dict)
     power: float = 0.0
     potential: np.ndarray | None = None
-    steps: int = 1
     unsettled: float = 0.0
     density: np.ndarray = field(default_factory=lambda: np.zeros((3, 0, 0)))
 
@@ -304,8 +303,7 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
     else:
         problem, rise = heat, heat.improve(rise, source)
     return SteadyState(
-        problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, newton.steps, unsettled,
-        density,
+        problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, unsettled, density,
     )  # fmt: skip
 
 

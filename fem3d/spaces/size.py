@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from fem3d.spaces.domain import Domain
 from fem3d.spaces.element import Degrees, local
 from meshes import grid as grids
 from meshes.grid import Grid
@@ -91,16 +91,11 @@ def _functions(degrees: Degrees) -> int:
     return int((j[:, None, None] + k[:, None] + m <= max(degrees)).sum())
 
 
-def of_cells(mesh: Any, degree: int, live: float) -> Size:
-    """Foresee the size of the space of a degree on scikit-fem's mesh; current passes the part ``live`` (0 to 1)."""
+def of_cells(domain: Domain) -> Size:
+    """Foresee the size of the problems of a domain on scikit-fem's mesh."""
+    mesh, (functions, cells) = domain.space.mesh, domain.space.dofs.shape
     low, high = (extreme(mesh.p[:, mesh.t], axis=1) for extreme in (np.min, np.max))
     middle = np.median((low + high) / 2, axis=1)[:, None]
-    cells, facets = mesh.t.shape[1], mesh.facets.shape[1]
     across = float(((low <= middle) & (high > middle)).sum(axis=1).min())
-    edges = mesh.nvertices + facets - cells - 1  # Euler's count
-    if len(mesh.t) == 4:
-        unknowns = mesh.nvertices + (degree - 1) * edges + (degree - 2) * facets
-        of_cell = (degree + 1) * (degree + 2) * (degree + 3) // 6
-    else:
-        unknowns, of_cell = mesh.nvertices + edges + facets + cells, 27
-    return _size(cells, int(unknowns), across, live, PER_ENTRY_OF_CELLS * of_cell**2 * cells, PER_FACTOR_OF_CELLS)
+    matrices, live = PER_ENTRY_OF_CELLS * functions**2 * cells, float(domain.live.mean())
+    return _size(cells, domain.space.size, across, live, matrices, PER_FACTOR_OF_CELLS)
