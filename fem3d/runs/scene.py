@@ -15,20 +15,18 @@ import numpy as np
 from fem3d.adaptivity import choice, nested
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.cell_mesh import mesh_of
-from fem3d.adaptivity.marched import BEFORE, TIME_SHARE
+from fem3d.adaptivity.marched import BEFORE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
-from fem3d.adaptivity.reach import COARSEST
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
 from fem3d.results.outputs import Study
 from fem3d.runs import currents, probe_quantities
-from fem3d.solution import transient
 from fem3d.solution.exponential import runs_away
 from meshes import grid, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.errors import NumericsError, RunawayError, RunawayInTimeError, listed
+from scenes.errors import NumericsError, RunawayInTimeError, listed
 from scenes.free import structure
 from scenes.free.graph import CellGraph
 from scenes.model import AnyScene, MeshScene, Point, Scene
@@ -238,41 +236,17 @@ TRIES = 4  # runs that may each move the end: a finer mesh may run away earlier
 def until(
     scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None, whole: bool = False
 ) -> tuple[AnyScene, Result, str]:
-    """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence.
-
-    The sentence names the time of the runaway, the end of the result and, if a rough steady state gives it, the largest
-    voltage with a steady state. Raises the ``runaway`` itself if no such result can be solved.
-    """
+    """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence with the
+    time of the runaway and the end of the result. Raises the ``runaway`` itself if no such result can be solved."""
     time = runaway.time
     for _ in range(TRIES):
         end = float(f"{BEFORE * time:.2e}")
         kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
         try:
             result = solve(kept, progress, whole)
-            break
+            return kept, result, f"{runs_away(runaway.time, scene.accuracy)}; it is solved up to {TIME.show(end)}"
         except RunawayInTimeError as earlier:
             time = min(earlier.time, end)
         except NumericsError:
-            raise runaway from None
-    else:
-        raise runaway
-    instant, response = runaway.time, result.details["transient"]
-    try:
-        if isinstance(response, transient.Transient):
-            transient.march(response.base, response.reduced, scene.end_time, TIME_SHARE * scene.accuracy)
-    except RunawayInTimeError as known:
-        instant = known.time
-    limit = _limit(scene, runaway.time)
-    return kept, result, f"{runs_away(instant, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
-
-
-def _limit(scene: AnyScene, time: float) -> str:
-    """Return the end of a sentence: the largest voltage, or given current, with a steady state under the conditions at
-    a ``time`` (s); empty if unknown."""
-    try:
-        solve(replace(currents.at_instant(scene, time), accuracy=COARSEST))
-    except RunawayError as error:
-        return f"; {error.largest}" if error.largest else ""
-    except NumericsError:
-        return ""
-    return ""
+            break
+    raise runaway

@@ -127,16 +127,14 @@ class BrickSpace(Space):
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
         return products(modes(self.p), X, along)
 
-    def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
-        """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).
-        Values outside of the solid are meaningless."""
+    def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """(..., x, y, z): fields (..., functions) on a grid of coordinates (m), meaningless outside of the solid."""
         number, lines, at = np.zeros(self.grid.owner.shape, int), [], []
         number[tuple(self.ijk)] = np.arange(self.ijk.shape[1])
         for d, (breaks, places) in enumerate(zip(self.grid.breaks, (x, y, z), strict=True)):
             at.append(np.clip(np.searchsorted(breaks, places, side="right") - 1, 0, len(breaks) - 2))
-            h = np.diff(breaks)[at[d]]
-            values, slopes = line(self.p, (places - breaks[at[d]]) / h)
-            lines.append((slopes / h if d == slope else values)[modes(self.p)[:, d]])
+            values, _ = line(self.p, (places - breaks[at[d]]) / np.diff(breaks)[at[d]])
+            lines.append(values[modes(self.p)[:, d]])
         samples = np.empty((*u.shape[:-1], len(x), len(y), len(z)))
         for i in range(len(x)):  # plane by plane, which bounds the memory
             functions = lines[0][:, i, None, None] * lines[1][:, :, None] * lines[2][:, None]
