@@ -144,7 +144,8 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
     )  # fmt: skip
     start = scene.initial_temperature
     floor = min(given, default=start) if scene.steady else start
-    rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
+    thermal = [p for p in scene.probes if p.quantity == "temperature"]
+    rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in thermal}
     rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
     farthest = max([rise, *(abs(t - start) for t in given)])
     if rise <= ROUNDING * farthest:  # rounding, and no measure of temperature errors
@@ -180,10 +181,6 @@ def _least_conductance(scene: AnyScene) -> float:
         return float(max(k) * sides[0] * sides[1] / sides[2])
 
     return min(map(along, getattr(scene, "boxes", ())), default=0.0)
-
-
-def _of(scene: AnyScene, quantity: str) -> list[Any]:
-    return [p for p in scene.probes if p.quantity == quantity]
 
 
 def _largest(value: np.ndarray) -> float:

@@ -230,16 +230,13 @@ def electric_step(graph: CellGraph) -> Step:
     return Step("electric problem", "done", f"in {listed(graph.names(graph.live))}{follows}{still}")
 
 
-TRIES = 4  # runs that may each move the end: a finer mesh may run away earlier
-
-
 def until(
     scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None, whole: bool = False
 ) -> tuple[AnyScene, Result, str]:
     """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence with the
     time of the runaway and the end of the result. Raises the ``runaway`` itself if no such result can be solved."""
     time = runaway.time
-    for _ in range(TRIES):
+    for _ in range(4):  # each run may move the end: a finer mesh may run away earlier
         end = float(f"{BEFORE * time:.2e}")
         kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
         try:

@@ -139,36 +139,31 @@ class Domain(ABC):
     def on(self, boundary: Any) -> np.ndarray:
         """The facets on which a condition acts: for a voltage, facets of conductors that carry current; for a flux,
         exposed facets."""
-        if boundary.name not in self._facets:
+        if boundary.name not in self._known:
             facets = self.facets(boundary)
             if boundary.kind == "voltage":
                 cells = self.space.mesh.f2t[:, facets]
                 facets = facets[((cells >= 0) & self.live[cells]).any(axis=0)]
             elif boundary.kind != "temperature":
                 facets = facets[self.exposed(facets)]
-            self._facets[boundary.name] = facets
-        return self._facets[boundary.name]
+            self._known[boundary.name] = facets, self.seen(facets, self.live if boundary.kind == "voltage" else None)
+        return self._known[boundary.name][0]
 
     def faces(self, boundary: Any) -> Faces:
         """Integrals over the facets on which a condition acts: of a voltage behind a contact, by the functions beyond
         it."""
-        if boundary.kind != "voltage":
-            if boundary.name not in self._faces:
-                self._faces[boundary.name] = self.seen(self.on(boundary))
-            return self._faces[boundary.name]
-        face, space, beyond = self.seen(self.on(boundary), self.live), self.space, np.arange(self.space.size)
+        self.on(boundary)
+        face, space = self._known[boundary.name][1], self.space
         if boundary.name not in space.beyond:
             return face
         functions, partners = space.beyond[boundary.name]
-        beyond[functions] = partners
-        return Faces(space, face.facets, face.cells, dofs=beyond[space.dofs[:, face.cells]])
+        numbers = np.arange(space.size)
+        numbers[functions] = partners
+        return Faces(space, face.facets, face.cells, dofs=numbers[space.dofs[:, face.cells]])
 
     @cached_property
-    def _faces(self) -> dict[str, Faces]:
-        return {}
-
-    @cached_property
-    def _facets(self) -> dict[str, np.ndarray]:
+    def _known(self) -> dict[str, tuple[np.ndarray, Faces]]:
+        """By name the facets of conditions, for `on`, and these as seen from their cells."""
         return {}
 
     @abstractmethod

@@ -45,13 +45,12 @@ def features(scene: Scene) -> Features:
     grid = grids.coarsest(scene, 1)
     domain = boxes(scene, grid)
     mesh, exponents = domain.space.mesh, at_edges(domain).min(axis=0)
-    by_plane: list[dict[float, float]] = [{}, {}, {}]
-    for edge in np.flatnonzero(np.isfinite(exponents)).tolist():
-        one, other = mesh.p[:, mesh.edges[:, edge]].T.tolist()
-        for d, (at, end) in enumerate(zip(one, other, strict=True)):
-            if at == end:
-                by_plane[d][at] = min(float(exponents[edge]), by_plane[d].get(at, np.inf))
-    return Features(tuple(frozenset(b[1:-1].tolist()) for b in grid.breaks), tuple(by_plane))
+    ends = mesh.p[:, mesh.edges]
+    across = np.where((ends[:, 0] == ends[:, 1]) & np.isfinite(exponents), ends[:, 0], np.nan)
+    by_plane = tuple(
+        {x: float(exponents[at == x].min()) for x in np.unique(at[~np.isnan(at)]).tolist()} for at in across
+    )
+    return Features(tuple(frozenset(b[1:-1].tolist()) for b in grid.breaks), by_plane)
 
 
 def at_edges(domain: Domain) -> np.ndarray:
