@@ -32,7 +32,7 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Kept, Ordering, part
 from fem3d.problems.conductors import share_reactions
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import Rest, storage, terms
+from fem3d.problems.following import Conduction, Rest, Storage, Term, following
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Entries, Faces, halves, summed
@@ -56,6 +56,9 @@ def assemble(domain: Domain) -> HeatProblem:
     stiffness = halves(csc_array(with_ones + films))[0] if films.nnz else conduction
     stiffness, mass = part(stiffness, order), part(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
+    terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
+    terms += surfaces(domain)
+    storage = Storage(domain) if len(following(domain, "specific_heat")) else None
     free = int((~held[order]).sum())
     fixed = order[free:]
     return HeatProblem(
@@ -64,7 +67,7 @@ def assemble(domain: Domain) -> HeatProblem:
         {name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order],
         Ordering(space.places), domain, order,
-        contradiction[order], (*terms(domain), *surfaces(domain)), storage(domain),
+        contradiction[order], tuple(terms), storage,
     )  # fmt: skip
 
 

@@ -177,19 +177,9 @@ class Storage:
         return heat
 
 
-def storage(domain: Domain) -> Storage | None:
-    """Return the nonlinear storage of a domain; None where its capacity is constant."""
-    return Storage(domain) if len(following(domain, "specific_heat")) else None
-
-
 def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarray:
     """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
     return OfCells(domain, key, faces.cells).value(faces.by(domain.space).value(u))
-
-
-def terms(domain: Domain) -> tuple[Term, ...]:
-    """Return the terms of a conductivity that follows the temperature."""
-    return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()
 
 
 @dataclass(frozen=True, eq=False)

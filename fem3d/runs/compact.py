@@ -45,14 +45,7 @@ part is not reached."""
 LONGEST, ALWAYS = 4.0, 30.0
 """Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
 """
-INSTANTS = 60
-"""Instants of each run at which a model is compared."""
-# The step of each given temperature is this fraction of the previous step, with opposite sign: equal steps would
-# cancel out.
-LESS = 0.8
-FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
-MOST_PLACES, NEAR = 12, 1e-4
-"""Places of an extreme at most, and the part of a run's scale by which a place may miss the extreme."""
+MOST_PLACES = 12  # of an extreme
 
 
 def compact(
@@ -213,14 +206,14 @@ def _rise(scene: AnyScene, runs: list[Reference]) -> float:
 
 
 def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
-    """Choose times for the comparison of a model, where the accuracy holds, also after a jump."""
+    """Choose up to 60 times for the comparison of a model, where the accuracy holds, also after a jump."""
     first = earliest(scene)
     drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
     given = [v for v in drives.values() if isinstance(v, Schedule)]
     jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
     waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
     late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
-    return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
+    return late[np.unique(np.linspace(0, len(late) - 1, 60).astype(int))]
 
 
 Problem = tuple[HeatProblem, Conductor | None, Symmetry]
@@ -253,12 +246,12 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
     """Return a value for each input: voltages, sources and fluxes of the scene, and distinct temperatures."""
     conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
     steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
-    size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
+    size = min(max(rise, 1.0), 0.2 / max(steepest, 1e-300))  # changes a resistivity by a fifth at most
     values: dict[str, Value] = {}
     for c in inputs:
         if c.kind in ("temperature", "ambient"):
             values[c.name] = c.rest + size
-            size *= -LESS
+            size *= -0.8  # equal steps would cancel out
         else:
             values[c.name] = c.largest
     return values
@@ -313,7 +306,7 @@ def _places(scene: AnyScene, rich: Projection, space: StateSpace, references: Re
     for probe in heat.domain.scene.probes:
         if probe.quantity == "temperature" and reading(heat, probe).extreme is not None:
             rows = np.array([goal_row(heat, probe, u) for u in rises])
-            near = np.array([NEAR * scale[probe.name] for scale in scales])
+            near = np.array([1e-4 * scale[probe.name] for scale in scales])  # by which a place may miss the extreme
             places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
     return places
 

@@ -143,13 +143,14 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
     given = problems(boxes(part.scene, grid), accuracy)
+    judged = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
     generations, nodes = 10, 4
     for number in range(1, 13):
         say(f"level {number}: {given.heat.size} unknowns")
         nested = structures(device, given, part.copies)
         (fine, fewer), (low, _) = (projected(structure, generations, accuracy) for structure in nested[:2])
         distances = _judged(device, fine, low, fewer, nodes)
-        space, fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("low", "fewer", "nodes"))
+        space, fields, between = (max(distances[name][q] for q in judged) for name in ("low", "fewer", "nodes"))
         if space + fields + between <= accuracy:
             details = {
                 "unknowns": given.heat.size, "states": fine.count, "responses": fine.responses,
@@ -165,9 +166,6 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
         generations += 2 * (fields > accuracy / 8)
         nodes += 2 * (between > accuracy / 8)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
-
-
-_JUDGED = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
 
 
 def _short(device: Device) -> Device:
@@ -243,8 +241,6 @@ def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, sa
 
 FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
 """Quantities to differentiate; the controllers hold the temperatures."""
-STORAGE = ".density", ".specific_heat"
-"""Keys that no steady state depends on."""
 
 
 def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -> tuple[Table, dict[str, str]]:
@@ -269,7 +265,7 @@ def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -
     for key in numbers(device):
         if keys is not None and key not in keys:
             continue
-        if key.endswith(STORAGE):
+        if key.endswith((".density", ".specific_heat")):  # no steady state depends on these
             table[key] = {q: Estimate(0.0, 0.0) for q in known}
             continue
         try:

@@ -33,8 +33,6 @@ from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.result import Estimate, Result, Step, Traces
 from scenes.units import TIME
 
-LOOKED_AT = 9  # times of a run at which rises are compared with the ends of tables
-
 
 def solve(
     scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False, rough: Result | None = None
@@ -162,7 +160,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     over_time = None if response is None else response.imbalance
     rises = [] if state is None else [state.rise]
     if transient is not None:
-        rises += list(transient.rises(np.linspace(0.0, transient.end, LOOKED_AT)))
+        rises += list(transient.rises(np.linspace(0.0, transient.end, 9)))
     beyond = outputs.tables(
         heat, np.array(rises), physics.may_follow(heat.domain.scene, over_time=transient is not None)
     )

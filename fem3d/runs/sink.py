@@ -22,8 +22,6 @@ from scenes import laws, physics
 from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.sink import Sink, different
 
-NOT_TRACED = "heat_out_W", "anchor_resistance_K_per_W", "end_flow_W"
-
 
 def study(sink: Sink, part: Symmetry) -> Study:
     """Return the quantities, scales and times of a sink.
@@ -45,12 +43,13 @@ def study(sink: Sink, part: Symmetry) -> Study:
     def sizes(out: Outputs) -> dict[str, float]:
         return {name: abs(float(v)) for name, v in steady(sink, out).items()}
 
+    not_traced = "heat_out_W", "anchor_resistance_K_per_W", "end_flow_W"
     return Study(
         part, sink.accuracy, sink.drive.value, sink.end_time, 1e-5, (),
         {f"{n}_rise_K": n for n in goals}, {f"{n}_K": n for n in goals},
         tuple(f"{n}_rise_K" for n in rises), tuple(f"{n}_K" for n in over_time), ratios,
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out), steady_scales=sizes,
-        trace_scales=lambda out: {n.replace("_rise_K", "_K"): v for n, v in sizes(out).items() if n not in NOT_TRACED},
+        trace_scales=lambda out: {n.replace("_rise_K", "_K"): v for n, v in sizes(out).items() if n not in not_traced},
     )  # fmt: skip
 
 
