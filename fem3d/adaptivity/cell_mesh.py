@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, reach
+from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.mesh import AIM, Indicators, Mesh, less_accurate
@@ -59,17 +59,17 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
     was then refined for other readings, or where a law of the temperature causes errors away from edges.
     """
     values = {name: float(value) for name, value in level.fine.quantities.items()}
-    least = {n: level.least.get(n, 0.0) for n in level.errors}
     record = Record(values, level.errors, level.scales)
     part, larger = _fractions(record, history)
     before = history[-1].errors if history and not level.problems.follows else {}
     fell = {n for n, e in before.items() if level.errors[n] <= FELL * e}
     most = AS_IT_IS if level.extrapolated else 1.0
-    shares = {n: min(part, most) if n in fell else most for n in level.errors}
-    errors = {n: max(min(e, max(shares[n] * e, least[n])), larger.get(n, 0.0) * e) for n, e in level.errors.items()}
-    parts = {n: max(part, larger.get(n, 0.0)) for n in level.goals}
-    parts |= {n: min(parts[n], errors[n] / e) for n, e in level.errors.items() if n in parts and e > 0}
-    goals = {n: parts[n] * indicators for n, indicators in level.goals.items()}
+    shares = dict[str, float]()
+    for n, estimate in level.errors.items():
+        share = max(min(part, most) if n in fell else most, level.least[n] / max(estimate, 1e-300))
+        shares[n] = max(min(share, 1.0), larger.get(n, 0.0))
+    errors = {n: shares[n] * estimate for n, estimate in level.errors.items()}
+    goals = {n: shares.get(n, part) * indicators for n, indicators in level.goals.items()}
     return replace(level, errors=errors, goals=goals, record=record)
 
 
@@ -165,10 +165,7 @@ class CellMesh(Mesh):
 
     def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         level = super().examine(study, given, fine)
-        if level is None:
-            return None
-        level = corrected(level, self.history)
-        return replace(level, errors=goal_errors.as_balanced(study, level.errors, fine, level.scales))
+        return None if level is None else corrected(level, self.history)
 
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""

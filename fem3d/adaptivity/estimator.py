@@ -160,14 +160,14 @@ class Estimator:
         """Return (3, cells) the sum of absolute values over the group of each cell."""
         return np.array([np.bincount(pool, np.abs(part))[pool] for pool, part in zip(self.pools, parts, strict=True)])
 
-    def later(self, changed: np.ndarray, electric: bool) -> tuple[float, float]:
-        """Return the change of a goal expected from later degrees, and its largest deviation.
+    def later(self, changed: np.ndarray, electric: bool) -> np.ndarray:
+        """Return (2,) the change of a goal expected from later degrees, and its largest deviation.
 
         ``changed`` (cells,) is the signed contribution of the last degree, by the heat or by the current.
         """
         assert self.later_factors is not None
         expected, most = (each[int(electric)] for each in self.later_factors)
-        return float((expected * changed).sum()), float(((most - expected) * np.abs(changed)).sum())
+        return np.array([expected @ changed, (most - expected) @ np.abs(changed)])
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> np.ndarray:
         """Distribute parts (n,) of vertex functions over the cells around, and over their axes across an edge."""

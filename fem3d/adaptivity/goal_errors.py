@@ -7,7 +7,7 @@ by the sum of z_i r_i over the functions i that it adds.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -106,18 +106,11 @@ class Duals:
 def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     """Scale the potential (functions,) of the cold conductor in each space to the power of a state; empty without a
     heat problem."""
-    conductor = state.conductor
-    if conductor is None or not physics.heat(given.domain.scene):
+    if state.conductor is None or not physics.heat(given.domain.scene):
         return []
     potentials = [phi[0] for phi in given.cold_potentials]
-    power = float(potentials[-1] @ (conductor.matrix @ potentials[-1]))
-    hot = float((conductor.on.weights * conductor.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
-    return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
-
-
-def summed(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Add the indicators of ``b`` to the indicators of ``a`` with the same names."""
-    return {name: parts + b[name] if name in b else parts for name, parts in a.items()}
+    power = float(potentials[-1] @ (state.conductor.matrix @ potentials[-1]))
+    return [phi * np.sqrt(state.power / max(power, 1e-300)) for phi in potentials]
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
@@ -203,8 +196,8 @@ class Level:
     fine, low: the solutions in the highest space and in the next lower one.
     scales, errors: of each quantity, in its unit.
     goals: indicators of the power and of each goal with the power, relative to the scales.
-    least: lower limit of the errors on cells, independent of other meshes: the deviation of the extrapolated change
-        (`fem3d.adaptivity.nested`) and the error of the coupled iteration.
+    least: lower limit of the errors, independent of other meshes: the deviation of the extrapolated change
+        (`fem3d.adaptivity.nested`), the imbalance of heat and the error of the coupled iteration.
     extrapolated: whether the fine quantities contain the expected change by later degrees.
     record: the estimates before a correction by earlier meshes (`fem3d.adaptivity.cell_mesh`), on cells.
     """
@@ -215,7 +208,7 @@ class Level:
     scales: Errors
     errors: Errors
     goals: dict[str, np.ndarray]
-    least: Errors = field(default_factory=dict)
+    least: Errors
     extrapolated: bool = False
     record: Record | None = None
 
@@ -231,7 +224,11 @@ class Level:
 
 
 def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level | None:
-    """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one has."""
+    """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one has.
+
+    Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
+    quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
+    """
     given = given.about(fine.state.heat)
     try:
         low = solution(study, given, -2)
@@ -243,35 +240,25 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     others, part_scales = by_temperature(study, given, fine.state, scales), of_part(study.part, study.goals, scales)
     duals = Duals(study.goals, given, fine.state.rise, part_scales, others=others)
     thermal, electric = duals.thermal(), _potentials(study, given, scales)
-    by_heat = {name: float(estimator.indicators(thermal.pop(name)).sum()) for name in others}
-    parts, power = thermal | electric, estimator.indicators(given.electric_parts)
-    smooth = {name: estimator.indicators(each) for name, each in parts.items()}
-    torn = {name: each for name, each in duals.contradictions(estimator).items() if name in parts}
-    joule = duals.joule(warmed(given, fine.state))
-    by_current = {name: estimator.indicators(each) for name, each in joule.items() if name in parts}
-    goals = {"power": power} | with_current(summed(smooth, torn), by_current, power)
-    unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    if estimator.later_factors is not None:
-        better, doubts = nested.extrapolated(study, given, fine, low, scales, thermal, joule | electric, estimator)
-        doubts |= {name: doubts[name] + float(each.sum()) * scales[name] for name, each in torn.items()}
-    else:
-        better, doubts = fine, {}
-    errors = {}
+    heat = {name: each for name, each in thermal.items() if name not in others}
+    current = duals.joule(warmed(given, fine.state)) | electric
+    power, torn = given.electric_parts, duals.contradictions(estimator)
+    goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
     for name, value in fine.quantities.items():
-        scale, change = scales[name], abs(float(value - low.quantities[name]))
         # A given current does not follow the resistance.
-        fixed = name not in parts and given.conductor is not None and given.conductor.by_current
-        heated = 0.0 if fixed else by_heat.get(BY_TEMPERATURE + name, by_heat.get(BY_TEMPERATURE, 0.0)) * scale
-        if name not in parts:
-            errors[name] = max(change, heated) + float(power.sum()) * scale
-            continue
+        fixed = name not in electric and given.conductor is not None and given.conductor.by_current
+        warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
+        parts = [each for each in (heat.get(name, warm), current.get(name, power)) if each is not None]
+        goals[name] = sum((estimator.indicators(each) for each in parts), torn.get(name, np.zeros_like(power.last)))
         # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
-        own = parts[name].size + joule.get(name, given.electric_parts).size
-        errors[name] = max(change, float(goals[name].sum()) * scale + max(change - own * scale, 0.0))
-        if name in electric:
-            errors[name] = max(errors[name], heated)
-    errors = _with_others(study, fine, scales, errors, unsettled)
-    least = _with_others(study, better, scales, doubts, unsettled) if doubts else {}
+        change, own = abs(float(value - low.quantities[name])) / scales[name], sum(each.size for each in parts)
+        errors[name] = scales[name] * max(change, float(goals[name].sum()) + max(change - own, 0.0))
+    better, doubts = fine, dict.fromkeys(errors, 0.0)
+    if estimator.later_factors is not None:
+        better, doubts = nested.extrapolated(study, given, fine, low, scales, heat, current, estimator)
+        doubts = {name: doubt + scales[name] * float(np.sum(torn.get(name, 0.0))) for name, doubt in doubts.items()}
+    unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
+    errors, least = (_with_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
     return Level(given, better, low, scales, errors, goals, least, better is not fine)
 
 
@@ -280,29 +267,19 @@ def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float
     return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
 
 
-def with_current(
-    goals: Mapping[str, np.ndarray], joule: Mapping[str, np.ndarray], power: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Add to the indicators of goals the indicators of their Joule heat, or else of the power."""
-    return summed(goals, {name: joule.get(name, power) for name in goals})
-
-
 def _with_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], unsettled: float) -> Errors:
     """Add to errors of space the ``unsettled`` (relative) error of the coupled iteration and the doubt of an extreme's
-    place; a ratio's relative error is at least the relative error of its divided goal."""
-    doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
-    errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
-    errors = as_balanced(study, errors, fine, scales)
+    place. An error is at least the imbalance of heat, in watts for a heat flow, else relative to the passing heat; a
+    ratio's relative error is at least the relative error of its divided goal."""
+    gap, part = outputs.unbalanced(fine.out)
+    probes, errors = fine.state.heat.domain.probes, dict[str, float]()
+    for name, error in space.items():
+        probe = study.goals.get(name)
+        imbalance = gap if probe is not None and probes[probe].quantity == "heat_flow" else 0.0
+        doubt = float(fine.out.get(f"doubt:{probe}", 0.0))
+        errors[name] = max(error + unsettled * scales[name] + doubt, part * scales[name], imbalance)
     values = {name: abs(float(value)) for name, value in fine.quantities.items()}
     ratios = {
         name: max(errors[name], errors[goal] / values[goal] * values[name]) for name, goal in study.ratios.items()
     }
     return errors | ratios
-
-
-def as_balanced(study: Study, errors: Mapping[str, float], fine: Solution, scales: Mapping[str, float]) -> Errors:
-    """Raise each error to the imbalance of heat: in watts for a heat flow, else relative to the passing heat."""
-    gap, part = outputs.unbalanced(fine.out)
-    probes = fine.state.heat.domain.probes
-    flows = {name for name, probe in study.goals.items() if probes[probe].quantity == "heat_flow"}
-    return {name: max(e, part * scales[name], gap * (name in flows)) for name, e in errors.items()}

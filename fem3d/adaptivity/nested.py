@@ -248,23 +248,20 @@ def extrapolated(
     cell, relative to the scales. The rest of a change comes by way of other quantities, and continues like all
     contributions together, including the contributions to the power.
     """
-    known = study.extrapolated and not given.follows
-    kinds, power = ((heat, False), (current, True)), given.electric_parts
-    every = [(parts.last, electric) for goals, electric in kinds for parts in goals.values()] + [(power.last, True)]
-    sizes = [(np.abs(last).sum(axis=0), electric) for last, electric in every]
-    together = np.sum([[*estimator.later(size, electric), size.sum()] for size, electric in sizes], axis=0)
-    mean, mean_doubt = together[:2] / max(together[2], 1e-300)
+    signed = {
+        name: [(each[name].last.sum(axis=0), on) for each, on in ((heat, False), (current, True)) if name in each]
+        for name in fine.quantities
+    }
+    every = [(given.electric_parts.last.sum(axis=0), True), *(each for own in signed.values() for each in own)]
+    mean = np.sum([estimator.later(np.abs(part), electric) for part, electric in every], axis=0)
+    mean /= max(sum(float(np.abs(part).sum()) for part, _ in every), 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
+    known = study.extrapolated and not given.follows
     for name, value in fine.quantities.items():
-        last = other = float(value - low.quantities[name])
-        expected = doubt = 0.0
-        for goals, electric in kinds:
-            if name in goals:
-                signed = goals[name].last.sum(axis=0) * scales[name]
-                other -= float(signed.sum())
-                by_goal = estimator.later(signed, electric)
-                expected, doubt = expected + by_goal[0], doubt + by_goal[1]
-        expected, doubt = expected + mean * other, doubt + mean_doubt * abs(other)
+        last, own = float(value - low.quantities[name]), signed[name]
+        other = last - scales[name] * sum(float(part.sum()) for part, _ in own)
+        later = sum((scales[name] * estimator.later(*each) for each in own), mean * [other, abs(other)])
+        expected, doubt = later.tolist()
         quantities[name] = value + expected
         doubts[name] = doubt if known else max(doubt + abs(expected), abs(last))
     return replace(fine, quantities=quantities) if known else fine, doubts

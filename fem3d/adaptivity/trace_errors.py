@@ -124,6 +124,7 @@ class Comparison:
         self.study, self.given, self.judge, self.march = study, given, judge, march
         self.lower = study.traces(outputs.of_transient(low, study.part, march.checked))
         self.changes = distance(march.traces, self.lower)
+        self.scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
 
     def errors(self, steady_errors: Mapping[str, float]) -> tuple[dict[str, float], list[np.ndarray]]:
         """Return the error of each trace in its unit, and the indicators of the power and of all goals.
@@ -132,65 +133,55 @@ class Comparison:
         errors of the current, of Krylov fields and of extremes' places are added. Where a steady level exists, goals
         are estimated only to refine the mesh, and steady errors include the error of the current.
         """
-        study, march, judge = self.study, self.march, self.judge
+        study, march = self.study, self.march
         largest = max(change / march.scales[name] for name, change in self.changes.items())
         estimated = not steady_errors or largest > (1 - ROW_SHARE) * study.accuracy
         goals = self._indicators() if estimated else {}
-        power, errors = judge.indicators(self.given.electric_parts), {}
-        joule = {} if steady_errors else {n: judge.indicators(each) for n, each in self._of_joule_heat().items()}
+        power, errors = self.judge.indicators(self.given.electric_parts), {}
+        current = {} if steady_errors else {n: self.judge.indicators(each) for n, each in self._joule_heat().items()}
         for name, scale in march.scales.items():
             goal = study.trace_goals.get(name, name)
             of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
             at_rest = max(of_it or steady_errors.values(), default=0.0)
-            by_goal = float(goals[name].sum()) if name in goals else 0.0
-            of_space = max(self.changes[name], at_rest * scale, by_goal * scale)
-            of_current = 0.0 if steady_errors else float(joule.get(name, power).sum()) * scale
+            of_space = max(self.changes[name], scale * max(at_rest, float(np.sum(goals.get(name, 0.0)))))
+            of_current = 0.0 if steady_errors else float(current.get(name, power).sum()) * scale
             doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
             errors[name] = of_space + of_current + march.gaps[name] + doubt
-        return errors, [power, *goal_errors.with_current(goals, joule, power).values()]
+        return errors, [power, *(goal + current.get(name, power) for name, goal in goals.items())]
 
     def _indicators(self) -> dict[str, np.ndarray]:
         """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or
-        jump of the inputs.
+        jump of the inputs: the first and the last time, and the times of the largest change of each rise and of the
+        trace that changes most (after a jump perhaps the entering heat).
 
         The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for
         long: the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of
         either degree, at least 1. One of two degrees does not change an even solution.
         """
         study, given, march = self.study, self.given, self.march
-        goals, times = study.trace_goals, self._when_worst()
-        scales, spreads = goal_errors.of_part(study.part, goals, march.scales), dict[str, np.ndarray]()
-        knots = np.append(0.0, given.heat.inputs.knots(study.end))
+        probes = given.domain.probes
+        rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
+        worst = max(self.changes, key=lambda n: self.changes[n] / march.scales[n])
+        at = {int(np.abs(march.traces[n] - self.lower[n]).argmax()) for n in (*rises, worst)}
+        times = march.checked[sorted({0, *at, len(march.checked) - 1})]
+        knots, goals = np.append(0.0, given.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
         for time, rise in zip(times, march.answer.rises(times), strict=True):
-            duals = goal_errors.Duals(goals, given, rise, scales, float(time - knots[knots < time].max()))
-            parts = duals.thermal()
-            smooth = {name: self.judge.indicators(each) for name, each in parts.items()}
-            for name, remains in goal_errors.summed(smooth, duals.contradictions(self.judge)).items():
-                if name in study.trace_rises:
-                    size = max(float(np.abs(part).sum()) for part in parts[name]) * march.scales[name]
-                    remains = max(self.changes[name] / max(size, 1e-300), 1.0) * remains
-                if name not in spreads or remains.sum() > spreads[name].sum():
-                    spreads[name] = remains
-        return spreads
+            duals = goal_errors.Duals(study.trace_goals, given, rise, self.scales, time - knots[knots < time].max())
+            torn = duals.contradictions(self.judge)
+            for name, parts in duals.thermal().items():
+                remains = self.judge.indicators(parts) + torn.get(name, 0.0)
+                if name in rises:
+                    size = max(float(np.abs(part).sum()) for part in parts) * march.scales[name]
+                    remains *= max(self.changes[name] / max(size, 1e-300), 1.0)
+                goals[name] = max(goals.get(name, remains), remains, key=np.sum)
+        return goals
 
-    def _when_worst(self) -> np.ndarray:
-        """Return the times (s) of error indicators: the first and the last time, and the times of the largest change of
-        each rise and of the trace that changes most (after a jump perhaps the entering heat)."""
-        worst = max(self.changes, key=lambda n: self.changes[n] / self.march.scales[n])
-        names = {*self.study.trace_rises, worst}
-        at = {int(np.abs(self.march.traces[n] - self.lower[n]).argmax()) for n in names}
-        times: np.ndarray = self.march.checked[sorted({0, *at, len(self.march.checked) - 1})]
-        return times
-
-    def _of_joule_heat(self) -> dict[str, Contributions]:
+    def _joule_heat(self) -> dict[str, Contributions]:
         """Return the Joule heat's contributions to each thermal trace, as if the largest voltages acted always."""
         study, given = self.study, self.given
-        if given.conductor is None:
-            return {}
         potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
         (last,) = self.march.answer.rises(np.array([study.end]))
-        scales = goal_errors.of_part(study.part, study.trace_goals, self.march.scales)
-        return goal_errors.Duals(study.trace_goals, given, last, scales, study.end).joule(potentials)
+        return goal_errors.Duals(study.trace_goals, given, last, self.scales, study.end).joule(potentials)
 
 
 def with_rows(

@@ -47,7 +47,7 @@ class Study:
     ``steady`` and ``traces`` compute the reported quantities from the outputs. ``steady_scales`` and ``trace_scales``
     compute the references of relative errors from the outputs (of the steady state where available). ``goals`` and
     ``trace_goals`` name the probe of a steady quantity, or of a trace; ``ratios`` map quantities to the goal with the
-    same relative error. ``rises`` and ``trace_rises`` are the temperatures among the quantities.
+    same relative error.
     ``extrapolated``: whether steady quantities include the estimated change by higher degrees, where available.
     ``field``: tolerance of the steady field at any point, over its largest rise; None where the field is not used.
     Times in s: the ``end``, the ``earliest`` time at which the accuracy of traces holds, and ``instants`` that must be
@@ -63,8 +63,6 @@ class Study:
     instants: tuple[float, ...]
     goals: dict[str, str]
     trace_goals: dict[str, str]
-    rises: tuple[str, ...]
-    trace_rises: tuple[str, ...]
     ratios: dict[str, str]
     steady: Callable[[Outputs], Quantities]
     traces: Callable[[Outputs], Quantities]

@@ -89,11 +89,10 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
     """Return the quantities, scales and times of a scene; on a mesh file no error bound of the field exists."""
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
     goals, electrodes = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, pairs(scene)
-    thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
     return Study(
         part, scene.accuracy, _drive(scene), scene.end_time,
         earliest(scene), scene.output_times,
-        goals=goals, trace_goals=goals, rises=thermal, trace_rises=thermal, ratios={},
+        goals=goals, trace_goals=goals, ratios={},
         steady=lambda out: values(scene, out, electrodes), traces=lambda out: values(scene, out, electrodes),
         steady_scales=lambda out: scales(scene, out, electrodes),
         trace_scales=lambda out: scales(scene, out, electrodes),

@@ -29,11 +29,10 @@ def study(sink: Sink, part: Symmetry) -> Study:
     The scale of an error is the steady value of the quantity: the final rise, current, power or heat. Traces hold their
     accuracy from 10 us on.
     """
-    rises = goals = over_time = ["peak", "end", "mean"]
+    goals = ["peak", "end", "mean"]
     ratios = {"anchor_resistance_K_per_W": "end_rise_K"}
     if sink.spans > 1:
         spans, inner = _of_spans(sink), f"span{different(sink.spans)}"
-        rises, over_time = [*rises, *spans], ["end", "span1_peak", "span1_mean", f"{inner}_peak", f"{inner}_mean"]
         # The middle is next to the peak and shares its error, which saves half of the dual problems.
         goals = ["end", *(n for n in spans if not n.endswith("middle"))]
         shared = {n: n.replace("middle", "peak") for n in spans if n.endswith("middle")}
@@ -46,8 +45,7 @@ def study(sink: Sink, part: Symmetry) -> Study:
     not_traced = "heat_out_W", "anchor_resistance_K_per_W", "end_flow_W"
     return Study(
         part, sink.accuracy, sink.drive.value, sink.end_time, 1e-5, (),
-        {f"{n}_rise_K": n for n in goals}, {f"{n}_K": n for n in goals},
-        tuple(f"{n}_rise_K" for n in rises), tuple(f"{n}_K" for n in over_time), ratios,
+        {f"{n}_rise_K": n for n in goals}, {f"{n}_K": n for n in goals}, ratios,
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out), steady_scales=sizes,
         trace_scales=lambda out: {n.replace("_rise_K", "_K"): v for n, v in sizes(out).items() if n not in not_traced},
     )  # fmt: skip
