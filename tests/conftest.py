@@ -101,7 +101,7 @@ class StandInFields:
         from fem3d.results.fields import _hexahedron
 
         places = np.asarray(ElementHex2().doflocs)
-        places = places[_hexahedron(places)[0]]
+        places = places[_hexahedron(places)]
         self._sink, self.points = sink, places * [sink.width, sink.length, sink.thickness]
 
     def at(self, times: np.ndarray) -> np.ndarray:

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem3d.adaptivity import marched, nested
-from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.goal_errors import Level, LowerSpaceError
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response, respond
+from fem3d.adaptivity.trace_errors import ROW_SHARE, Response, respond
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
 from fem3d.solution.steady import ON_PATH
@@ -28,9 +28,8 @@ from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayIn
 # The error of a fold's voltage over its change from the mesh before: the sum of all further changes if each is at most
 # 3/4 of its predecessor. A larger voltage runs away on any mesh.
 SURELY = 3.0
-# Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
-# believed.
-BELOW = (0.99, 0.95)
+# Fraction of a limit: a mesh is refined for the state at this drive before the limit is believed.
+BELOW = 0.95
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -133,17 +132,13 @@ class Search:
         return self.study.accuracy * (1 - ROW_SHARE) if self.with_transient else self.study.accuracy
 
     def solve(self, mesh: Mesh, number: int) -> tuple[Answer, Level | None]:
-        """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough.
-
-        Raises LowerSpaceError where a lower space has no solution although the fine one has.
-        """
+        """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough."""
         problems, fine, level, response = mesh.problems(), None, None, None
         if self.with_steady:
             fine = nested.solution(self.study, problems)
-            level = mesh.examine(self.study, problems, fine)
         self.progress(f"level {number}: {problems.heat.size} unknowns")
-        if self.with_steady and level is None:
-            raise LowerSpaceError("a lower space has no steady state, and the fine one has")
+        if fine is not None:
+            level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.enough):
             response = self._respond(mesh, problems, level)
         errors, better = (level.errors, level.fine) if level else ({}, fine)
@@ -160,8 +155,10 @@ class Search:
         else:
             shift = transient.shift(min(study.end, self.slowest), study.earliest)
             bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
-            if not bases[0].follows:
-                bases = marched.nested(problems, shift, study.end, study.accuracy)
+            if not bases[0].follows:  # hot states are searched in the lower space alone
+                lower = problems.heats[-2], problems.conductors[-2]
+                low, hot = marched.searched(*lower, shift, study.end, study.accuracy)
+                bases = [marched.hold(problems.heat, problems.conductor, hot), low]
         response = respond(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
         if level is None:
             self.slowest, self.generations = response.slowest, response.generations
@@ -182,17 +179,19 @@ class Search:
         if confirmed and SURELY * max(change, before) <= 0.02 * runaway.limit:
             runaway.error = SURELY * max(change, before)
             return None
-        finer = None
-        for fraction in BELOW:
-            level = self._level_below(mesh, fraction * runaway.limit / runaway.whole, not runaway.unit)
-            if level is None:
-                continue
-            # Near a pole or a fold of the drive the rise there is off by the limit's error over its distance.
-            near, allowed = fraction == BELOW[0], self.study.accuracy / (1 - fraction)
-            if confirmed and level.worst <= allowed and (near or change <= self.study.accuracy * runaway.limit):
-                return None
-            finer = indicators(level), min(allowed, level.worst) / 2
-        return mesh.refine(*finer) if finer else mesh.refine_all()
+        fraction = BELOW * runaway.limit / runaway.whole
+        given = mesh.problems().driven(fraction, not runaway.unit)
+        try:
+            level = mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
+        except NumericsError:
+            level = None
+        if level is None:
+            return mesh.refine_all()
+        # The rise below a pole or a fold of the drive is off by the limit's error over its distance.
+        allowed = self.study.accuracy / (1 - BELOW)
+        if confirmed and level.worst <= allowed and change <= self.study.accuracy * runaway.limit:
+            return None
+        return mesh.refine(indicators(level), min(allowed, level.worst) / 2)
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:
         """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
@@ -207,12 +206,3 @@ class Search:
             return mesh.refine(indicators(level), self.enough)
         before, self.ran_away = self.ran_away, True
         return None if before else mesh.refine_all()
-
-    def _level_below(self, mesh: Mesh, fraction: float, by_heat: bool) -> Level | None:
-        """Solve at a ``fraction`` of the drive, or ``by_heat`` of the heating alone; None where a space has no steady
-        state."""
-        given = mesh.problems().driven(fraction, by_heat)
-        try:
-            return mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
-        except NumericsError:
-            return None

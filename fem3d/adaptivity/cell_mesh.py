@@ -23,20 +23,22 @@ import numpy as np
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
-from fem3d.adaptivity.mesh import AIM, Indicators, Mesh, less_accurate
+from fem3d.adaptivity.mesh import AIM, LARGE, Bricks, Indicators, Mesh, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, boxes, groups
-from fem3d.spaces.size import START_UP, Size, of_cells
+from fem3d.spaces.size import START_UP, Size, foreseen, of_cells
 from meshes import grading
+from meshes import grid as grids
 from meshes.columns import Columns
 from meshes.grouped import check
 from meshes.grouped.check import Placed
 from meshes.grouped.model import refine
 from meshes.grouped.read import read
 from scenes.errors import TooLargeError
+from scenes.free.grid import crowding
 from scenes.model import MeshScene
 from scenes.result import Step
 
@@ -163,9 +165,8 @@ class CellMesh(Mesh):
         exponents = edge_exponents.of_cells(self.cells, self.at_vertices) if self.simplex else None
         return Estimator.of_cells(exponents, self.size.cells, self.degree)
 
-    def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        level = super().examine(study, given, fine)
-        return None if level is None else corrected(level, self.history)
+    def examine(self, study: Study, given: Problems, fine: Solution) -> Level:
+        return corrected(super().examine(study, given, fine), self.history)
 
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""
@@ -249,19 +250,15 @@ class CellMesh(Mesh):
         return f"{self.size.cells:,} {'tetrahedra' if self.simplex else 'hexahedra'}"
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
-        if not isinstance(self.source, Placed):
-            done = "" if levels is None else f"; finer where readings missed most, {levels} times, to {self._counted}"
-            cells = f"tetrahedra of degree {self.degree}, of the whole scene: {self.why}{done}"
-            return (Step("mesh", "done", cells),)
-        mesh, accuracy = self.source.mesh, f"an estimated error of {self.accuracy:g}"
-        cut = "halved where readings miss most" if mesh.simplex else "cut into eight"
-        how = f"{cut}, until {accuracy} is reached or memory or time ends it"
+        cells = f"tetrahedra of the whole scene: {self.why}"
+        if isinstance(self.source, Placed):
+            cells = f"{self.source.mesh.file_cells} {self.source.mesh.file_type} cells of {self.scene.file}"
+        how = f"until an estimated error of {self.accuracy:g} is reached or memory or time ends it"
         if levels is not None:
-            how = f"{cut}, {levels} times, to {mesh.count} cells"
-        degrees = ", ".join(str(p) for p in range(1, self.degree)) + f" and {self.degree}"
-        why = f"degrees {degrees} estimate the errors on the cells of the file" if levels == 0 else how
-        cells = f"{mesh.file_cells} {mesh.file_type} cells of {self.scene.file}, degree {self.degree}"
-        return Step("mesh", "done", cells), Step("refinement", "skipped" if levels == 0 else "done", why)
+            how = f"{levels} times, to {self._counted}"
+        how = f"where readings miss most, {how}" if self.simplex else f"each cell into eight, {how}"
+        mesh = Step("mesh", "done", f"{cells}, degree {self.degree}")
+        return mesh, Step("refinement", "skipped" if levels == 0 else "done", how)
 
     def fitting(self) -> CellMesh:
         """Return the mesh with the highest degree that memory has room for: 3 or 2 on tetrahedra.
@@ -285,3 +282,32 @@ def mesh_of(scene: MeshScene) -> CellMesh:
     Raises SceneError where they do not fit together, TooLargeError where the cells take too much memory.
     """
     return CellMesh(check.check(scene, read(scene.path, scene.unit)), scene.accuracy).fitting()
+
+
+def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
+    """Return the mesh to begin with for a scene of boxes, and its study.
+
+    A grid of bricks is of the symmetric part. Its planes cross the whole scene: if parts align, bricks need far fewer
+    unknowns, for they gain degrees and layers where tetrahedra are halved. Planes that align with no others make a grid
+    grow with the square of their number, tetrahedra of the ``whole`` in proportion.
+
+    Raises TooLargeError where both take too much memory.
+    """
+    scene = study.part.scene
+    # With 10 pads beside a meander the unknowns of tetrahedra grow 7.8 times per decade of the accuracy.
+    most = LARGE * 7.0 ** max(np.log10(1e-2 / scene.accuracy), 0.0)
+
+    def suits(size: Size) -> bool:
+        return size.unknowns <= most and reach.fits(scene, size)
+
+    size = foreseen(scene, grids.coarsest(scene, 2))
+    if scene.mesh == "bricks" or (not scene.mesh and suits(size)):
+        # A response over time has its rows on a grid that is fine enough alone.
+        first = replace(Bricks.of(study, over_time), as_far_as_it_goes=not (scene.mesh or over_time))
+        if scene.mesh or suits(foreseen(scene, first.grid)):
+            return study, first
+    why = "run.mesh asks for them"
+    if scene.mesh != "tetrahedra":
+        crowded, every = crowding(grids.graph(whole.part.scene).planes), float(f"{size.unknowns:.2g}")
+        why = f"a grid of bricks would take {every:,.0f} unknowns and {size.memory / 1e9:.2g} GB or more, as {crowded}"
+    return whole, CellMesh(Columns.of(whole.part.scene), scene.accuracy, why).fitting()

@@ -27,7 +27,6 @@ the values of the field itself, or a law or radiation makes the equations nonlin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,18 +79,11 @@ def rate_at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
     """Return the rate a of contributions of degrees p and p - 1 with this ratio; the slowest for p = 2."""
-    rates = np.full(p.shape, SLOWEST)
-    for q in np.unique(p[p > 2]):
-        falling, a = _ratios(int(q))
+    rates, a = np.full(p.shape, SLOWEST), np.geomspace(SLOWEST, FASTEST, 400)
+    for q in np.unique(p[p > 2]).astype(float):
+        falling = ((q - 1) ** -a - q**-a) / ((q - 2) ** -a - (q - 1) ** -a)
         rates[p == q] = np.interp(-ratio[p == q], -falling, a)
     return rates
-
-
-@lru_cache
-def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Tabulate the ratio of the contributions of degrees p and p - 1 over the rate."""
-    a = np.geomspace(SLOWEST, FASTEST, 400)
-    return ((p - 1.0) ** -a - float(p) ** -a) / ((p - 2.0) ** -a - (p - 1.0) ** -a), a
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +94,6 @@ class Estimator:
     ----------
     degrees: (3, cells) the degree p of each cell along each axis, at least 2.
     slowest, fastest: (3, cells) the least and the largest rate a.
-    singular: (3, cells) on bricks whether the cell's interval ends at a plane with a singular edge; on cells all true.
     pools: (3, cells) the number of the group whose contributions give one rate.
     later_factors: (2, cells) twice, for heat and current: expected and largest change by later degrees over the
         contribution of the last degree; None on bricks and hexahedra.
@@ -111,7 +102,6 @@ class Estimator:
     degrees: np.ndarray
     slowest: np.ndarray
     fastest: np.ndarray
-    singular: np.ndarray
     pools: np.ndarray
     later_factors: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -129,7 +119,7 @@ class Estimator:
             theory, at_edge = left(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
             later = np.where(at_edge, EXPECTED * theory, 0.0), np.where(at_edge, LATER * theory, AWAY)
         degrees, slowest, fastest, pools = (np.tile(each, (3, 1)) for each in (p, slowest, fastest, np.arange(cells)))
-        return cls(degrees, slowest, fastest, np.ones((3, cells), bool), pools, later)
+        return cls(degrees, slowest, fastest, pools, later)
 
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
@@ -139,7 +129,7 @@ class Estimator:
         singular, edge = np.isfinite(s), rate_at_edge(degrees, s)
         slowest = np.where(singular, np.minimum(edge, SLOWEST), REGULAR)
         fastest = np.where(singular, edge, FASTEST).clip(max=FASTEST)
-        return cls(degrees, slowest, fastest, singular, intervals * (degrees.max() + 1) + degrees)
+        return cls(degrees, slowest, fastest, intervals * (degrees.max() + 1) + degrees)
 
     def indicators(self, goal: Contributions) -> np.ndarray:
         """Return (3, cells) the error of a goal after the last degree in each cell, by axis; their sum is the error
@@ -173,5 +163,6 @@ class Estimator:
         """Distribute parts (n,) of vertex functions over the cells around, and over their axes across an edge."""
         shares: Any = np.bincount(vertices, np.abs(parts), space.size)
         shares = shares / np.maximum(np.bincount(space.dofs.ravel(), minlength=space.size), 1)
-        axes = np.where(self.singular.any(axis=0), self.singular, True)
+        singular = self.fastest < FASTEST
+        axes = np.where(singular.any(axis=0), singular, True)
         return np.asarray(shares[space.dofs].sum(axis=0) * axes / axes.sum(axis=0))

@@ -223,8 +223,12 @@ class Level:
         return max(self.relative.values(), default=0.0)
 
 
-def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level | None:
-    """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one has.
+class LowerSpaceError(NumericsError):
+    """A lower space has no solution although the fine one has: the mesh is too coarse."""
+
+
+def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level:
+    """Bound the errors of a fine solution; raise LowerSpaceError where a lower space has no steady state.
 
     Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
     quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
@@ -234,8 +238,8 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
         low = solution(study, given, -2)
     except BeyondLawError:
         raise
-    except NumericsError:
-        return None
+    except NumericsError as error:
+        raise LowerSpaceError("the mesh is too coarse for a steady state in each of its spaces") from error
     scales = study.steady_scales(fine.out)
     others, part_scales = by_temperature(study, given, fine.state, scales), of_part(study.part, study.goals, scales)
     duals = Duals(study.goals, given, fine.state.rise, part_scales, others=others)

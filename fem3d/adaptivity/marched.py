@@ -13,18 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.adaptivity.nested import Problems
 from fem3d.problems.assembly import at_films, linearized
 from fem3d.problems.conductors import combined, independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Potential
 from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
 from fem3d.solution.march import FullResponse, march_full
 from fem3d.solution.steady import NEGLIGIBLE
-from fem3d.solution.transient import Base, Krylov, Transient
+from fem3d.solution.transient import Base, Krylov
 from scenes.errors import BeyondLawError, RunawayInTimeError
 
 TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations within a step
@@ -193,38 +191,21 @@ Hot = tuple[np.ndarray, np.ndarray]
 """A state at which heating changes the currents: the rise (functions,), and the inputs (channels,)."""
 
 
-def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
-    """Return the bases in the highest space and in the next lower one, in which alone hot states are searched."""
-    low, hot = searched(given.heats[-2], given.conductors[-2], shift, end, accuracy)
-    return [hold(given.heat, given.conductor, hot), low]
-
-
 def hold(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot]) -> Base:
     """Return the base with the currents at the initial temperature and in ``hot`` states."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
         return Base(heat, None, [], still, loads)
-    lift = heat.inputs.at(0.0) @ heat.lifts
-    potentials = _potentials(conductor, lift)
+    lift, driven = heat.inputs.at(0.0) @ heat.lifts, [v for v in conductor.voltages if v.any()]
+    potentials = [conductor.solve(lift, v) for v in driven]
     patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
     for field, drive in hot:
         rise = heat.take(field)
-        heated = _potentials(conductor, rise)
-        loads.append(conductor.joule_load(_density(conductor, heated, drive), rise))
-        potentials += heated
+        loads.append(conductor.joule_load(conductor.solve(rise, drive @ conductor.voltages).density, rise))
+        potentials += [conductor.solve(rise, v) for v in driven]
     return Base(heat, conductor, independent(conductor, potentials), still, loads)
-
-
-def _potentials(conductor: Conductor, rise: np.ndarray) -> list[Potential]:
-    """Return the potentials at a rise (all nodes) of each channel that has a voltage."""
-    return [conductor.solve(rise, v) for v in conductor.voltages if v.any()]
-
-
-def _density(conductor: Conductor, potentials: list[Potential], drive: np.ndarray) -> np.ndarray:
-    """Return the current density of the channels' `_potentials` at inputs (channels,)."""
-    return combined(potentials, drive[conductor.voltages.any(axis=1)])
 
 
 def searched(
@@ -240,15 +221,20 @@ def searched(
     knots = drive.knots(end)
     times = np.union1d(np.geomspace(end / 100, end, 4), knots[spread(knots, 4)] * (1 - 1e-9))
     for _ in range(ROUNDS):
-        answer = _rough(base, shift, end, accuracy)
+        reduced = base.project(Krylov(base, shift).fields(FIELDS))
+        try:
+            answer = transient.march(base, reduced, end, accuracy)
+        except (BeyondLawError, RunawayInTimeError) as stop:  # only the accurate response decides about a runaway
+            answer = transient.march(base, reduced, BEFORE * stop.time, accuracy)
         times = np.unique(np.minimum(times, answer.end))
         inputs = drive.at(times)
         currents = answer.reduced.currents(answer.trajectory(times)[0], inputs)
         worst, largest = None, NEGLIGIBLE * accuracy
         for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
-            if not ((g @ conductor.voltages).any() and conductor.conducts(rise)):
+            voltage = g @ conductor.voltages
+            if not (voltage.any() and conductor.conducts(rise)):
                 continue
-            load = conductor.joule_load(_density(conductor, _potentials(conductor, rise), g), rise)
+            load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
             size = max(size, float(np.abs(load).sum()))
             change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c), rise)).sum()) / size
             if change > largest:
@@ -258,13 +244,3 @@ def searched(
         hot.append(worst)
         base = hold(heat, conductor, hot)
     return base, hot
-
-
-def _rough(base: Base, shift: float, end: float, accuracy: float) -> Transient:
-    """Return a rough response up to ``end`` (s), or until shortly before a runaway; only the accurate response decides
-    whether there is a runaway."""
-    reduced = base.project(Krylov(base, shift).fields(FIELDS))
-    try:
-        return transient.march(base, reduced, end, accuracy)
-    except (BeyondLawError, RunawayInTimeError) as stop:
-        return transient.march(base, reduced, BEFORE * stop.time, accuracy)

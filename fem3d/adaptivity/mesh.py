@@ -26,7 +26,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, boxes
-from fem3d.spaces.size import foreseen
+from fem3d.spaces.size import Size, foreseen
 from meshes import grading
 from meshes import grid as grids
 from meshes.grading import Features
@@ -43,7 +43,7 @@ AIM = 0.5
 # A first grid with at least so many unknowns is preceded by a rough grid of degree 2. With fewer unknowns the rough
 # grid takes longer than it saves (random scenes, also on blocks).
 MANY = 6_000
-LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`fem3d.adaptivity.choice`)
+LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`cell_mesh.choose`)
 
 
 class Indicators(NamedTuple):
@@ -91,9 +91,8 @@ class Mesh(ABC):
         """Return the problems in nested spaces."""
         return nested.problems(self.domain, self.accuracy)
 
-    def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one
-        has."""
+    def examine(self, study: Study, given: Problems, fine: Solution) -> Level:
+        """Bound the errors of a fine solution; raises LowerSpaceError (`goal_errors.examined`)."""
         return goal_errors.examined(study, given, fine, self.estimator)
 
     @abstractmethod
@@ -173,14 +172,9 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
 
 def estimate(level: Level) -> float:
     """Return the largest error of the fine steady field over its largest rise."""
-    given, space = level.problems, level.problems.domain.space
-    # Inside of cells, so that each point is of one cell alone.
-    count = 6  # along each axis
-    inner = 0.5 - 0.499 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    X = np.array(np.meshgrid(inner, inner, inner)).reshape(3, -1)
-    X = X[:, X.sum(axis=0) <= 1] if len(space.mesh.t) == 4 else X
-    fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, -2)]))
-    fine, low = fields[:, space.dofs.T] @ space.at(X).T
+    space, pairs = level.problems.domain.space, zip(level.problems.heats[-2:], (level.low, level.fine), strict=True)
+    cells = space.on(np.arange(space.mesh.t.shape[1]), 1)
+    low, fine = (cells.value(heat.field(solution.state.rise)) for heat, solution in pairs)
     largest = float(max(fine.max(), 0.0) - min(fine.min(), 0.0)) or 1.0
     return CAUTION * float(np.abs(fine - low).max()) / largest
 
@@ -207,7 +201,7 @@ class Bricks(Mesh):
     def of(study: Study, over_time: bool = False) -> Bricks:
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
-        reach.check_planes(scene)
+        reach.check(scene, foreseen(scene, grids.coarsest(scene, 2)), "at any accuracy")
         marks = edge_exponents.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
         grid = grading.graded(grid, scene, study.earliest) if over_time else grid
@@ -222,13 +216,12 @@ class Bricks(Mesh):
         return Estimator.of_grid(self.grid, self.marks)
 
     def begin(self) -> Bricks:
-        if foreseen(self.scene, self.grid).unknowns < MANY:
+        if self._checked().unknowns < MANY:
             return self
-        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         return replace(self, grid=self.grid.with_edges(2), aim=grading.raised(self.grid))
 
     def problems(self) -> Problems:
-        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
+        self._checked()
         given = super().problems()
         if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
             # The power of the cold conductor is available before any other solution.
@@ -257,6 +250,12 @@ class Bricks(Mesh):
             return replace(self, grid=self.aim, aim=None)
         finer = grading.raised(self.grid)
         return None if finer.same(self.grid) else replace(self, grid=finer)._within_memory()
+
+    def _checked(self) -> Size:
+        """Return the size of the grid; raise TooLargeError where memory has no room for it."""
+        size, why = foreseen(self.scene, self.grid), reach.because(self.marks)
+        reach.check(self.scene, size, f"at an accuracy of {self.accuracy:g}", why)
+        return size
 
     def _within_memory(self) -> Bricks | None:
         """Return the mesh; None where it exceeds the memory and the one before is to be kept then."""

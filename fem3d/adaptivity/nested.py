@@ -74,10 +74,6 @@ class Problems:
             return self
         return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
-    def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
-        """(..., all nodes of the highest space): fields of a lower one."""
-        return self.heat.take(self.heats[level].field(rise))
-
     def let_go(self) -> None:
         """Free the factors of the lower spaces, which a response about a steady state does not need."""
         for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):

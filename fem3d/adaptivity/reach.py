@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.spaces.size import Size, foreseen
+from fem3d.spaces.size import Size
 from meshes import grading
 from meshes import grid as grids
 from meshes.grading import Features
@@ -36,27 +36,13 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     return grading.first_grid(scene, accuracy, marks)
 
 
-def least(scene: Scene) -> Size:
-    """Return the size of the coarsest grid of a scene with degree 2, without looking at cells."""
-    return foreseen(scene, grids.coarsest(scene, 2))
-
-
-def check_planes(scene: Scene) -> None:
-    """Raise TooLargeError for a scene whose planes alone make a grid of bricks that takes too much memory."""
-    _check(scene, least(scene), "at any accuracy")
-
-
-def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> None:
-    """Raise TooLargeError for a grid that takes too much memory."""
-    _check(scene, foreseen(scene, grid), f"at an accuracy of {accuracy:g}", because(marks))
-
-
 def fits(scene: Scene, size: Size) -> bool:
     """Return whether memory has room for a mesh."""
     return size.memory <= limit(scene)
 
 
-def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
+def check(scene: Scene, size: Size, when: str, why: str = "") -> None:
+    """Raise TooLargeError for a grid of bricks that takes too much memory."""
     if not fits(scene, size):
         unknowns, planes = float(f"{size.unknowns:.2g}"), grids.graph(scene).planes
         raise TooLargeError(
@@ -73,28 +59,16 @@ def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accura
     refined. So the shortest possible layers leave a fixed part of the indicators of layers so short that other features
     do not matter.
     """
-    shortest, longest, kept = grading.shortest_of(grid), LAYER * _narrowest(grid, marks), 0.0
-    for goal in goals:
-        left, by_interval = 0.0, grid.by_interval(goal)
-        for breaks, near, indicator in zip(grid.breaks, marks.near(grid), by_interval, strict=True):
-            s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
-            at = np.isfinite(s) & (lengths < longest)
-            left += float((indicator[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])).sum())
-        kept = max(kept, left)
+    planes = [sorted({*inner, b[0], b[-1]}) for inner, b in zip(marks.planes, grid.breaks, strict=True)]
+    longest, parts = LAYER * min(float(np.diff(each).min()) for each in planes), []
+    for breaks, near in zip(grid.breaks, marks.near(grid), strict=True):
+        s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
+        shrinks = np.minimum(grading.shortest_of(grid) / lengths, 1.0)
+        parts.append(np.where(lengths < longest, shrinks ** (2 * s), 0.0))
+    kept = [sum(float(i @ part) for i, part in zip(grid.by_interval(g), parts, strict=True)) for g in goals]
     # Solved random scenes keep no more; with only a tenth for all other errors cells would grow without end.
-    if kept > 0.75 * accuracy:
+    if max(kept) > 0.75 * accuracy:
         raise not_reached(accuracy, because(marks))
-
-
-def _narrowest(grid: Grid, marks: Features) -> float:
-    """Return the least distance (m) of two planes of the scene along any axis, without slivers; the largest where a
-    thousand planes leave nothing else."""
-    narrowest = []
-    for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
-        gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
-        wide = gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])]
-        narrowest.append(float(wide.min() if len(wide) else gaps.max()))
-    return min(narrowest)
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:
@@ -127,8 +101,20 @@ def allowed(scene: Any) -> str:
 
 
 def free() -> float:
-    """Return the bytes that are free for new memory on this machine and in its control groups."""
-    return max(min(_free_of_machine(), _free_of_groups()), 0.0)
+    """Return the bytes that are free for new memory on this machine and in the control groups of this process, of
+    version 1 or 2."""
+    room = [_free_of_machine()]
+    inside = [Path(word.rpartition(":")[2].lstrip("/")) for word in _words(Path("/proc/self/cgroup"))]
+    places = {Path(), *inside, *(parent for group in inside for parent in group.parents)}
+    names = ("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes")
+    for group in (root / place for root in (_CGROUPS, _CGROUPS / "memory") for place in places):
+        parts = _words(group / "memory.stat")
+        for bound, taken in ((_words(group / most), _words(group / used)) for most, used in names if parts):
+            if bound and taken and bound[0].isdigit():
+                # Pages of files that can be dropped count as taken, and are free.
+                cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
+                room.append(float(bound[0]) - float(taken[0]) + cache)
+    return max(min(room), 0.0)
 
 
 def resident() -> float:
@@ -145,23 +131,6 @@ def _free_of_machine() -> float:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")) / 2
     except (AttributeError, OSError, ValueError):
         return 4e9  # the operating system does not say
-
-
-def _free_of_groups() -> float:
-    """Return the least room of the control groups that this process is in, version 1 or 2; infinite without a limit."""
-    groups = [_CGROUPS / "memory"]
-    for word in _words(Path("/proc/self/cgroup")):
-        inside = Path(word.rpartition(":")[2].lstrip("/"))
-        groups += [root / at for root in (_CGROUPS, _CGROUPS / "memory") for at in (inside, *inside.parents)]
-    room = [float("inf")]
-    for group in dict.fromkeys(groups):
-        for most, used in (("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes")):
-            bound, taken, parts = _words(group / most), _words(group / used), _words(group / "memory.stat")
-            if bound and taken and bound[0].isdigit():
-                # Pages of files that can be dropped count as taken, and are free.
-                cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
-                room.append(float(bound[0]) - float(taken[0]) + cache)
-    return min(room)
 
 
 def _words(file: Path) -> list[str]:

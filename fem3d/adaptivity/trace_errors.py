@@ -9,7 +9,7 @@ import numpy as np
 
 from fem3d.adaptivity import goal_errors
 from fem3d.adaptivity.estimator import Contributions, Estimator
-from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.goal_errors import Level, LowerSpaceError
 from fem3d.adaptivity.marched import (
     KNOTS,
     SOONEST,
@@ -26,13 +26,9 @@ from fem3d.results.outputs import Quantities, Study
 from fem3d.results.outputs import Response as AnyResponse
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
-from scenes.errors import NumericsError, RunawayInTimeError
+from scenes.errors import RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
-
-
-class LowerSpaceError(NumericsError):
-    """A lower space has no response up to the end although the fine one has: the mesh is too coarse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,16 +87,17 @@ def respond(
             raise
         raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
     errors, goals = Comparison(study, given, judge, march, low).errors(steady_errors)
-    relative = {name: error / march.scales[name] for name, error in errors.items()}
+    answer, scales = march.answer, march.scales
+    relative = {name: error / scales[name] for name, error in errors.items()}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return Response(
-            march.checked, march.traces, errors, False, np.nan, march.answer, march.generations, goals, relative
-        )
-    response = replace(with_rows(study, march.answer, errors, march.scales, march.generations), goals=goals)
-    if not study.from_start:
-        return response
-    early = _early(study, march, low)
-    return replace(response, early={name: error + early[name] for name, error in response.errors.items()})
+        return Response(march.checked, march.traces, errors, False, np.nan, answer, march.generations, goals, relative)
+    times, rows, between = _rows(study, answer, scales)
+    errors = {name: error + between[name] + outputs.ROUNDING * scales[name] for name, error in errors.items()}
+    early = _early(study, march, low) if study.from_start else {}
+    return Response(
+        times, rows, errors, True, _imbalance(study, answer), answer, march.generations, goals, relative, scales,
+        max(between[name] / scales[name] for name in errors), {name: errors[name] + e for name, e in early.items()},
+    )  # fmt: skip
 
 
 def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
@@ -184,33 +181,23 @@ class Comparison:
         return goal_errors.Duals(study.trace_goals, given, last, self.scales, study.end).joule(potentials)
 
 
-def with_rows(
-    study: Study,
-    answer: AnyResponse,
-    errors: dict[str, float],
-    scales: dict[str, float],
-    generations: int,
-) -> Response:
-    """Return the response at as many rows as the accuracy takes; ``errors`` are without the error of the rows."""
-
-    def traces(times: np.ndarray) -> Quantities:
-        return study.traces(outputs.of_transient(answer, study.part, times))
-
-    allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
+def _rows(
+    study: Study, answer: AnyResponse, scales: dict[str, float]
+) -> tuple[np.ndarray, Quantities, dict[str, float]]:
+    """Return the times of as many rows as the accuracy takes, the traces there, and the errors of straight lines
+    between them."""
     drive = answer.heat.inputs
     knots = drive.knots(study.end)
-    jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
-    ends = [*(step.start for step in answer.steps), answer.steps[-1].start + answer.steps[-1].length]
-    times, rows, between = fields.choose(ends, traces, allowed, jumps, study.instants)
+    times, rows, between = fields.choose(
+        [*(step.start for step in answer.steps), answer.end],
+        lambda times: study.traces(outputs.of_transient(answer, study.part, times)),
+        {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()},
+        knots[np.any(drive.jumps(knots), axis=1)].tolist(),
+        study.instants,
+    )
     if answer.heat.lifts.any():
         _start(answer.heat.domain, rows)
-    relative = {name: errors[name] / scales[name] for name in errors}
-    errors = {name: errors[name] + between[name] + outputs.ROUNDING * scales[name] for name in errors}
-    imbalance, widest = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
-    return Response(
-        times, rows, errors, True, imbalance, answer, generations, relative=relative, scales=scales,
-        between=widest,
-    )  # fmt: skip
+    return times, rows, between
 
 
 def _start(domain: Domain, traces: Quantities) -> None:
@@ -233,40 +220,27 @@ def _imbalance(study: Study, answer: AnyResponse) -> float:
     full equations, so the figure includes the error of the reduced space. At a jump of a given temperature the heat
     that its nodes store enters at that instant. Less heat than the rounding of temperatures counts as none.
     """
+    heat, drive = answer.heat, answer.heat.inputs
+
+    def jumping(times: np.ndarray) -> np.ndarray:
+        return np.any(drive.jumps(times), axis=1) | (times == 0.0)
+
     points, weights = np.polynomial.legendre.leggauss(12)
-    steps = answer.steps
+    edges = np.array([*(step.start for step in answer.steps), answer.end])
     # After a jump the loss starts like a power of t below any step: such a step is graded towards its start.
-    starts = np.array([s.start for s in steps])
-    early = np.array([s.length for s in steps])[_jumps(answer, starts)]
-    graded = starts[_jumps(answer, starts), None] + early[:, None] * 0.25 ** np.arange(8, 0, -1)
-    edges = np.union1d(np.append(starts, steps[-1].start + steps[-1].length), graded)
-    times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
-    out = outputs.of_transient(answer, replace(study.part, probes={}), times)
-    flows = [v for name, v in out.items() if name.startswith("flow:")]
-    entered = out["power"] + out["generated"] + sum(flows, np.zeros(len(times)))
-    entering, leaving = outputs.passing(out)
-    per_step = np.diff(edges) / 2
-
-    def until(rate: np.ndarray) -> np.ndarray:
-        return np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
-
-    passed = np.maximum(until(entering), until(leaving))
+    sudden = jumping(edges[:-1])
+    graded = edges[:-1][sudden, None] + np.diff(edges)[sudden, None] * 0.25 ** np.arange(8, 0, -1)
+    edges = np.union1d(edges, graded)
+    halves = np.diff(edges)[:, None] / 2
+    times = edges[:-1, None] + halves * (points + 1)
+    rates = outputs.passing(outputs.of_transient(answer, replace(study.part, probes={}), times.ravel()))
+    entered, left = (np.cumsum((halves * rate.reshape(times.shape)) @ weights) for rate in rates)
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
     stored, after = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
-    jumped = after - np.concatenate([[0.0], stored[:-1]])
-    gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
+    jumped = np.where(jumping(edges[:-1]), after - np.append(0.0, stored[:-1]), 0.0)
+    gap = np.abs(stored + left - entered - np.cumsum(jumped))
+    rounding = outputs.ROUNDING * study.part.copies * max(heat.domain.scene.initial_temperature, 1.0)
+    none = rounding * float(heat.unit @ (heat.mass @ heat.unit))
     late = edges[1:] >= min(study.earliest, edges[-1])
-    heat = answer.heat
-    none = (
-        outputs.ROUNDING
-        * study.part.copies
-        * float(heat.unit @ (heat.mass @ heat.unit))
-        * max(heat.domain.scene.initial_temperature, 1.0)
-    )
-    return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), none))[late].max())
-
-
-def _jumps(answer: AnyResponse, edges: np.ndarray) -> np.ndarray:
-    """Return whether an input jumps at each edge; the start counts as a jump."""
-    drive = answer.heat.inputs
-    return np.any(drive.jumps(edges), axis=1) | (np.arange(len(edges)) == 0)
+    passed = np.maximum(entered, left) + np.cumsum(np.abs(jumped))
+    return float((gap / np.maximum(passed, none))[late].max())

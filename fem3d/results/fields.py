@@ -168,7 +168,9 @@ class Fields:
     @cached_property
     def orders(self) -> tuple[np.ndarray, np.ndarray]:
         """The order of the nodes of a cell in VTK, and the nodes of its mirror image."""
-        return _tetrahedron(self._places) if len(self._places) == 10 else _hexahedron(self._places)
+        places, mirrored, simplex = self._places, self._places.copy(), len(self._places) == 10
+        mirrored[:, 0] = 1 - (places.sum(axis=1) if simplex else places[:, 0])
+        return np.arange(10) if simplex else _hexahedron(places), _nodes(places, mirrored)
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -271,17 +273,11 @@ class Fields:
         return float(off) * 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 
 
-def _hexahedron(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The order (27,) in VTK of the nodes of the reference hexahedron, and the nodes of its mirror image."""
+def _hexahedron(places: np.ndarray) -> np.ndarray:
+    """The order (27,) in VTK of the nodes of the reference hexahedron."""
     from skfem.io.meshio import HEX_MAPPING  # takes meshio along
 
-    # scikit-fem's reference corner is VTK's opposite one.
-    return _nodes(places, 1 - places[HEX_MAPPING]), _nodes(places, np.abs(places - [1, 0, 0]))
-
-
-def _tetrahedron(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same for a tetrahedron of 10 nodes, whose first two corners the mirror image exchanges."""
-    return np.arange(10), _nodes(places, np.column_stack([1 - places.sum(axis=1), places[:, 1:]]))
+    return _nodes(places, 1 - places[HEX_MAPPING])  # scikit-fem's reference corner is VTK's opposite one
 
 
 def _nodes(places: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -177,10 +177,9 @@ def _of_fields(
 
     def read(how: Reading) -> np.ndarray:
         flow = rises @ how.row + g @ how.entering
-        for term in heat.terms:
-            if (row := how.by_law(heat, term)) is not None:
-                flow = flow + np.array([row(u) @ rise for u, rise in zip(fields, rises, strict=True)])
-        return flow
+        if how.by_law is not None:
+            flow = flow + [how.by_law(heat, u) @ rise for u, rise in zip(fields, rises, strict=True)]
+        return np.asarray(flow)
 
     def potential(probe: Any) -> np.ndarray:
         meter = Voltmeter(heat.domain, probe)
@@ -248,12 +247,11 @@ def unbalanced(out: Outputs) -> tuple[float, float]:
     """Return the heat imbalance of a steady state (W), absolute and relative to the total throughput by boundaries,
     sources and currents. Without thermal outputs the imbalance is the electrodes' power less the dissipated power. The
     relative imbalance is 0 where the throughput is within the rounding error of a uniform temperature."""
-    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
-    power, generated = float(out["power"]), float(out["generated"])
-    gap, passing = abs(power - float(out["dissipated"])), power
-    if flows:
-        gap, passing = abs(sum(flows) + power + generated), (sum(map(abs, flows)) + power + abs(generated)) / 2
-    return gap, gap / passing if passing > float(out["rounding"]) else 0.0
+    entered, left = (float(heat) for heat in passing(out))
+    gap, through = abs(entered - left), (entered + left) / 2
+    if not any(name.startswith("flow:") for name in out):
+        gap, through = abs(float(out["power"] - out["dissipated"])), float(out["power"])
+    return gap, gap / through if through > float(out["rounding"]) else 0.0
 
 
 def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:

@@ -16,31 +16,27 @@ from fem3d.problems.assembly import Surface, film
 from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Conductivity, Section
-from fem3d.results.extremes import Extreme, KnownPlaces
+from fem3d.results.extremes import Extreme
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Faces
 from scenes.model import Schedule, bends
 from statespace import channels
 
-Row = Callable[[np.ndarray], np.ndarray]
-"""(all nodes,) at a field (functions,)."""
-
 
 @dataclass(frozen=True, eq=False)
 class Reading:
     """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, currents times ``sign``; or the
-    value is its ``extreme``. Rows are over all nodes. ``gradient``: whether the row integrates a gradient. ``by_law``:
-    the contribution of a term of a nonlinear problem to the row at a field (functions,), or None. The problem is an
-    argument: it stores its readings, and a reference back would keep both in memory."""
+    value is its ``extreme``. Rows are over all nodes. ``by_law`` of a nonlinear problem: what laws add to the row (all
+    nodes,) at a field (functions,). The problem is an argument: it stores its readings, and a reference back would keep
+    both in memory."""
 
     row: np.ndarray
     entering: np.ndarray
     boundaries: tuple[str, ...] = ()
     sign: float = 1.0
     extreme: Extreme | None = None
-    gradient: bool = False
-    by_law: Callable[[HeatProblem, Any], Row | None] = lambda heat, term: None
+    by_law: Callable[[HeatProblem, np.ndarray], np.ndarray] | None = None
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): the derivative of the value by the rise, reactions included."""
@@ -53,10 +49,11 @@ def reading(heat: HeatProblem, probe: Any) -> Reading:
 
 
 def keep_places(heat: HeatProblem) -> dict[str, Any]:
-    """Return the readings of extremes at `KnownPlaces`, to be told to problems on the same cells beside this one."""
+    """Return the readings of extremes that are searched for once, to be told to problems on the same cells beside this
+    one."""
     extremes = {p.name: reading(heat, p) for p in heat.domain.scene.probes if p.quantity == "temperature"}
     return {
-        f"reading {name}": replace(how, extreme=KnownPlaces(*how.extreme.parts))
+        f"reading {name}": replace(how, extreme=how.extreme.once())
         for name, how in extremes.items()
         if how.extreme is not None
     }
@@ -81,8 +78,14 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
     conditions = domain.conditions_first and within
     if not conditions and (cut or not domain.exposed(facets).any()):
-        row = gradient(domain, probe, _conductivity(heat))
-        return Reading(heat.take(row), still, gradient=True, by_law=_by_law(probe))
+        cold, about = domain.per_cell("thermal_conductivity"), heat.about
+
+        def at(u: np.ndarray) -> np.ndarray:
+            return gradient(domain, probe, lambda faces: at_faces(domain, "thermal_conductivity", u, faces))
+
+        row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None]) if about is None else at(about)
+        follows = about is None and any(isinstance(term, Conduction) for term in heat.terms)
+        return Reading(heat.take(row), still, by_law=(lambda heat, u: heat.take(at(u) - row)) if follows else None)
     row, entering = nothing, still
     for b, on, shared in within:
         if bends(b) and heat.about is not None:
@@ -96,22 +99,26 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
             if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
                 row = row - (film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
     held = tuple(b.name for b, _, _ in within if b.kind == "temperature")
-    if heat.about is not None:
-        return Reading(row, entering, held)
+    bent = heat.about is None and any(bends(b) for b, _, _ in within)
 
-    def by_law(heat: HeatProblem, term: Any) -> Row | None:
-        faces = [] if not isinstance(term, Surface) else [on for b, _, on in within if b in term.boundaries]
-        return (lambda u: -heat.take(sum(term.through(term.on_one(on), u) for on in faces))) if faces else None
+    def by_law(heat: HeatProblem, u: np.ndarray) -> np.ndarray:
+        terms = [(term, on) for term in _surfaces(heat) for b, _, on in within if b in term.boundaries]
+        return -heat.take(sum((term.through(term.on_one(on), u) for term, on in terms), np.zeros(len(u))))
 
-    return Reading(row, entering, held, by_law=by_law)
+    return Reading(row, entering, held, by_law=by_law if bent else None)
+
+
+def _surfaces(heat: HeatProblem) -> list[Surface]:
+    """The terms of faces with a flux nonlinear in temperature."""
+    return [term for term in heat.terms if isinstance(term, Surface)]
 
 
 def _bent(heat: HeatProblem, about: np.ndarray, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
     """The heat that enters through some faces of a boundary with a flux nonlinear in temperature, by the tangent at
     the state (functions,) of a problem's linearization: at zero rise (channels,) in W, and per kelvin
     (functions,)."""
-    terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and boundary in t.boundaries)
-    still, per_kelvin = next(terms).entering(about, on)
+    term = next(term for term in _surfaces(heat.exact or heat) if boundary in term.boundaries)
+    still, per_kelvin = term.entering(about, on)
     entering = np.zeros(heat.inputs.count)
     entering[0] = still
     return entering, per_kelvin
@@ -130,39 +137,6 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
     jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
     section = Section(domain, probe, np.ones(len(domain.body), bool), jumping)
     return section.row(conductivity) - seen.flux(conductivity(seen))
-
-
-def cell_by_cell(conductivity: np.ndarray) -> Conductivity:
-    """Return the `Conductivity` for values by cell: (cells,), or (3, cells) along the axes."""
-    return lambda faces: conductivity[..., faces.cells, None]
-
-
-def _conductivity(heat: HeatProblem) -> Conductivity:
-    """The `Conductivity` of a heat problem, at the state of its linearization."""
-    about, domain = heat.about, heat.domain
-    if about is None:
-        return cell_by_cell(domain.per_cell("thermal_conductivity"))
-    return lambda faces: at_faces(domain, "thermal_conductivity", about, faces)
-
-
-def _by_law(probe: Any) -> Callable[[HeatProblem, Any], Row | None]:
-    """`Reading.by_law` of a section."""
-
-    def by_law(heat: HeatProblem, term: Any) -> Row | None:
-        if heat.about is not None or not isinstance(term, Conduction):
-            return None
-        domain = heat.domain
-        cold = cell_by_cell(domain.per_cell("thermal_conductivity"))
-
-        def changed(u: np.ndarray) -> np.ndarray:
-            def conductivity(faces: Faces) -> np.ndarray:
-                return at_faces(domain, "thermal_conductivity", u, faces) - cold(faces)
-
-            return heat.take(gradient(domain, probe, conductivity))
-
-        return changed
-
-    return by_law
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
@@ -201,31 +175,27 @@ def starts_free(domain: Domain, probe: Any) -> bool:
 
 
 class Voltmeter:
-    """A potential probe on a mesh, restricted to the cells ``inside``; ``still`` lists functions at given voltages."""
+    """A potential probe on a mesh, restricted to cells at a potential: its ``value`` (V) for a field (functions,);
+    ``still`` lists functions at given voltages."""
 
     def __init__(self, domain: Domain, probe: Any) -> None:
         self._domain = domain = domain.electric
-        self.inside = inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
+        inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
         self.still = []
         for cells, voltage in domain.still:
             if isinstance(voltage, str):  # the potential that is solved for knows it
                 continue
             self.still.append((np.where(domain.space.of(cells), domain.space.unit, 0.0), voltage))
-        self._row = domain.mean(probe, inside) if probe.reduce == "mean" else None
-        self._extreme = None if probe.reduce == "mean" else extreme(domain, probe, inside)
+        if probe.reduce == "mean":
+            row = domain.mean(probe, inside)
+            self.value: Callable[[np.ndarray], float] = lambda field: float(row @ field)
+        else:
+            search = extreme(domain, probe, inside)
+            self.value = lambda field: float(search(field[None], np.ones((1, 1)))[0][0])
 
     def read(self, potential: np.ndarray | None, time: float) -> float:
         """The probe's value (V) for a potential (functions,) at a time (s)."""
-        field = self.field(potential, time)
-        if self._row is not None:
-            return self.mean(field)
-        assert self._extreme is not None
-        return float(self._extreme(field[None], np.ones((1, 1)))[0][0])
-
-    def mean(self, field: np.ndarray) -> float:
-        """The mean (V) over a probe of a mean of a potential (functions,)."""
-        assert self._row is not None
-        return float(self._row @ field)
+        return self.value(self.field(potential, time))
 
     def field(self, potential: np.ndarray | None, time: float) -> np.ndarray:
         """(functions,): the potential in parts with and without current."""

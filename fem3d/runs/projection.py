@@ -117,7 +117,7 @@ class Projection:
                 return self._given(shares) + Row(u=-drop)
             # No current passes: it is the voltage of the electrodes that its conductors touch.
             meter = Voltmeter(self.heat.domain, probe)
-            still = (meter.mean(unit) * self.heat.inputs.split(voltage) for unit, voltage in meter.still)
+            still = (meter.value(unit) * self.heat.inputs.split(voltage) for unit, voltage in meter.still)
             return self._given(sum(still, np.zeros(self.heat.inputs.count)))
         how = reading(self.heat, probe)
         if probe.quantity == "current":

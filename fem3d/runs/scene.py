@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import choice, nested
+from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.cell_mesh import mesh_of
+from fem3d.adaptivity.cell_mesh import choose, mesh_of
 from fem3d.adaptivity.marched import BEFORE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
@@ -82,8 +82,6 @@ def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:
     study, mesh = start(scene)
     problems = mesh.problems()
     level = mesh.examine(study, problems, nested.solution(study, problems))
-    if level is None:
-        raise NumericsError("the first mesh is too coarse for a steady state in each of its spaces")
     return {name: Estimate(float(value), level.errors[name]) for name, value in level.fine.quantities.items()}
 
 
@@ -94,7 +92,7 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
         return study, on_file(scene)
 
     every = probe_quantities.study(scene, part_of(scene, True))
-    return choice.choose(study, every, over_time=not scene.steady)
+    return choose(study, every, over_time=not scene.steady)
 
 
 def _refined(scene: AnyScene, mesh: Mesh, response: Response) -> tuple[Study, Mesh]:

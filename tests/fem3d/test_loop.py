@@ -7,6 +7,7 @@ import pytest
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import MOST_LEVELS, adapt
+from fem3d.adaptivity.goal_errors import LowerSpaceError
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 
 ACCURACY = 1e-2
@@ -34,10 +35,10 @@ class Meshes:
 
     def examine(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
+        if error is None:
+            raise LowerSpaceError
         each, goals = {"probe": error}, {"probe": []}
-        return error and SimpleNamespace(
-            worst=error, relative=each, errors=each, goals=goals, record=None, fine=fine, low=fine
-        )
+        return SimpleNamespace(worst=error, relative=each, errors=each, goals=goals, record=None, fine=fine, low=fine)
 
     def _next(self, how: str) -> "Meshes | None":
         last = self.number + 1 == len(self.told)
