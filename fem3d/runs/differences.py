@@ -17,9 +17,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -220,9 +219,7 @@ class _Solver:
             self._tangents = {
                 k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
-        with _processors() as pool:
-            fine, low = pool.map(partial(self._values, study, self._own), (-1, -2))
-        self.base = fine, low
+        self.base = self._values(study, self._own, -1), self._values(study, self._own, -2)
 
     def differences(self, keys: Mapping[str, Vary]) -> Iterator[tuple[str, Difference | Exception]]:
         """Yield each key with its differences, or the reason why there are none; each processor solves one."""
@@ -233,7 +230,8 @@ class _Solver:
             except (SceneError, NumericsError) as error:
                 return error
 
-        with _processors() as pool:
+        with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool, ExitStack() as stack:
+            stack.callback(pool.shutdown, cancel_futures=True)
             yield from zip(keys, pool.map(tried, keys.values()), strict=True)
 
     def difference(self, vary: Vary) -> Difference:
@@ -333,16 +331,6 @@ def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: flo
     solutions = (loads[:, None] / (1 + times[:, None] * rates)).reshape(-1, len(rates))
     _, sizes, sums = np.linalg.svd(solutions / np.linalg.norm(solutions, axis=1, keepdims=True), full_matrices=False)
     return fields @ (modes @ sums[sizes > tolerance].T)
-
-
-@contextmanager
-def _processors() -> Iterator[ThreadPoolExecutor]:
-    """A thread for each processor; what has not begun when one fails is not done."""
-    with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool:
-        try:
-            yield pool
-        finally:
-            pool.shutdown(cancel_futures=True)
 
 
 def _corrected(solve: Callable[[np.ndarray], np.ndarray], matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
