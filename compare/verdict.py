@@ -134,9 +134,9 @@ def compared(
     off = ratio(predicted, measured)
     if scale is not None:
         off = share(Estimate(predicted.value - measured.value, predicted.error + measured.error), scale)
-    values = f"{quantity(predicted.value, unit)} against {quantity(measured.value, unit)}"
-    reason = f"{values}: {note}".removesuffix(": ")
-    sides = predicted.value, measured.value
+    whole = f", relative to {relative_to}" * (scale is not None)
+    values = f"{quantity(predicted.value, unit)} against {quantity(measured.value, unit)}{whole}"
+    sides, reason = (predicted.value, measured.value), f"{values}: {note}".removesuffix(": ")
     return Check(title, *sides, unit, off.value, off.error, reason, relative_to=relative_to, **more)
 
 

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from scenes.formats import percent, quantity
+from scenes.model import UNITS
 from validate.sweep.design import Job, Row, array, unit
 from validate.sweep.mapping import VERDICTS, Map
 
@@ -76,7 +77,9 @@ class Table:
         said = said or [f"{self.ok.sum()} of {len(self)} solved"]
         if not self.relative and (series := self.series()):
             name, (values, _) = next(iter(series.items()))
-            said.append("{} is up to {:.5g} (at {})".format(name, *self._largest(values)))
+            probes = {probe.name: UNITS[probe.quantity] for probe in getattr(self.job.scope.scene, "probes", ())}
+            largest, place = self._largest(values)
+            said.append(f"{name} is up to {quantity(largest, probes.get(name, ''), 5)} (at {place})")
         if hot := set(filter(None, self.columns.get("too_hot", np.empty(0)).tolist())):
             excess = self.columns["past_valid_to_K"]
             most = f"{' and '.join(sorted(hot))} by up to {np.nanmax(excess):,.0f} K past its valid_to"
