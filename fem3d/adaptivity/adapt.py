@@ -90,8 +90,7 @@ def adapt(
                 raise failure if isinstance(failure, BeyondLawError) else not_reached(study.accuracy) from None
         else:
             response = answer.response
-            relative = response.relative if response else level.relative if level else {}
-            if response.accepted if response else max(relative.values(), default=0.0) <= search.enough:
+            if response.accepted if response else max(answer.relative.values(), default=0.0) <= search.enough:
                 field = study.field is not None and level is not None and not with_transient
                 return replace(answer, field=estimate(level)) if field and level else answer
             finer = mesh.refine(indicators(level, response), search.enough)
@@ -133,16 +132,16 @@ class Search:
 
     def solve(self, mesh: Mesh, number: int) -> tuple[Answer, Level | None]:
         """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough."""
-        problems, fine, level, response = mesh.problems(), None, None, None
-        if self.with_steady:
-            fine = nested.solution(self.study, problems)
+        problems, level, response = mesh.problems(), None, None
+        fine = nested.solution(self.study, problems) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.enough):
             response = self._respond(mesh, problems, level)
-        errors, better = (level.errors, level.fine) if level else ({}, fine)
-        return Answer(mesh, problems.heat, problems.conductor, better, errors, response, number), level
+        steady, errors = (level.fine, level.errors) if level else (None, {})
+        relative = response.relative if response else level.relative if level else {}
+        return Answer(mesh, problems.heat, problems.conductor, steady, errors, relative, response, number), level
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """Solve the transient in Krylov fields about the steady state; without it, shifted by the slowest time constant

@@ -33,9 +33,8 @@ class Duals:
     """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all nodes, K).
 
     They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
-    The goals are divided by their ``scales``; rows of ``others`` join them as they are. ``rows`` are by goal the load
-    vectors (all nodes,), ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed
-    nodes.
+    ``rows`` are by goal the load vectors (all nodes,) divided by the ``scales``, and the rows of ``others`` as they
+    are; ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed nodes.
     """
 
     def __init__(
@@ -43,11 +42,11 @@ class Duals:
         time: float | None = None, others: Mapping[str, np.ndarray] | None = None,
     ) -> None:  # fmt: skip
         self.given, self.rise, self.time = given, rise, time
-        self.scales = {**scales, **dict.fromkeys(others or {}, 1.0)}
+        self.scales = scales
         self.probes = {name: given.domain.probes[probe] for name, probe in goals.items()}
         rows = {name: goal_row(given.heat, probe, rise) for name, probe in self.probes.items()}
-        self.rows = {name: row for name, row in rows.items() if row is not None} | dict(others or {})
-        loads = np.array([row * (time or 1.0) / self.scales[name] for name, row in self.rows.items()])
+        self.rows = {name: row / scales[name] for name, row in rows.items() if row is not None} | dict(others or {})
+        loads = (time or 1.0) * np.array([*self.rows.values()])
         uppers = given.heats[1:] if self.rows else ()
         self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
 
@@ -76,7 +75,7 @@ class Duals:
         for name in self.rows:
             held = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
             still = sum((heat.field(heat.held[b]) for b in held), np.zeros(given.domain.space.size))
-            stills.append(still / self.scales[name])
+            stills.append(still / self.scales.get(name, 1.0))
         seen = []
         for upper, density, duals in zip(given.conductors[1:], densities, self.fields, strict=True):
             assert upper is not None
@@ -97,8 +96,7 @@ class Duals:
         for i, (name, row) in enumerate(self.rows.items() if len(nodes) else ()):
             dual = heat.take(self.fields[-1][i])
             stored = 0.0 if self.time is None else heat.mass @ dual / self.time
-            residual = row / self.scales[name] - heat.turned(dual) - stored
-            parts = (heat.torn * residual)[nodes]
+            parts = (heat.torn * (row - heat.turned(dual) - stored))[nodes]
             indicators[name] = judge.at_vertices(self.given.domain.space, heat.order[nodes], parts)
         return indicators
 
@@ -124,7 +122,9 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
-def by_temperature(study: Study, given: Problems, state: SteadyState, scales: Mapping[str, float]) -> Rows:
+def by_temperature(
+    study: Study, given: Problems, state: SteadyState, scales: Mapping[str, float], electric: Rows
+) -> Rows:
     """Return load vectors (all nodes,) by which a change v of the temperature changes electric quantities.
 
     The resistance changes by int (drho/dT) |J|^2 v over the power. A potential changes by -int (drho/dT) J . D v, where
@@ -140,20 +140,19 @@ def by_temperature(study: Study, given: Problems, state: SteadyState, scales: Ma
 
     power = float((conductor.on.weights * conductor.heating(density, density, state.rise)).sum())
     rows = {BY_TEMPERATURE: row(density) / power}
-    for name, at in _electric_rows(study, given).items():
+    for name, at in electric.items():
         if given.domain.electric.probes[study.goals[name]].quantity == "potential":
             rows[BY_TEMPERATURE + name] = -row(conductor.influence(at)[1]) / scales[name]
     return rows
 
 
-def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Contributions]:
+def _potentials(given: Problems, scales: Mapping[str, float], rows: Rows) -> dict[str, Contributions]:
     """Return the contributions to potentials inside the conductor and to currents across its contacts, at the initial
     temperature."""
-    rows = {name: row / scales[name] for name, row in _electric_rows(study, given).items()}
     if not rows:
         return {}
-    potentials = [phi.sum(axis=0) for phi in given.cold_potentials]
-    duals = [upper.respond(np.array([*rows.values()])) for upper in given.conductors[1:] if upper is not None]
+    potentials, loads = [phi.sum(axis=0) for phi in given.cold_potentials], [r / scales[n] for n, r in rows.items()]
+    duals = [upper.respond(np.array(loads)) for upper in given.conductors[1:] if upper is not None]
     return dict(zip(rows, given.electric(duals, potentials), strict=True))
 
 
@@ -241,9 +240,10 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     except NumericsError as error:
         raise LowerSpaceError("the mesh is too coarse for a steady state in each of its spaces") from error
     scales = study.steady_scales(fine.out)
-    others, part_scales = by_temperature(study, given, fine.state, scales), of_part(study.part, study.goals, scales)
+    rows, part_scales = _electric_rows(study, given), of_part(study.part, study.goals, scales)
+    others = by_temperature(study, given, fine.state, scales, rows)
     duals = Duals(study.goals, given, fine.state.rise, part_scales, others=others)
-    thermal, electric = duals.thermal(), _potentials(study, given, scales)
+    thermal, electric = duals.thermal(), _potentials(given, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}
     current = duals.joule(warmed(given, fine.state)) | electric
     power, torn = given.electric_parts, duals.contradictions(estimator)

@@ -24,6 +24,7 @@ from fem3d.solution.march import FullResponse, march_full
 from fem3d.solution.steady import NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov
 from scenes.errors import BeyondLawError, RunawayInTimeError
+from statespace.channels import Inputs
 
 TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations within a step
 LOOSER = 10.0  # ratio of the tolerances of two responses that are compared
@@ -73,15 +74,8 @@ class Marched:
         return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= LOOSER * TIME_SHARE * accuracy
 
 
-def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
-    """Return the response of a base; arguments as for `trace_errors.respond`."""
-    if base.follows:
-        return _full(study, base, steady_out)
-    return _linear(study, base, shift, steady_out, generations)
-
-
-def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> Marched:
-    """Solve a linear problem in as many fields as the accuracy requires."""
+def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> Marched:
+    """Solve a linear problem in as many fields as the accuracy requires; arguments as for `trace_errors.respond`."""
     accuracy, end = study.accuracy, study.end
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 4))
@@ -109,7 +103,7 @@ def _linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
         count, states = count + 4, reduced.states
 
 
-def _full(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
+def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
     """Solve a problem with temperature-dependent properties in steps whose halves show their error.
 
     Of the change 1 / (2^order - 1) is left. The order is 4, but in stiff problems may fall to that of the stages, 2
@@ -169,12 +163,18 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
         gap = (following[0] if len(following) else end) - knot
         groups.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(groups))
-    jumps = knots[np.any(heat.inputs.jumps(knots), axis=1)]
-    for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
+    at = jumps(heat.inputs, end)
+    for jump, gap in zip(at, np.diff(np.append(at, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
         sooner = wanted[(wanted >= jump + SOONEST * first) & (wanted < jump + min(first, gap / 2))]
         times = np.union1d(times, sooner[:1])
     return times
+
+
+def jumps(inputs: Inputs, end: float) -> np.ndarray:
+    """Return the times (s) before an end at which inputs jump."""
+    knots = inputs.knots(end)
+    return np.asarray(knots[np.any(inputs.jumps(knots), axis=1)])
 
 
 def spread(times: np.ndarray, most: int) -> np.ndarray:

@@ -131,6 +131,7 @@ class Answer:
     ----------
     mesh, heat, conductor: the mesh and the problems in its highest space.
     steady, errors: the steady solution and the errors of its quantities, by name, in their units.
+    relative: the errors over their scales; over time those without the errors between rows.
     response: the response over time.
     levels: how many meshes were solved.
     field: error of the steady field over its largest rise; infinite where unknown.
@@ -141,6 +142,7 @@ class Answer:
     conductor: Conductor | None
     steady: Solution | None
     errors: dict[str, float]
+    relative: dict[str, float]
     response: Response | None
     levels: int
     field: float = np.inf
@@ -151,30 +153,21 @@ class Answer:
         assert self.steady is not None
         return self.steady
 
-    def relative(self, study: Study) -> dict[str, float]:
-        """Return the errors over their scales; over time those without the errors between rows."""
-        if self.response is not None:
-            return self.response.relative
-        scales = study.steady_scales(self.fine.out)
-        return {name: error / scales[name] for name, error in self.errors.items()}
-
 
 def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list[str]:
     """Return the warning that ``relative`` errors exceed the accuracy: ``reason`` names the mesh and the remedy."""
     over = {name: e for name, e in relative.items() if e > study.accuracy}
-    if not over:
-        return []
-    worst = max(over, key=lambda name: over[name])
-    names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
-    found = f"{worst} with an estimated {over[worst]:.3g}"
-    return [f"{names} less accurate than the {study.accuracy:g} asked for, {found}, on {reason}"]
+    worst = max(over, key=lambda name: over[name], default="")
+    found = f"({len(over)} of {len(relative)}), {worst} with an estimated {over.get(worst, 0.0):.3g}"
+    return [f"probes are less accurate than the {study.accuracy:g} asked for {found}, on {reason}"] * bool(over)
 
 
 def estimate(level: Level) -> float:
     """Return the largest error of the fine steady field over its largest rise."""
-    space, pairs = level.problems.domain.space, zip(level.problems.heats[-2:], (level.low, level.fine), strict=True)
-    cells = space.on(np.arange(space.mesh.t.shape[1]), 1)
-    low, fine = (cells.value(heat.field(solution.state.rise)) for heat, solution in pairs)
+    space, heats = level.problems.domain.space, level.problems.heats[-2:]
+    cells = space.on(np.arange(space.mesh.t.shape[1]), 4)
+    pairs = zip(heats, (level.low.state, level.fine.state), strict=True)
+    low, fine = (cells.value(heat.field(state.rise)) for heat, state in pairs)
     largest = float(max(fine.max(), 0.0) - min(fine.min(), 0.0)) or 1.0
     return CAUTION * float(np.abs(fine - low).max()) / largest
 

@@ -74,14 +74,6 @@ class Problems:
             return self
         return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
-    def let_go(self) -> None:
-        """Free the factors of the lower spaces, which a response about a steady state does not need."""
-        for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
-            heat.let_go(steady=True)
-            if conductor is not None:
-                conductor.kept.pop("solve_cold", None)
-                conductor.kept.pop("near", None)
-
     @property
     def cold_potentials(self) -> list[np.ndarray]:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""

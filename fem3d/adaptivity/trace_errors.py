@@ -7,25 +7,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors
-from fem3d.adaptivity.estimator import Contributions, Estimator
+from fem3d.adaptivity import goal_errors, marched
+from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, LowerSpaceError
-from fem3d.adaptivity.marched import (
-    KNOTS,
-    SOONEST,
-    Marched,
-    beside,
-    distance,
-    marched,
-    spread,
-    tangent,
-)
+from fem3d.adaptivity.marched import Marched, distance, jumps, spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import fields, outputs, probes
 from fem3d.results.outputs import Quantities, Study
 from fem3d.results.outputs import Response as AnyResponse
 from fem3d.solution.transient import Base, Transient
-from fem3d.spaces.domain import Domain
 from scenes.errors import RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
@@ -74,19 +64,27 @@ def respond(
     steady_errors: Mapping[str, float] = {}
     if steady is not None:
         steady_errors = steady.relative
-        given.let_go()
-    march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
+        # A response about a steady state does not need the factors of the lower spaces.
+        for heat, conductor in zip(given.heats[:-1], given.conductors[:-1], strict=True):
+            heat.let_go(steady=True)
+            if conductor is not None:
+                conductor.kept.pop("solve_cold", None)
+                conductor.kept.pop("near", None)
+    steady_out = None if steady is None else steady.fine.out
     if bases[0].follows:
-        given = given.about(tangent(bases[0], march.answer, march.checked))
+        march = marched.march_nonlinear(study, bases[0], steady_out)
+        given = given.about(marched.tangent(bases[0], march.answer, march.checked))
+    else:
+        march = marched.march_linear(study, bases[0], shift, steady_out, generations)
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:
-        low = beside(study, bases[1], shift, march)
+        low = marched.beside(study, bases[1], shift, march)
     except RunawayInTimeError as runaway:
         if not bases[0].follows:
             raise
         raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
-    errors, goals = Comparison(study, given, judge, march, low).errors(steady_errors)
+    errors, goals = _errors(study, given, judge, march, low, steady_errors)
     answer, scales = march.answer, march.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
@@ -104,81 +102,79 @@ def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
     """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: twice
     the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
     first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
-    knots = inputs.knots(study.end)
-    jumps = np.append(0.0, knots[np.any(inputs.jumps(knots), axis=1)])
-    since = np.append(0.0, np.geomspace(SOONEST * first, first, 10))
-    times = np.unique(np.minimum((jumps[spread(jumps, KNOTS), None] + since).ravel(), study.end))
+    starts = np.append(0.0, jumps(inputs, study.end))
+    since = np.append(0.0, np.geomspace(marched.SOONEST * first, first, 10))
+    times = np.unique(np.minimum((starts[spread(starts, marched.KNOTS), None] + since).ravel(), study.end))
     responses = march.answer, low, march.worse
     fine, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in responses)
     apart = [distance(fine, other) for other in others]
     return {name: 2 * sum(each[name] for each in apart) for name in fine}
 
 
-class Comparison:
-    """The errors of a response (``march``) by comparison with the response ``low`` of the next lower space."""
+def _errors(
+    study: Study, given: Problems, judge: Estimator, march: Marched, low: AnyResponse, steady: Mapping[str, float]
+) -> tuple[dict[str, float], list[np.ndarray]]:
+    """Return the error of each trace in its unit by comparison with the response ``low`` of the next lower space, and
+    the indicators of the power and of all goals.
 
-    def __init__(self, study: Study, given: Problems, judge: Estimator, march: Marched, low: AnyResponse) -> None:
-        self.study, self.given, self.judge, self.march = study, given, judge, march
-        self.lower = study.traces(outputs.of_transient(low, study.part, march.checked))
-        self.changes = distance(march.traces, self.lower)
-        self.scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
-
-    def errors(self, steady_errors: Mapping[str, float]) -> tuple[dict[str, float], list[np.ndarray]]:
-        """Return the error of each trace in its unit, and the indicators of the power and of all goals.
-
-        By the mesh it is the largest of the lower space's change, the indicators of its goal and its steady error;
-        errors of the current, of Krylov fields and of extremes' places are added. Where a steady level exists, goals
-        are estimated only to refine the mesh, and steady errors include the error of the current.
-        """
-        study, march = self.study, self.march
-        largest = max(change / march.scales[name] for name, change in self.changes.items())
-        estimated = not steady_errors or largest > (1 - ROW_SHARE) * study.accuracy
-        goals = self._indicators() if estimated else {}
-        power, errors = self.judge.indicators(self.given.electric_parts), {}
-        current = {} if steady_errors else {n: self.judge.indicators(each) for n, each in self._joule_heat().items()}
-        for name, scale in march.scales.items():
-            goal = study.trace_goals.get(name, name)
-            of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
-            at_rest = max(of_it or steady_errors.values(), default=0.0)
-            of_space = max(self.changes[name], scale * max(at_rest, float(np.sum(goals.get(name, 0.0)))))
-            of_current = 0.0 if steady_errors else float(current.get(name, power).sum()) * scale
-            doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
-            errors[name] = of_space + of_current + march.gaps[name] + doubt
-        return errors, [power, *(goal + current.get(name, power) for name, goal in goals.items())]
-
-    def _indicators(self) -> dict[str, np.ndarray]:
-        """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or
-        jump of the inputs: the first and the last time, and the times of the largest change of each rise and of the
-        trace that changes most (after a jump perhaps the entering heat).
-
-        The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for
-        long: the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of
-        either degree, at least 1. One of two degrees does not change an even solution.
-        """
-        study, given, march = self.study, self.given, self.march
-        probes = given.domain.probes
-        rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
-        worst = max(self.changes, key=lambda n: self.changes[n] / march.scales[n])
-        at = {int(np.abs(march.traces[n] - self.lower[n]).argmax()) for n in (*rises, worst)}
-        times = march.checked[sorted({0, *at, len(march.checked) - 1})]
-        knots, goals = np.append(0.0, given.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
-        for time, rise in zip(times, march.answer.rises(times), strict=True):
-            duals = goal_errors.Duals(study.trace_goals, given, rise, self.scales, time - knots[knots < time].max())
-            torn = duals.contradictions(self.judge)
-            for name, parts in duals.thermal().items():
-                remains = self.judge.indicators(parts) + torn.get(name, 0.0)
-                if name in rises:
-                    size = max(float(np.abs(part).sum()) for part in parts) * march.scales[name]
-                    remains *= max(self.changes[name] / max(size, 1e-300), 1.0)
-                goals[name] = max(goals.get(name, remains), remains, key=np.sum)
-        return goals
-
-    def _joule_heat(self) -> dict[str, Contributions]:
-        """Return the Joule heat's contributions to each thermal trace, as if the largest voltages acted always."""
-        study, given = self.study, self.given
+    By the mesh it is the largest of the lower space's change, the indicators of its goal and its ``steady`` error;
+    errors of the current, of Krylov fields and of extremes' places are added. Where a steady level exists, goals are
+    estimated only to refine the mesh, and steady errors include the error of the current.
+    """
+    lower = study.traces(outputs.of_transient(low, study.part, march.checked))
+    changes, goals = distance(march.traces, lower), dict[str, np.ndarray]()
+    power, current, errors = judge.indicators(given.electric_parts), dict[str, np.ndarray](), dict[str, float]()
+    largest = max(change / march.scales[name] for name, change in changes.items())
+    if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
+        goals = _indicators(study, given, judge, march, lower)
+    if not steady:
+        # The Joule heat is as if the largest voltages acted always.
         potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
-        (last,) = self.march.answer.rises(np.array([study.end]))
-        return goal_errors.Duals(study.trace_goals, given, last, self.scales, study.end).joule(potentials)
+        joule = _duals(study, given, march, study.end, study.end).joule(potentials)
+        current = {name: judge.indicators(joule.get(name, given.electric_parts)) for name in march.scales}
+    for name, scale in march.scales.items():
+        goal = study.trace_goals.get(name, name)
+        of_it = [e for q, e in steady.items() if study.goals.get(q, q) == goal]
+        at_rest = max(of_it or steady.values(), default=0.0)
+        of_space = max(changes[name], scale * max(at_rest, float(np.sum(goals.get(name, 0.0)))))
+        of_current = scale * float(np.sum(current.get(name, 0.0)))
+        doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+        errors[name] = of_space + of_current + march.gaps[name] + doubt
+    return errors, [power, *(goal + current.get(name, power) for name, goal in goals.items())]
+
+
+def _duals(study: Study, given: Problems, march: Marched, at: float, since: float) -> goal_errors.Duals:
+    """Return the dual problems of the traces at a time (s), of a step of the time ``since`` the last knot."""
+    scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
+    return goal_errors.Duals(study.trace_goals, given, march.answer.rises(np.array([at]))[0], scales, since)
+
+
+def _indicators(
+    study: Study, given: Problems, judge: Estimator, march: Marched, lower: Quantities
+) -> dict[str, np.ndarray]:
+    """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or jump
+    of the inputs: the first and the last time, and the times of the largest change of each rise and of the trace that
+    changes most (after a jump perhaps the entering heat).
+
+    The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for long:
+    the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of either degree,
+    at least 1. One of two degrees does not change an even solution.
+    """
+    probes, changes = given.domain.probes, distance(march.traces, lower)
+    rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
+    worst = max(changes, key=lambda n: changes[n] / march.scales[n])
+    at = {int(np.abs(march.traces[n] - lower[n]).argmax()) for n in (*rises, worst)}
+    knots, goals = np.append(0.0, given.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
+    for time in march.checked[sorted({0, *at, len(march.checked) - 1})].tolist():
+        duals = _duals(study, given, march, time, time - float(knots[knots < time].max()))
+        torn = duals.contradictions(judge)
+        for name, parts in duals.thermal().items():
+            remains = judge.indicators(parts) + torn.get(name, 0.0)
+            if name in rises:
+                size = max(float(np.abs(part).sum()) for part in parts) * march.scales[name]
+                remains *= max(changes[name] / max(size, 1e-300), 1.0)
+            goals[name] = max(goals.get(name, remains), remains, key=np.sum)
+    return goals
 
 
 def _rows(
@@ -186,30 +182,19 @@ def _rows(
 ) -> tuple[np.ndarray, Quantities, dict[str, float]]:
     """Return the times of as many rows as the accuracy takes, the traces there, and the errors of straight lines
     between them."""
-    drive = answer.heat.inputs
-    knots = drive.knots(study.end)
     times, rows, between = fields.choose(
         [*(step.start for step in answer.steps), answer.end],
         lambda times: study.traces(outputs.of_transient(answer, study.part, times)),
         {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()},
-        knots[np.any(drive.jumps(knots), axis=1)].tolist(),
+        jumps(answer.heat.inputs, study.end).tolist(),
         study.instants,
     )
-    if answer.heat.lifts.any():
-        _start(answer.heat.domain, rows)
+    for probe in study.part.scene.probes if answer.heat.lifts.any() else ():
+        # No mesh resolves the layer at the instant of a jump of a given temperature at t = 0.
+        mean = probe.name in rows and probe.quantity == "temperature" and probe.reduce == "mean"
+        if mean and probes.starts_free(answer.heat.domain, probe):
+            rows[probe.name][0] = study.part.scene.initial_temperature
     return times, rows, between
-
-
-def _start(domain: Domain, traces: Quantities) -> None:
-    """Set the first row of mean temperatures that a jump of a given temperature at t = 0 does not change yet.
-
-    No mesh resolves the layer at that instant, and the fields of the transient represent it only later.
-    """
-    scene = domain.scene
-    for probe in scene.probes:
-        mean = probe.quantity == "temperature" and probe.reduce == "mean"
-        if mean and probe.name in traces and probes.starts_free(domain, probe):
-            traces[probe.name][0] = scene.initial_temperature
 
 
 def _imbalance(study: Study, answer: AnyResponse) -> float:
@@ -220,16 +205,12 @@ def _imbalance(study: Study, answer: AnyResponse) -> float:
     full equations, so the figure includes the error of the reduced space. At a jump of a given temperature the heat
     that its nodes store enters at that instant. Less heat than the rounding of temperatures counts as none.
     """
-    heat, drive = answer.heat, answer.heat.inputs
-
-    def jumping(times: np.ndarray) -> np.ndarray:
-        return np.any(drive.jumps(times), axis=1) | (times == 0.0)
-
+    heat, sudden = answer.heat, [0.0, *jumps(answer.heat.inputs, study.end)]
     points, weights = np.polynomial.legendre.leggauss(12)
     edges = np.array([*(step.start for step in answer.steps), answer.end])
     # After a jump the loss starts like a power of t below any step: such a step is graded towards its start.
-    sudden = jumping(edges[:-1])
-    graded = edges[:-1][sudden, None] + np.diff(edges)[sudden, None] * 0.25 ** np.arange(8, 0, -1)
+    at = np.flatnonzero(np.isin(edges[:-1], sudden))
+    graded = edges[at, None] + np.diff(edges)[at, None] * 0.25 ** np.arange(8, 0, -1)
     edges = np.union1d(edges, graded)
     halves = np.diff(edges)[:, None] / 2
     times = edges[:-1, None] + halves * (points + 1)
@@ -237,7 +218,7 @@ def _imbalance(study: Study, answer: AnyResponse) -> float:
     entered, left = (np.cumsum((halves * rate.reshape(times.shape)) @ weights) for rate in rates)
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
     stored, after = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
-    jumped = np.where(jumping(edges[:-1]), after - np.append(0.0, stored[:-1]), 0.0)
+    jumped = np.where(np.isin(edges[:-1], sudden), after - np.append(0.0, stored[:-1]), 0.0)
     gap = np.abs(stored + left - entered - np.cumsum(jumped))
     rounding = outputs.ROUNDING * study.part.copies * max(heat.domain.scene.initial_temperature, 1.0)
     none = rounding * float(heat.unit @ (heat.mass @ heat.unit))

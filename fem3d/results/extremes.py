@@ -43,7 +43,6 @@ class Extreme:
 
     def __init__(self, space: Space, patches: Sequence[Patch], sign: float) -> None:
         self._space, self._sign = space, sign
-        self._simplex = len(space.mesh.t) == 4
         self._patches = [p for p in patches if len(p[0])]
 
     def once(self) -> Extreme:
@@ -125,7 +124,8 @@ class Extreme:
             around = 0.25 * 0.5**turn * np.array(list(product(np.linspace(-1, 1, along), repeat=len(sides))))
             # Most tops stay where they are over time.
             middles, same = np.unique(places[going], axis=0, return_inverse=True)
-            groups, step = _groups(same.ravel()), max(1, AT_ONCE // (len(around) * functions.shape[1]))
+            groups = np.split(np.argsort(same.ravel(), kind="stable"), np.cumsum(np.bincount(same.ravel()))[:-1])
+            step = max(1, AT_ONCE // (len(around) * functions.shape[1]))
             for first in range(0, len(middles), step):
                 near = np.clip(middles[first : first + step, None] + around, 0.0, 1.0)
                 shapes = self._space.at((corner + near @ sides).reshape(-1, 3).T).reshape(*near.shape[:2], -1)
@@ -143,9 +143,4 @@ class Extreme:
 
     def _inside(self, points: np.ndarray) -> np.ndarray:
         """(...,): whether points (..., sides) lie in their part, a triangle or a tetrahedron on tetrahedra."""
-        return points.sum(axis=-1) <= (1 + 1e-12 if self._simplex else np.inf)
-
-
-def _groups(numbers: np.ndarray) -> list[np.ndarray]:
-    """The places of each number from 0 on."""
-    return np.split(np.argsort(numbers, kind="stable"), np.cumsum(np.bincount(numbers))[:-1])
+        return points.sum(axis=-1) <= (1 + 1e-12 if len(self._space.mesh.t) == 4 else np.inf)

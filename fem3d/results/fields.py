@@ -17,7 +17,6 @@ from itertools import pairwise
 import numpy as np
 from skfem import ElementHex2, ElementTetP2
 
-from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Response
 from fem3d.solution.steady import SteadyState
@@ -102,6 +101,8 @@ class Fields:
         self, heat: HeatProblem, symmetry: Symmetry, state: SteadyState | None, transient: Response | None
     ) -> None:
         self._heat, self._state, self._transient = heat, state, transient
+        conductors = (each.conductor for each in (state, transient) if each is not None)
+        self._conductor = next((conductor for conductor in conductors if conductor is not None), None)
         self._domain, self._space, self._planes = heat.domain, heat.domain.space, symmetry.planes
         simplex = len(self._space.mesh.t) == 4
         self.cell_type, self._element = ("tetra10", ElementTetP2()) if simplex else ("hexahedron27", ElementHex2())
@@ -129,18 +130,15 @@ class Fields:
         """(pieces,): the cell of each piece of the part that is solved."""
         return np.concatenate([np.repeat(cells, len(low)) for cells, low, _ in self._cut])
 
-    def _at(self, space: Space, functions: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """(..., pieces, places): functions (..., functions) of a space at places (places, 3) of the reference cell."""
-        values = []
+    def _at(self, space: Space, functions: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
+        """(..., pieces, places): functions (..., functions) of a space at places (places, 3) of the reference cell, by
+        default the nodes."""
+        values, places = list[np.ndarray](), self._places if places is None else places
         for cells, low, sides in self._cut:
             table = space.at((low[:, None] + sides * places).reshape(-1, 3).T)
             each = functions[..., space.dofs[:, cells].T] @ table.T
             values.append(each.reshape(*functions.shape[:-1], -1, len(places)))
         return np.concatenate(values, axis=-2)
-
-    def _at_nodes(self, space: Space, functions: np.ndarray) -> np.ndarray:
-        """(..., pieces, nodes)."""
-        return self._at(space, functions, self._places)
 
     @cached_property
     def _numbered(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -157,7 +155,7 @@ class Fields:
             at = np.concatenate([at, image], axis=1)
         # Nodes nearer than `ROUNDING` are one point unless a field jumps there: then a random function has two values.
         spaces = self._space, self._domain.electric.space
-        values = [np.broadcast_to(self._at_nodes(s, random.normal(size=s.size)), at.shape[1:]) for s in spaces]
+        values = [np.broadcast_to(self._at(s, random.normal(size=s.size)), at.shape[1:]) for s in spaces]
         size = ROUNDING * float(np.ptp(at, axis=(1, 2, 3)).max())
         # Round coordinates are not at the border of two intervals of this length.
         whole = np.floor(np.array([*(at / size), *(np.array(values) / ROUNDING)]) + 0.1234).astype(np.int64)
@@ -210,7 +208,7 @@ class Fields:
         return self._kelvins(self._rises(times))
 
     def _kelvins(self, rises: np.ndarray) -> np.ndarray:
-        nodal = self._at_nodes(self._space, self._heat.field(rises))
+        nodal = self._at(self._space, self._heat.field(rises))
         nodal = nodal.reshape(*rises.shape[:-1], -1)[..., self._numbered[1] % self._numbered[2][0].size]
         return np.asarray(self._domain.scene.initial_temperature + nodal)
 
@@ -231,7 +229,7 @@ class Fields:
         potential, density = np.full(len(self.points), np.nan), None
         if self._conductor is not None:
             solved = self._conductor.solve(rise, inputs @ self._conductor.voltages)
-            density, values = solved.density, self._at_nodes(self._domain.electric.space, solved.potential)[None]
+            density, values = solved.density, self._at(self._domain.electric.space, solved.potential)[None]
             for (_, _, parity), level in zip(self._planes, self._levels, strict=True):
                 image = values if parity == "even" else 2 * float(heat.inputs.split(level) @ inputs) - values
                 values = np.concatenate([values, image])
@@ -246,12 +244,6 @@ class Fields:
             turned = np.where((np.arange(3) == axis) == (parity == "even"), -currents, currents)
             currents, heating = np.concatenate([currents, turned]), np.concatenate([heating, heating])
         return Snapshot(self._kelvins(rise), potential, currents, heating, self._distance(heat.field(rise)))
-
-    @property
-    def _conductor(self) -> Conductor | None:
-        if self._state is not None and self._state.conductor is not None:
-            return self._state.conductor
-        return None if self._transient is None else self._transient.conductor
 
     def _means(self, rise: np.ndarray, density: np.ndarray | None) -> np.ndarray:
         """(4, pieces): current density and Joule heat of a current ``density`` at a rise, means over whole cells."""
@@ -268,7 +260,7 @@ class Fields:
         simplex = self.cell_type == "tetra10"
         at = self._space.rule(np.zeros(1, int), 0).points.T if simplex else product_rule(3, 3, 3)[0]
         shape = np.array([self._element.lbasis(at.T, i)[0] * np.ones(len(at)) for i in range(len(self._places))])
-        off = np.abs(self._at_nodes(self._space, field) @ shape - self._at(self._space, field, at)).max()
+        off = np.abs(self._at(self._space, field) @ shape - self._at(self._space, field, at)).max()
         # The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
         return float(off) * 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
 

@@ -33,7 +33,6 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from meshes.symmetry import Symmetry
 from scenes import laws
-from scenes.model import Value
 from statespace import channels
 
 Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
@@ -277,7 +276,7 @@ def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part
         else:
             value = sum((part.flows[name] for name in how.boundaries), part.row(how))
         factor, added = symmetry.probes[probe.name]
-        out[f"probe:{probe.name}"] = factor * value + _added(added, times)
+        out[f"probe:{probe.name}"] = sum((channels.value(each, times) for each in added), factor * value)
         if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
             out[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
     for name, flow in symmetry.flows.items():
@@ -293,12 +292,6 @@ def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part
     return out | {
         "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated
     }  # fmt: skip
-
-
-def _added(values: tuple[Value, ...], times: np.ndarray) -> np.ndarray:
-    """The sum of some values at times of any shape."""
-    at = times.reshape(-1)
-    return sum((channels.value(v, at) for v in values), np.zeros(at.shape)).reshape(times.shape)
 
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:

@@ -169,7 +169,7 @@ def starts_free(domain: Domain, probe: Any) -> bool:
     dimension, lies on a boundary of given temperature."""
     held = [b for b in domain.scene.boundaries if b.kind == "temperature"]
     if domain.locate(probe).dimension == 2:
-        return not any(len(np.intersect1d(domain.on(b), domain.facets(probe))) for b in held)
+        return not any(np.isin(domain.on(b), domain.facets(probe)).any() for b in held)
     fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in held)], axis=0)
     return not fixed[np.flatnonzero(domain.mean(probe))].all()
 
@@ -181,11 +181,9 @@ class Voltmeter:
     def __init__(self, domain: Domain, probe: Any) -> None:
         self._domain = domain = domain.electric
         inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
-        self.still = []
-        for cells, voltage in domain.still:
-            if isinstance(voltage, str):  # the potential that is solved for knows it
-                continue
-            self.still.append((np.where(domain.space.of(cells), domain.space.unit, 0.0), voltage))
+        # The potential that is solved for knows a part at the potential of an electrode (str).
+        given = [(cells, voltage) for cells, voltage in domain.still if not isinstance(voltage, str)]
+        self.still = [(np.where(domain.space.of(cells), domain.space.unit, 0.0), voltage) for cells, voltage in given]
         if probe.reduce == "mean":
             row = domain.mean(probe, inside)
             self.value: Callable[[np.ndarray], float] = lambda field: float(row @ field)

@@ -65,7 +65,7 @@ def solve(
         details |= {"scales": response.scales, "transient": response.transient}
     if isinstance(scene, Scene):
         details["warnings"] += structure.remarks(scene)
-    details["warnings"] += on.warnings(study, answer.relative(study))
+    details["warnings"] += on.warnings(study, answer.relative)
     if response is not None:
         jumps = tuple(answer.heat.jumps(study.end).tolist())
         traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
