@@ -108,7 +108,7 @@ def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
         return []
     potentials = [phi[0] for phi in given.cold_potentials]
     power = float(potentials[-1] @ (state.conductor.matrix @ potentials[-1]))
-    return [phi * np.sqrt(state.power / max(power, 1e-300)) for phi in potentials]
+    return [phi * np.sqrt(max(state.power, 0.0) / max(power, 1e-300)) for phi in potentials]
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:

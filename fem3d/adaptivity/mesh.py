@@ -165,9 +165,12 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
 def estimate(level: Level) -> float:
     """Return the largest error of the fine steady field over its largest rise."""
     space, heats = level.problems.domain.space, level.problems.heats[-2:]
-    cells = space.on(np.arange(space.mesh.t.shape[1]), 4)
+    # Inside of cells, so that each point is of one cell alone.
+    inner = 0.5 - 0.499 * np.cos(np.pi * (np.arange(6) + 0.5) / 6)
+    X = np.array(np.meshgrid(inner, inner, inner)).reshape(3, -1)
+    shapes = space.at(X[:, X.sum(axis=0) <= 1] if len(space.mesh.t) == 4 else X).T
     pairs = zip(heats, (level.low.state, level.fine.state), strict=True)
-    low, fine = (cells.value(heat.field(state.rise)) for heat, state in pairs)
+    low, fine = (heat.field(state.rise)[space.dofs.T] @ shapes for heat, state in pairs)
     largest = float(max(fine.max(), 0.0) - min(fine.min(), 0.0)) or 1.0
     return CAUTION * float(np.abs(fine - low).max()) / largest
 

@@ -90,8 +90,10 @@ def because(marks: Features) -> str:
 
 def limit(scene: Any) -> float:
     """Return the bytes that a run of a scene may take in all."""
+    words = _words(Path("/proc/self/statm"))
+    resident = float(words[1]) * os.sysconf("SC_PAGE_SIZE") if len(words) > 1 else 0.0  # of this process, where known
     # Sizes are foreseen to within 30 %, and other programs need some.
-    return float(scene.memory or 0.8 * (free() + resident()))
+    return float(scene.memory or 0.8 * (free() + resident))
 
 
 def allowed(scene: Any) -> str:
@@ -115,12 +117,6 @@ def free() -> float:
                 cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
                 room.append(float(bound[0]) - float(taken[0]) + cache)
     return max(min(room), 0.0)
-
-
-def resident() -> float:
-    """Return the bytes that this process has in memory; 0 where unknown."""
-    words = _words(Path("/proc/self/statm"))
-    return float(words[1]) * os.sysconf("SC_PAGE_SIZE") if len(words) > 1 else 0.0
 
 
 def _free_of_machine() -> float:
