@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces
 from scenes.sink import Sink
 from scenes.units import TIME
-from statespace.result import DeviceResult
+
+if TYPE_CHECKING:
+    from statespace.result import DeviceResult
 
 
 class Hottest(NamedTuple):

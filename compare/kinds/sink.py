@@ -87,9 +87,11 @@ class SinkKind(Kind[Sink]):
         return results
 
     def open_model(self, scene: Sink, options: Options) -> Model | None:
+        if not options.model:
+            return None
         from compare.models import open_model
 
-        return open_model(options.model) if options.model else None
+        return open_model(options.model)
 
     def definitions(self, scene: Sink, options: Options) -> Mapping[str, Definition[Outcome[Sink]]]:
         from compare.sink_checks import CHECKS

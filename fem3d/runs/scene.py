@@ -14,7 +14,6 @@ import numpy as np
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.cell_mesh import choose, mesh_of
 from fem3d.adaptivity.marched import BEFORE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
@@ -87,10 +86,11 @@ def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:
 
 def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
     """Return the study of the solved part of a scene, and the first mesh."""
+    from fem3d.adaptivity.cell_mesh import choose
+
     study = probe_quantities.study(scene, part_of(scene, whole))
     if isinstance(scene, MeshScene):
         return study, on_file(scene)
-
     every = probe_quantities.study(scene, part_of(scene, True))
     return choose(study, every, over_time=not scene.steady)
 
@@ -105,6 +105,8 @@ def _refined(scene: AnyScene, mesh: Mesh, response: Response) -> tuple[Study, Me
 
 def on_file(scene: MeshScene) -> Any:
     """Return the mesh of a scene's file."""
+    from fem3d.adaptivity.cell_mesh import mesh_of
+
     return mesh_of(probe_quantities.to_solve(scene))
 
 
