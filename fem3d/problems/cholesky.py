@@ -165,7 +165,7 @@ def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
     columns = csc_array(matrix[:, kept])
     rows = place[columns.indices]
     inside = rows >= 0
-    starts = np.concatenate([[0], np.cumsum(inside)])[columns.indptr]
+    starts = np.concatenate([[0], np.cumsum(inside)])[columns.indptr].astype(matrix.indptr.dtype)
     return csc_array((columns.data[inside], rows[inside], starts), (len(kept),) * 2)
 
 
