@@ -119,13 +119,17 @@ def local(p: int, degrees: Degrees) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     """The reference matrices of the functions that are active for degrees along x, y, z: the forms
     `conduction` and `capacity`, made of their 1D factors. The rows and columns (pairs,) among the functions whose
     entries are not zero, and (4, pairs) the x, y, z stiffness and the mass of the unit cube."""
-    at, both = np.flatnonzero(active(p, degrees)), np.any(factors(p), axis=0)
-    x, y, z = kinds = modes(p)[at].T
+    if min(degrees) < p:  # a part of the matrices of the whole degree
+        (rows, columns, entries), there = local(p, (p, p, p)), active(p, degrees)
+        kept = np.flatnonzero(there[rows] & there[columns])
+        return rows[kept], columns[kept], entries[:, kept]
+    both = np.any(factors(p), axis=0)
+    x, y, z = kinds = modes(p).T
     r, c = np.nonzero(both[x[:, None], x] & both[y[:, None], y] & both[z[:, None], z])
     m, s = ([t[k[r], k[c]] for k in kinds] for t in factors(p))
     entries = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
     kept = entries.any(axis=0)
-    return at[r[kept]], at[c[kept]], entries[:, kept]
+    return r[kept], c[kept], entries[:, kept]
 
 
 @lru_cache(maxsize=512)
