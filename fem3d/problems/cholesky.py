@@ -91,9 +91,7 @@ class Factors:
         self._blocks: list[tuple[slice, np.ndarray, np.ndarray, np.ndarray]] = []
         sizes = np.bincount(rank, minlength=ordering.starts[-1])
         first = np.concatenate([[0], np.cumsum(sizes)])
-        ordered, place = csc_array(matrix[:, self._order]), np.zeros(len(rank), int)
-        place[self._order] = np.arange(len(rank))
-        indices = place[ordered.indices]
+        ordered, place = part(matrix, self._order), np.zeros(len(rank), int)
         updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for piece, (start, end) in enumerate(pairwise(first[ordering.starts].tolist())):
             groups_beyond = ordering.beyond[piece]
@@ -103,7 +101,7 @@ class Factors:
             place[beyond] = np.arange(pivots, pivots + len(beyond))
             front = np.zeros((pivots + len(beyond),) * 2)
             entries = slice(ordered.indptr[start], ordered.indptr[end])
-            rows = indices[entries]
+            rows = ordered.indices[entries]
             columns = np.repeat(np.arange(pivots), np.diff(ordered.indptr[start : end + 1]))
             later = rows >= start
             rows, into = rows[later], np.append(np.arange(start, end), beyond)
@@ -165,6 +163,8 @@ def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
     columns = csc_array(matrix[:, kept])
     rows = place[columns.indices]
     inside = rows >= 0
+    if inside.all():
+        return csc_array((columns.data, rows, columns.indptr), (len(kept),) * 2)
     starts = np.concatenate([[0], np.cumsum(inside)])[columns.indptr].astype(matrix.indptr.dtype)
     return csc_array((columns.data[inside], rows[inside], starts), (len(kept),) * 2)
 
