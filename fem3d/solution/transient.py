@@ -141,22 +141,18 @@ class Krylov:
     def __init__(self, base: Base, *shifts: float) -> None:
         self._base, self._mass, n = base, base.heat.inner_mass, base.heat.free
         self._solves: list[Callable[[np.ndarray], np.ndarray]] = [base.heat.solve_shifted(shift) for shift in shifts]
-        self._next = self._solved(0, np.array([load[:n] for load in base.loads]).reshape(-1, n).T)
+        self._next = self._solves[0](np.array([load[:n] for load in base.loads]).reshape(-1, n)).T
         if not base.fields.shape[1] and not self._next.any():
             self._next = base.heat.unit[:n, None]  # nothing warms anything: one field to stay at rest in
         self._made = self._loads = np.empty((n, 0))
         self._ends = [0]  # after each generation, how many fields there are
 
-    def _solved(self, shift: int, loads: np.ndarray) -> np.ndarray:
-        """(free nodes, k): the solutions of one of the shifts for loads (free nodes, k)."""
-        solutions: np.ndarray = self._solves[shift](loads.T).T
-        return solutions
-
     def fields(self, generations: int) -> np.ndarray:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
         while len(self._ends) <= generations:
             self._made, self._loads = independent_fields(self._next, self._mass, self._made, self._loads)
-            self._next = self._solved(len(self._ends) % len(self._solves), self._loads[:, self._ends[-1] :])
+            solve = self._solves[len(self._ends) % len(self._solves)]
+            self._next = solve(self._loads[:, self._ends[-1] :].T).T
             self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 
