@@ -128,8 +128,8 @@ def local(p: int, degrees: Degrees) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     r, c = np.nonzero(both[x[:, None], x] & both[y[:, None], y] & both[z[:, None], z])
     m, s = ([t[k[r], k[c]] for k in kinds] for t in factors(p))
     entries = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
-    kept = entries.any(axis=0)
-    return r[kept], c[kept], entries[:, kept]
+    filled = np.flatnonzero(entries.any(axis=0))
+    return r[filled], c[filled], entries[:, filled]
 
 
 @lru_cache(maxsize=512)
