@@ -181,14 +181,6 @@ class Rule(NamedTuple):
         """(functions,): which do not vanish at the points; inside a cell none does."""
         return np.asarray(self.values.any(axis=0))
 
-    def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
-        """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""
-        return coefficients @ (self.values if along is None else self.slopes[along]).T
-
-    def tested(self, field: np.ndarray, along: int | None = None) -> np.ndarray:
-        """(..., functions): sums over points of a field (..., points) times each function, the transpose of `at`."""
-        return field @ (self.values if along is None else self.slopes[along])
-
 
 Side = tuple[Rule, np.ndarray]
 """The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as

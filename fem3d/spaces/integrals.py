@@ -161,7 +161,8 @@ class Cells:
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(..., cells, points): functions (..., functions)."""
-        return self._rule.at(u[..., self.dofs])
+        values: np.ndarray = u[..., self.dofs] @ self._rule.values.T
+        return values
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
@@ -175,7 +176,7 @@ class Cells:
 
     def load(self, density: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a density (cells, 1 or points) times each function."""
-        return self._scattered(self._rule.tested(density * self.weights))
+        return self._scattered((density * self.weights) @ self._rule.values)
 
     def flow(self, field: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a field (3, cells, points) times the gradient of each function."""
