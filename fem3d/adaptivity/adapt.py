@@ -1,9 +1,9 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
 A level is one mesh with its solutions in the nested spaces and the errors of its goals. Its answer is accepted, or the
-mesh is refined by its error indicators. It is refined everywhere where states go beyond a resistivity law or only a
-lower space has no solution; where heating runs away, for a state just below the limit, to confirm that it does. Any
-other failure in the highest space ends the run.
+mesh is refined by its error indicators. It is refined everywhere where states go beyond a resistivity law, where it is
+too coarse for a law or only a lower space has no solution; where heating runs away, for a state just below the limit,
+to confirm that it does. Any other failure in the highest space ends the run.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem3d.adaptivity import marched, nested
-from fem3d.adaptivity.goal_errors import Level, LowerSpaceError
+from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response, respond
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
+from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import ON_PATH
 from fem3d.solution.transient import Base
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
@@ -84,7 +85,7 @@ def adapt(
             finer = search.refine_for_runaway(mesh, runaway)
             if finer is None:
                 raise
-        except (BeyondLawError, LowerSpaceError) as failure:
+        except (BeyondLawError, CoarseMeshError) as failure:
             finer = mesh.refine_all()
             if finer is None:
                 raise failure if isinstance(failure, BeyondLawError) else not_reached(study.accuracy) from None

@@ -20,6 +20,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.outputs import ROUNDING, Study
 from fem3d.results.probes import extreme, reading
+from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import SteadyState
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -222,12 +223,8 @@ class Level:
         return max(self.relative.values(), default=0.0)
 
 
-class LowerSpaceError(NumericsError):
-    """A lower space has no solution although the fine one has: the mesh is too coarse."""
-
-
 def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level:
-    """Bound the errors of a fine solution; raise LowerSpaceError where a lower space has no steady state.
+    """Bound the errors of a fine solution; raise CoarseMeshError where a lower space has no steady state.
 
     Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
     quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
@@ -238,7 +235,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     except BeyondLawError:
         raise
     except NumericsError as error:
-        raise LowerSpaceError("the mesh is too coarse for a steady state in each of its spaces") from error
+        raise CoarseMeshError("the mesh is too coarse for a steady state in each of its spaces") from error
     scales = study.steady_scales(fine.out)
     rows, part_scales = _electric_rows(study, given), of_part(study.part, study.goals, scales)
     others = by_temperature(study, given, fine.state, scales, rows)

@@ -92,7 +92,7 @@ class Mesh(ABC):
         return nested.problems(self.domain, self.accuracy)
 
     def examine(self, study: Study, given: Problems, fine: Solution) -> Level:
-        """Bound the errors of a fine solution; raises LowerSpaceError (`goal_errors.examined`)."""
+        """Bound the errors of a fine solution; raises CoarseMeshError (`goal_errors.examined`)."""
         return goal_errors.examined(study, given, fine, self.estimator)
 
     @abstractmethod

@@ -9,12 +9,13 @@ import numpy as np
 
 from fem3d.adaptivity import goal_errors, marched
 from fem3d.adaptivity.estimator import Estimator
-from fem3d.adaptivity.goal_errors import Level, LowerSpaceError
+from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import Marched, distance, jumps, spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import fields, outputs, probes
 from fem3d.results.outputs import Quantities, Study
 from fem3d.results.outputs import Response as AnyResponse
+from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.transient import Base, Transient
 from scenes.errors import RunawayInTimeError
 
@@ -83,7 +84,7 @@ def respond(
     except RunawayInTimeError as runaway:
         if not bases[0].follows:
             raise
-        raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
+        raise CoarseMeshError("a lower space runs away over time, and the fine one does not") from runaway
     errors, goals = _errors(study, given, judge, march, low, steady_errors)
     answer, scales = march.answer, march.scales
     relative = {name: error / scales[name] for name, error in errors.items()}

@@ -177,6 +177,27 @@ class Storage:
         return heat
 
 
+def unseen(domain: Domain, law: OfCells, cells: np.ndarray, at: np.ndarray, u: np.ndarray) -> float:
+    """Return what a quadrature may miss of a law's integral over the temperatures of a cell, relative to it.
+
+    A thin layer beside a vertex may lie between the points, whose temperatures ``at`` (cells, points) at a field u
+    (functions,) then leave out those of the layer. A law that the points see varies there about as among the points:
+    its mean is within their range, extended on both sides by the ratio of the largest value to the smallest one.
+    """
+    space = domain.space
+    of_vertices = (space.unit[space.dofs[:, cells]] == 1.0).all(axis=1)
+    vertices, off = u[space.dofs[np.ix_(of_vertices, cells)]].T, 0.0
+    coldest, hottest = at.min(axis=1, keepdims=True), at.max(axis=1, keepdims=True)
+    values, beyond = law.value(at), vertices - np.clip(vertices, coldest, hottest)
+    low, high = values.min(axis=-1, keepdims=True), values.max(axis=-1, keepdims=True)
+    parts = np.append(0.0, np.geomspace(1e-6, 1.0, 41))  # of the way from a vertex
+    for vertex, width in zip(vertices.T[..., None], beyond.T[..., None], strict=True):
+        mean = np.trapezoid(law.value(vertex - parts * width), parts, axis=-1)[..., None]
+        excess = abs(width) * np.maximum(mean - high**2 / low, low**2 / high - mean)
+        off = max(off, float((excess / np.maximum(abs(width) * mean + (hottest - coldest) * low, 1e-300)).max()))
+    return off
+
+
 def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarray:
     """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
     return OfCells(domain, key, faces.cells).value(faces.by(domain.space).value(u))

@@ -14,7 +14,7 @@ import numpy as np
 from fem3d.problems.assembly import linearized, refine_quadratures
 from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import MOST_GMRES, solve_by_gmres
+from fem3d.problems.following import MOST_GMRES, Conduction, solve_by_gmres, unseen
 from fem3d.problems.heat import HeatProblem
 from scenes.errors import BeyondLawError, NumericsError
 
@@ -30,6 +30,10 @@ HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's met
 
 class NotConvergedError(NumericsError):
     """Newton's method does not converge from where it started."""
+
+
+class CoarseMeshError(NumericsError):
+    """The mesh is too coarse for a law, or has no solution in a lower space although it has one in its own."""
 
 
 class VanishedError(NotConvergedError):
@@ -156,6 +160,15 @@ class Newton:
                 ]
             off += max(changes)
         return off
+
+    def unseen(self, point: Point) -> float:
+        """The relative error by layers of laws that lie between the points of their quadratures."""
+        heat, c, u = self.heat, self.conductor, self.heat.field(point.rise)
+        parts = [part for term in heat.terms if isinstance(term, Conduction) for part in term.parts]
+        laws = [(part.law, part.cells, part.on.value(u)) for part in parts]
+        if c is not None and c.following is not None:
+            laws.append((c.following, c.cells, c.on.value(u)[: len(c.cells)]))
+        return max((unseen(heat.domain, *each, u) for each in laws), default=0.0)
 
 
 class Linearization:

@@ -31,6 +31,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution.newton import (
     HOTTEST,
     INNER,
+    CoarseMeshError,
     Linearization,
     Newton,
     NotConvergedError,
@@ -98,8 +99,9 @@ def solve_steady(
 
     Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, or
     where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message names the case. Raises
-    BeyondLawError if a resistivity law reaches zero first, and other NumericsError if conditions vary in time, if heat
-    has no exit, or if the path takes too many points.
+    BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law lie between the points of
+    its quadrature, and other NumericsError if conditions vary in time, if heat has no exit, or if the path takes too
+    many points.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -110,17 +112,22 @@ def solve_steady(
     tangent = heat if heat.exact is not None else None
     newton = Newton(heat.exact or heat, conductor, (tangent or heat).solve_steady)
     point, unsettled = _search(newton, drive, INNER * accuracy, start, potential)
-    off = 0.0
+    off = unseen = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
-        off = newton.by_quadrature(point)
+        unseen = newton.unseen(point)
+        off = newton.by_quadrature(point) + unseen
         if off <= NEGLIGIBLE * accuracy:
             break
         finer = newton.finer(2)
         try:
             point, unsettled = finer.correct(finer.at(point.x), None, INNER * accuracy)
         except NotConvergedError:
-            break  # the coarser quadrature stands, with its error
+            if unseen <= accuracy:
+                break  # the coarser quadrature stands, with its error
+            point, unsettled = _search(finer, drive, INNER * accuracy)
         newton = finer
+    if unseen > accuracy:
+        raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
     return read_state(newton, point, unsettled + off, tangent)
 
 

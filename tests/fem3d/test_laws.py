@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
 from benchmarks import invariants
 from fem3d.runs import sink as sinks
@@ -54,7 +55,7 @@ def bar(law, hot=None, volts=None, accuracy=1e-4, **material):
     probe = [{"name": "at", "at": [LENGTH / 2, 0, 0]}]
     if volts:
         boundary += [{"name": f"v{i}", **end, "voltage": volts * i} for i, end in enumerate(ends)]
-        given = {"resistivity": RHO, **given}
+        given = given if "electrical_conductivity" in given else {"resistivity": RHO, **given}
         probe.append({"name": "current", **ends[1], "quantity": "current"})
     probe.append({"name": "flow", **ends[0], "quantity": "heat_flow"})
     quarter = LENGTH / 4
@@ -199,6 +200,17 @@ def test_a_conductivity_that_falls_sharply_has_a_state():
     law = {"temperatures": [COLD, COLD + 1e-7], "values": [130, 1.3]}
     peak = COLD + 1.0 / (8 * RHO) / 1.3
     held(solve(from_dict(bar(law, volts=1.0, accuracy=1e-1))).steady["at"], peak, 1e-1 * (peak - COLD))
+
+
+@pytest.mark.long
+def test_a_resistivity_that_falls_by_800_is_seen_beside_the_ends():
+    """The integral of k rho from the ends to the peak is V^2 / 8. On a coarse mesh all points of a quadrature see the
+    constant behind the last row, by which the peak would be 39,600 K."""
+    table = {"temperatures": [COLD + 50 * i for i in range(9)], "values": [1e6 * np.exp(i / 1.2) for i in range(9)]}
+    scene = from_dict(bar(100.0, volts=0.2, accuracy=1e-3, electrical_conductivity=table))
+    law = scene.boxes[0].material.resistivity
+    peak = brentq(lambda top: quad(law, COLD, top)[0] - 0.2**2 / 800, COLD + 1, COLD + 400)
+    held(solve(scene).steady["at"], peak, 1e-3 * (peak - COLD))
 
 
 FALLING = PowerLaw(130.0, 293.0, -1.3)

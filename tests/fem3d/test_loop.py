@@ -7,7 +7,7 @@ import pytest
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import MOST_LEVELS, adapt
-from fem3d.adaptivity.goal_errors import LowerSpaceError
+from fem3d.solution.newton import CoarseMeshError
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 
 ACCURACY = 1e-2
@@ -36,7 +36,7 @@ class Meshes:
     def examine(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
         if error is None:
-            raise LowerSpaceError
+            raise CoarseMeshError
         each, goals = {"probe": error}, {"probe": []}
         return SimpleNamespace(worst=error, relative=each, errors=each, goals=goals, record=None, fine=fine, low=fine)
 
