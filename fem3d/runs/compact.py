@@ -133,8 +133,8 @@ def _compact(
     say("compact model: states")
     order = space.leading(steps, rest, times)
     made = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references,
-                  accuracy, states, FULL)  # fmt: skip
-    if made["warnings"]:
+                  max(accuracy, 1.1 * reached), states, FULL)  # fmt: skip
+    if states is None and worst(made["error"]) > accuracy:
         because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (truth > TRUTH)
         made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
     if tried:

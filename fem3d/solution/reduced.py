@@ -26,6 +26,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Potential
 
+AT_ONCE = 16  # fields that are made orthogonal to earlier ones in one product of matrices
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
 
@@ -221,13 +222,17 @@ def independent_fields(
     """Make fields (free nodes, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
     without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005). Return the
     known and the new fields, and the products of the mass matrix and these, of which ``loads`` are the known ones."""
-    for u in fields.T:
-        size = float(u @ (mass @ u))
+    for block in np.array_split(fields, 1 + fields.shape[1] // AT_ONCE, axis=1):
+        sizes, new, products = (block * (mass @ block)).sum(axis=0), known[:, :0], loads[:, :0]
         for _ in range(2):
-            u = u - known @ (loads.T @ u)
-        # Made anew: the rounding errors of earlier fields grow where little is left of one.
-        v = mass @ u
-        remaining = float(u @ v)
-        if remaining > DEPENDENT**2 * size:
-            known, loads = (np.column_stack([a, b / np.sqrt(remaining)]) for a, b in ((known, u), (loads, v)))
+            block = block - known @ (loads.T @ block)
+        for u, size in zip(block.T, sizes, strict=True):
+            for _ in range(2):
+                u = u - new @ (products.T @ u)
+            # Made anew: the rounding errors of earlier fields grow where little is left of one.
+            v = mass @ u
+            remaining = float(u @ v)
+            if remaining > DEPENDENT**2 * size:
+                new, products = (np.column_stack([a, b / np.sqrt(remaining)]) for a, b in ((new, u), (products, v)))
+        known, loads = np.hstack([known, new]), np.hstack([loads, products])
     return known, loads
