@@ -17,9 +17,8 @@ import numpy as np
 from fem3d.adaptivity import marched
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.goal_errors import goal_row
+from fem3d.adaptivity.nested import Problems
 from fem3d.problems.conductors import independent
-from fem3d.problems.current import Conductor
-from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs
 from fem3d.results.probes import reading
 from fem3d.runs import probe_quantities, projection
@@ -127,7 +126,7 @@ def _compact(
         problem = _problem(scene, inputs, part * accuracy, own)
     except NumericsError as error:
         problem, because = _problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
-    rich, times, guessed = _rich(scene, inputs, problem, accuracy)
+    rich, times, guessed = _rich(scene, inputs, *problem, accuracy)
     space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
     reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
@@ -216,11 +215,10 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
     return late[np.unique(np.linspace(0, len(late) - 1, 60).astype(int))]
 
 
-Problem = tuple[HeatProblem, Conductor | None, Symmetry]
-
-
-def _problem(scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own: list[Reference]) -> Problem:
-    """The heat problem and the conductor with a channel for each input, and the part that is solved. They hold
+def _problem(
+    scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own: list[Reference]
+) -> tuple[Problems, Symmetry]:
+    """The problems with a channel for each input, and the part that is solved. They hold
     ``accuracy`` for inputs that together make rises of the size of the scene's ``own``, relative to its scales or more,
     as such rises may cancel out in a probe."""
     scales, named, mixed = own[0].scales, apart(scene, inputs), _mixed(scene, inputs, _rise(scene, own))
@@ -238,8 +236,7 @@ def _problem(scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own:
     study = replace(study, field=None, extrapolated=False, steady_scales=largest, trace_scales=largest)
     first = start if start.whole else None
     mesh: Any = adapt(study, not scene.steady, mesh=first, with_steady=scene.steady).mesh
-    given = mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems()
-    return given.heat, given.conductor, part
+    return mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems(), part
 
 
 def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[str, Value]:
@@ -258,11 +255,11 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
 
 
 def _rich(
-    scene: AnyScene, inputs: tuple[Channel, ...], problem: Problem, accuracy: float
+    scene: AnyScene, inputs: tuple[Channel, ...], given: Problems, part: Symmetry, accuracy: float
 ) -> tuple[Projection, Times, dict[str, np.ndarray]]:
     """Project the problem on more fields than are needed; and the times (s) for which they are, and for each probe of
     an extreme the rows of its places in the steady response to each load."""
-    heat, conductor, part = problem
+    heat, conductor = given.heat, given.conductor
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         assert conductor is not None
@@ -272,7 +269,9 @@ def _rich(
     slow = projection.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
-    base, _ = marched.searched(heat, conductor, transient.shift(min(slow, end), first), end, accuracy)
+    shift = transient.shift(min(slow, end), first)
+    _, hot = marched.searched(given.heats[-2], given.conductors[-2], shift, end, accuracy)
+    base = marched.hold(heat, conductor, hot)
     loads, times = [*base.loads, *projection.joule_loads(base)], None if scene.steady else (first, min(slow, end))
     fields = heat.solve_steady(np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)).T
     if times is not None:
