@@ -46,6 +46,7 @@ class Ordering:
 
     def __init__(self, places: np.ndarray) -> None:
         self._places, self.rank = places, np.full(len(places), -1)
+        self.starts, self.joined, self.beyond = np.zeros(1, int), [], []  # of no unknowns, whose groups all have a rank
 
     def hold(self, matrix: csc_array, groups: np.ndarray) -> None:
         """Make the dissection for a matrix whose unknowns are of ``groups`` (n,), if a group has no rank yet."""

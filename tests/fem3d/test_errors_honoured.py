@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import invariants
+from benchmarks import invariants, stress
 from fem3d.adaptivity import goal_errors, nested
 from fem3d.adaptivity.cell_mesh import corrected
 from fem3d.adaptivity.estimator import Estimator
@@ -336,3 +336,11 @@ def test_largest_current_is_the_inrush_at_the_start():
         times = close.time[(close.time > 0) & (close.time < traces.since)]
         apart = np.abs(np.subtract(*(np.interp(times, each.time, each.values[name]) for each in (traces, close))))
         assert (apart <= traces.error_at(name, times) + close.error_at(name, times)).all(), name
+
+
+def test_a_conductor_whose_potentials_are_all_given():
+    """Of this scene no potential is left to solve for."""
+    outcome = stress.examine(51000113, "boxes")
+    assert not outcome.ended
+    assert outcome.violations
+    assert max(outcome.violations.values()) <= 1.0
