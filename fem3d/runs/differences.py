@@ -327,8 +327,10 @@ def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: flo
     """(free nodes, fewer): the sums of mass-orthonormal fields (free nodes, k) in which the solutions of
     (M + t K) u = load for the loads of a base are at all times to a relative tolerance."""
     rates, modes = np.linalg.eigh(fields.T @ (base.heat.inner_stiffness @ fields))
-    loads = np.array([load[: base.heat.free] for load in base.loads]) @ fields @ modes
-    solutions = (loads[:, None] / (1 + times[:, None] * rates)).reshape(-1, len(rates))
+    loads = [load[: base.heat.free] @ fields @ modes for load in base.loads]
+    solutions = np.array([load / (1 + time * rates) for load in loads if load.any() for time in times])
+    if not len(solutions):
+        return fields[:, :0]
     _, sizes, sums = np.linalg.svd(solutions / np.linalg.norm(solutions, axis=1, keepdims=True), full_matrices=False)
     return fields @ (modes @ sums[sizes > tolerance].T)
 

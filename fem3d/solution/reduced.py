@@ -26,7 +26,6 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Potential
 
-AT_ONCE = 16  # fields that are made orthogonal to earlier ones in one product of matrices
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
 
@@ -222,7 +221,8 @@ def independent_fields(
     """Make fields (free nodes, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
     without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005). Return the
     known and the new fields, and the products of the mass matrix and these, of which ``loads`` are the known ones."""
-    for block in np.array_split(fields, 1 + fields.shape[1] // AT_ONCE, axis=1):
+    # About 16 fields are made orthogonal to earlier ones in one product of matrices.
+    for block in np.array_split(fields, 1 + fields.shape[1] // 16, axis=1):
         sizes, new, products = (block * (mass @ block)).sum(axis=0), known[:, :0], loads[:, :0]
         for _ in range(2):
             block = block - known @ (loads.T @ block)

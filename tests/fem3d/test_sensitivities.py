@@ -274,6 +274,14 @@ def test_a_voltage_over_time():
         assert abs(by_name[name].value - exponent) <= by_name[name].error < 2e-2
 
 
+def test_a_current_alone_over_time():
+    """No temperature acts on it: there is no dual problem."""
+    scene = bar(run={"end_time": 1e-4, "accuracy": 1e-2})
+    scene = replace(scene, probes=tuple(p for p in scene.probes if p.quantity == "current"))
+    slope = solved(scene, "material.m.resistivity").steady["material.m.resistivity"]["current"]
+    assert abs(slope.value + 1) <= slope.error < 2e-2
+
+
 def test_density_and_specific_heat_act_alike():
     """On a hot plate, whose fields of many loads and dual problems nearly depend on each other."""
     keys = "material.platinum.density", "material.platinum.specific_heat"
