@@ -24,6 +24,7 @@ from fem3d.solution import transient
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import ON_PATH
 from fem3d.solution.transient import Base
+from fem3d.spaces.bricks import BrickSpace
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
 # The error of a fold's voltage over its change from the mesh before: the sum of all further changes if each is at most
@@ -114,7 +115,8 @@ def indicators(level: Level | None, response: Response | None = None) -> Indicat
 class Search:
     """State carried from one level to the next: the limit ``fold`` of the last mesh's runaway and its ``change``,
     whether a transient ran away, and the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a
-    transient without steady state."""
+    transient without steady state. ``before`` is the grid and the steady rise (functions,) of the last grid, with laws
+    of the temperature, for Newton's method to begin with."""
 
     study: Study
     with_steady: bool
@@ -125,6 +127,7 @@ class Search:
     ran_away: bool = False
     slowest: float = np.inf
     generations: int = 0
+    before: tuple[BrickSpace, np.ndarray] | None = None
 
     @property
     def enough(self) -> float:
@@ -134,8 +137,12 @@ class Search:
     def solve(self, mesh: Mesh, number: int) -> tuple[Answer, Level | None]:
         """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough."""
         problems, level, response = mesh.problems(), None, None
-        fine = nested.solution(self.study, problems) if self.with_steady else None
+        start = nested.carried(*self.before, problems.heat) if self.before else None
+        fine = nested.solution(self.study, problems, start=start) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
+        space = problems.domain.space
+        if fine is not None and problems.follows and isinstance(space, BrickSpace):
+            self.before = space, fine.state.heat.field(fine.state.rise)
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.enough):
@@ -170,16 +177,18 @@ class Search:
             return self._refine_for_runaway_in_time(mesh)
         before, self.change = self.change, np.inf if self.fold is None else abs(runaway.limit - self.fold)
         self.fold, change = runaway.limit, self.change
+        off = runaway.error
         if np.isfinite(change):
-            runaway.error = max(SURELY * change, ON_PATH * runaway.limit)
-        confirmed = runaway.whole - runaway.limit > SURELY * change
+            runaway.error = max(SURELY * change, ON_PATH * runaway.limit) + off
+        confirmed = runaway.whole - runaway.limit > SURELY * change + off
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
         # A limit whose last two changes are small is believed without such a state.
-        if confirmed and SURELY * max(change, before) <= 0.02 * runaway.limit:
-            runaway.error = SURELY * max(change, before)
+        if confirmed and SURELY * max(change, before) + off <= 0.02 * runaway.limit:
+            runaway.error = SURELY * max(change, before) + off
             return None
-        fraction = BELOW * runaway.limit / runaway.whole
+        below = max(BELOW, 1 - (SURELY * change + off) / runaway.limit)
+        fraction = below * runaway.limit / runaway.whole
         given = mesh.problems().driven(fraction, not runaway.unit)
         try:
             level = mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
@@ -188,7 +197,7 @@ class Search:
         if level is None:
             return mesh.refine_all()
         # The rise below a pole or a fold of the drive is off by the limit's error over its distance.
-        allowed = self.study.accuracy / (1 - BELOW)
+        allowed = self.study.accuracy / (1 - below)
         if confirmed and level.worst <= allowed and change <= self.study.accuracy * runaway.limit:
             return None
         return mesh.refine(indicators(level), min(allowed, level.worst) / 2)

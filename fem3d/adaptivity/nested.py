@@ -26,6 +26,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
 from fem3d.solution.steady import SteadyState, solve_steady
+from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Space
 from scenes import physics
@@ -216,6 +217,19 @@ def solution(study: Study, given: Problems, level: int = -1, start: np.ndarray |
     state = given.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
+
+
+def carried(space: BrickSpace, u: np.ndarray, heat: HeatProblem) -> np.ndarray:
+    """Return (functions,) the rise on another grid that is nearest to a rise u (functions,), in the norm of heat."""
+    new, capacity, n = heat.domain.space, heat.domain.per_cell("heat_capacity"), heat.free
+    load = np.zeros(new.size)
+    for alike in new.alike(np.arange(len(capacity))):
+        on = new.on(alike)
+        load += on.load(capacity[alike][:, None] * space.sample(u, on.points))
+    fixed = np.append(np.zeros(n), heat.given[0])
+    return heat.field(
+        np.append(heat.factors(heat.inner_mass).solve((heat.take(load) - heat.mass @ fixed)[:n]), fixed[n:])
+    )
 
 
 def extrapolated(

@@ -163,5 +163,4 @@ def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.nda
     y = np.linspace(0.0, sink.row_length, 401 if sink.spans == 1 else 100 * sink.spans + 1)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space
-    rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
-    return {"y_m": y, "rise_K": rise[0, :, 0], "points_m": points}
+    return {"y_m": y, "rise_K": space.sample(state.heat.field(state.rise), points.T), "points_m": points}

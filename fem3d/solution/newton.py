@@ -140,18 +140,20 @@ class Newton:
         """The same problem, by quadratures of its laws with so many more points along each axis."""
         return Newton(*refine_quadratures(self.heat, self.conductor, points), self.factors)
 
-    def by_quadrature(self, point: Point) -> float:
+    def by_quadrature(self, point: Point, row: np.ndarray | None = None) -> float:
         """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
-        the rise and the potential, of the currents and of their heat. The error that a kink leaves jumps from rule to
-        rule: it exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two for 24."""
+        the rise and the potential, of the currents and of their heat; with a ``row`` as of `correct` that of its mu.
+        The error that a kink leaves jumps from rule to rule: it exceeds the sum of three differences for 1 of 500
+        random pairs of kinks, the larger of two for 24."""
         linearization, off = Linearization(self, point), 0.0
         for finer in map(self.finer, (1, 2, 3)):
             try:
                 other = finer.at(point.x)
             except VanishedError:
                 raise BeyondLawError from None
-            changes = [self.size(linearization.solve(other.residual, self.along_mu), point)]
-            if self.conductor is not None and finer.conductor is not None:
+            change = linearization.solve(other.residual, self.along_mu if row is None else row)
+            changes = [self.size(change, point) if row is None else abs(float(change[-1])) / point.mu]
+            if row is None and self.conductor is not None and finer.conductor is not None:
                 currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
                 made, again = (float(self.heat.unit @ p.driven) for p in (point, other))
                 changes += [

@@ -39,7 +39,7 @@ from fem3d.solution.newton import (
     VanishedError,
     largest,
 )
-from scenes.errors import BeyondLawError, ConvergenceError, NumericsError, RunawayError
+from scenes.errors import BeyondLawError, NumericsError, RunawayError
 
 ON_PATH = 1e-5  # relative error of the states of a path, whose largest drive messages state in three digits
 MOST_FINER = 4  # times that the quadrature of laws is refined
@@ -167,6 +167,7 @@ class Path:
         self._answer = newton.factors(Linearization(newton, start).driven)
         self._size = newton.heat.norm(self._answer) ** 2 or 1.0
         self._hottest = float(newton.heat.domain.scene.initial_temperature) + HOTTEST
+        self._off = 0.0  # relative error of the largest mu by quadratures of laws
 
     def solve(self, enough: float) -> tuple[Point, float]:
         """The first state at the whole drive. Raises as `solve_steady` does."""
@@ -176,13 +177,15 @@ class Path:
         ahead = self._unit(ahead)
         # Half of the drive, or the drive of a tenth of the hottest rise by the cold answer.
         first = min(0.5 / ahead[-1], 0.1 * HOTTEST / max(largest(ahead[:n]), 1e-300))
-        before, top, step, length, beyond, most = point, 0.0, first, 0.0, 0, 100
-        for _ in range(most):
+        before, top, step, length = point, 0.0, first, 0.0
+        # A path turns back and forth where the bends of a law pass through the cells of a coarse mesh.
+        for _ in range(300):
             count = newton.steps
             try:
                 new = self._on_plane(point.x + step * ahead, ahead)
                 folds = new.mu < point.mu == top
                 highest = self._highest(before, point, new) if folds else new
+                off = newton.by_quadrature(highest, self._row(self._unit(new.x - before.x))) if folds else 0.0
                 if point.mu < 1.0 <= highest.mu:
                     below = before if folds else point
                     share = (1.0 - below.mu) / (highest.mu - below.mu)
@@ -192,20 +195,16 @@ class Path:
                 if step < 1e-6 * max(length, first):
                     raise self._end(top, point, isinstance(failure, VanishedError)) from None
                 continue
+            if new.mu <= 0.0:
+                break
             if largest(new.rise) > HOTTEST:
                 raise self._too_hot(top, point, new)
+            self._off = off if highest.mu > top else self._off
             top = max(top, highest.mu)
             length += step
-            beyond += top > new.mu
-            # Without laws no path turns back; steps that double lead from 1 K to 1e6 K within 20.
-            if beyond > 20 * newton.nonlinear:
-                raise self._runaway(top)
             before, point, ahead = point, new, self._unit(new.x - point.x)
             step = 2 * step if newton.steps - count <= 3 else step
-        raise ConvergenceError(
-            f"no steady state is found within {most} points on the path of states: the last one is at "
-            f"{self._fraction(point.mu):.4g} of the drive, {largest(point.rise):.4g} K hot"
-        )
+        raise self._end(top, point, False)
 
     def _row(self, direction: np.ndarray) -> np.ndarray:
         """(unknowns,): the row whose product with a change is its length along a direction."""
@@ -252,7 +251,7 @@ class Path:
             last = self._on_plane(point.x + place * (new.x - point.x), direction)
             return float(np.log(largest(last.rise) / HOTTEST))
 
-        with suppress(NotConvergedError):  # the last one is close
+        with suppress(NotConvergedError, ValueError):  # the last one is close; of two states on a plane one may be cool
             brentq(beyond, 0.0, 1.0, xtol=1e-3)
         ratio = largest(last.rise) / max(largest(point.rise), 1e-300)
         # Without laws the hottest rise grows like mu: where it grows like mu squared or faster it runs away.
@@ -286,7 +285,10 @@ class Path:
         )  # fmt: skip
 
     def _ends_at(self, mu: float, message: str, limited: str = "") -> RunawayError:
-        return RunawayError(message, self._fraction(mu) * self._whole, limited, self._measure, self._whole)
+        limit = self._fraction(mu) * self._whole
+        error = RunawayError(message, limit, limited, self._measure, self._whole)
+        error.error = self._off * limit
+        return error
 
 
 def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProblem | None) -> SteadyState:

@@ -20,7 +20,6 @@ from fem3d.spaces.element import (
     Rule,
     Side,
     active,
-    line,
     local,
     modes,
     product_rule,
@@ -29,7 +28,7 @@ from fem3d.spaces.element import (
     separate,
     side,
 )
-from fem3d.spaces.integrals import Space, entities, summed
+from fem3d.spaces.integrals import AT_ONCE, Space, entities, summed
 from meshes.grid import Grid
 
 
@@ -127,20 +126,19 @@ class BrickSpace(Space):
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
         return products(modes(self.p), X, along)
 
-    def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """(..., x, y, z): fields (..., functions) on a grid of coordinates (m), meaningless outside of the solid."""
-        number, lines, at = np.zeros(self.grid.owner.shape, int), [], []
+    def sample(self, u: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """(...): a field (functions,) at points (3, ...) in m, meaningless outside of the solid."""
+        number = np.zeros(self.grid.owner.shape, int)
         number[tuple(self.ijk)] = np.arange(self.ijk.shape[1])
-        for d, (breaks, places) in enumerate(zip(self.grid.breaks, (x, y, z), strict=True)):
-            at.append(np.clip(np.searchsorted(breaks, places, side="right") - 1, 0, len(breaks) - 2))
-            values, _ = line(self.p, (places - breaks[at[d]]) / np.diff(breaks)[at[d]])
-            lines.append(values[modes(self.p)[:, d]])
-        samples = np.empty((*u.shape[:-1], len(x), len(y), len(z)))
-        for i in range(len(x)):  # plane by plane, which bounds the memory
-            functions = lines[0][:, i, None, None] * lines[1][:, :, None] * lines[2][:, None]
-            cells = number[at[0][i], at[1][:, None], at[2]]
-            samples[..., i, :, :] = (u[..., self.dofs[:, cells]] * functions).sum(axis=-3)
-        return samples
+        at, X = np.empty((3, points[0].size), int), np.empty((3, points[0].size))
+        for d, (breaks, places) in enumerate(zip(self.grid.breaks, points, strict=True)):
+            at[d] = np.clip(np.searchsorted(breaks, places.ravel(), side="right") - 1, 0, len(breaks) - 2)
+            X[d] = (places.ravel() - breaks[at[d]]) / np.diff(breaks)[at[d]]
+        dofs, values = self.dofs[:, number[tuple(at)]], np.empty(points[0].size)
+        step = AT_ONCE // len(dofs)
+        for some in (slice(i, i + step) for i in range(0, len(values), step)):
+            values[some] = (self.at(X[:, some]) * u[dofs[:, some]].T).sum(axis=1)
+        return values.reshape(points[0].shape)
 
 
 @lru_cache(maxsize=32)

@@ -251,3 +251,14 @@ def test_a_steady_bar_has_the_peak_of_the_closed_form():
     found = solve(scene).steady["middle"]
     assert abs(found.value - exact) <= found.error < 1e-2 * (exact - bars.ROOM)
     assert abs(found.value - bars.peak(law, bars.CONDUCTIVITY, 5.05)) > found.error
+
+
+@pytest.mark.long
+def test_a_bar_of_a_steep_table_has_its_state_though_paths_on_coarse_meshes_turn_back():
+    """Amorphous silicon of 0.3 eV, at 0.99 of the voltage that heats it to the last row of its table."""
+    rows = np.linspace(bars.ROOM, 800.0, 8)
+    law = Table(tuple(rows), tuple(6e-5 * np.exp(0.3 / 8.617e-5 * (1 / rows - 1 / bars.ROOM))))
+    volts = 0.99 * (8 * bars.heat(law, bars.CONDUCTIVITY, 800.0)) ** 0.5
+    peak = bars.peak(law, bars.CONDUCTIVITY, volts)
+    found, error = bars.middle(bars.bar(replace(SILICON, resistivity=law, temperature_coefficient=0.0), volts), 0.0)
+    assert abs(found - peak) <= error < 1e-3 * (peak - bars.ROOM)

@@ -140,7 +140,7 @@ def dense(space, probe, u, count=41):
         ends = [a, *inner, b]
         pieces = [np.linspace(x, y, count) for x, y in pairwise(ends)]
         at.append(np.unique(np.concatenate(pieces)))
-    return space.sample(u, *at)
+    return space.sample(u, np.array(np.meshgrid(*at, indexing="ij")))
 
 
 def functions(space, count, seed, fall=0.25):

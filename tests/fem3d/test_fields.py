@@ -118,10 +118,7 @@ def furthest(made):
     for xi in ((0.5, 0.5, 0.0), (-0.5, 0.3, 0.4), (0.0, -0.6, -0.5)):
         places = part.mirrored(np.stack([interpolated(cells, cells.points[:, d], xi) for d in range(3)], axis=1))
         found = interpolated(cells, snapshot.temperature, xi)[::7] - SINK.room_temperature
-        exact = [
-            heat.domain.space.sample(heat.field(rise), x, y, z)[0, 0, 0]
-            for x, y, z in zip(*(places[::7, d : d + 1] for d in range(3)), strict=True)
-        ]
+        exact = heat.domain.space.sample(heat.field(rise), places[::7].T)
         worst = max(worst, float(np.abs(found - exact).max()))
     return worst
 
@@ -215,7 +212,7 @@ def swings(state):
     """How far a field that nothing cools is below the start, over its largest rise."""
     space = state.heat.domain.space
     lattice = [np.linspace(b[0], b[-1], 60) for b in space.grid.breaks]
-    field = space.sample(state.heat.field(state.rise), *lattice)
+    field = space.sample(state.heat.field(state.rise), np.array(np.meshgrid(*lattice, indexing="ij")))
     return -field.min() / field.max()
 
 
@@ -223,7 +220,8 @@ def distance(state, better):
     """The largest distance of two fields, over the largest rise, at points of the better one's cells."""
     space = better.heat.domain.space
     at = [(b[:-1, None] + np.diff(b)[:, None] * np.linspace(0.02, 0.98, 9)).ravel() for b in space.grid.breaks]
-    one, other = (s.heat.domain.space.sample(s.heat.field(s.rise), *at) for s in (state, better))
+    lattice = np.array(np.meshgrid(*at, indexing="ij"))
+    one, other = (s.heat.domain.space.sample(s.heat.field(s.rise), lattice) for s in (state, better))
     return float(np.abs(one - other).max() / other.max())
 
 
