@@ -14,6 +14,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from fem3d.spaces.domain import Patch
 from fem3d.spaces.integrals import AT_ONCE, Space
@@ -44,6 +45,7 @@ class Extreme:
     def __init__(self, space: Space, patches: Sequence[Patch], sign: float) -> None:
         self._space, self._sign = space, sign
         self._patches = [p for p in patches if len(p[0])]
+        self._nodes = (1 - np.cos(np.linspace(0, np.pi, space.p + 2))) / 2
 
     def once(self) -> Extreme:
         """Return an extreme that is searched for once, and is then read at the same places of the cells.
@@ -74,12 +76,15 @@ class Extreme:
         values, doubts = np.full(len(weights), -np.inf), np.zeros(len(weights))
         places = [Place(-1, np.zeros(3))] * len(weights)
         for cells, corner, sides in self._patches:
+            points = np.array(list(product(self._nodes, repeat=len(sides))))
+            shapes = self._space.at((corner + points @ sides).T)
             local = self._sign * fields[:, self._space.dofs[:, cells]]
             step = max(1, AT_ONCE // local[0].size)
             for start in range(0, len(weights), step):
                 functions = np.tensordot(weights[start : start + step], local, (1, 0))
-                times, cell = self._reaching(functions, cells[0], corner, sides)
-                times, cell, at, tops, gains = self._climb(times, cell, functions[times, :, cell], corner, sides)
+                times, cell = self._reaching(functions, cells[0], points, shapes)
+                known = functions[times, :, cell] @ shapes.T
+                times, cell, at, tops, gains = self._climb(times, cell, known, len(sides))
                 for n in np.argsort(tops, kind="stable").tolist():
                     if tops[n] > values[when := start + int(times[n])]:
                         values[when], doubts[when] = tops[n], gains[n]
@@ -87,18 +92,16 @@ class Extreme:
         return values, doubts, places
 
     def _reaching(
-        self, functions: np.ndarray, cell: int, corner: np.ndarray, sides: np.ndarray
+        self, functions: np.ndarray, cell: int, points: np.ndarray, shapes: np.ndarray
     ) -> tuple[np.ndarray, ...]:
         """Times and cells whose functions (times, functions of a cell, cells) may reach the extreme; all cells are like
         one ``cell``.
 
-        With shapes (points, functions of a cell) at a lattice, a function is at most its largest coefficient of a
+        With ``shapes`` (points, functions of a cell) at a lattice, a function is at most its largest coefficient of a
         vertex plus the sum of its other coefficients times the largest sizes of their shapes; the extreme is at least
         the largest value at the corners.
         """
-        points = np.array(list(product(np.linspace(0, 1, self._space.p + 2), repeat=len(sides))))
-        points = points[self._inside(points)]
-        shapes = self._space.at((corner + points @ sides).T)
+        points, shapes = (each[self._inside(points)] for each in (points, shapes))
         sizes, vertices = np.abs(shapes).max(axis=0), self._space.unit[self._space.dofs[:, cell]] == 1.0
         highest = functions[:, vertices & (sizes > 0)].max(axis=1)
         bounds = highest + np.tensordot(np.abs(functions[:, ~vertices]), sizes[~vertices], (1, 0))
@@ -106,37 +109,35 @@ class Extreme:
         attained = np.tensordot(functions, at_corners, (1, 1)).max(axis=(1, 2))
         return np.nonzero(bounds >= attained[:, None])
 
-    def _climb(
-        self, times: np.ndarray, cell: np.ndarray, functions: np.ndarray, corner: np.ndarray, sides: np.ndarray
-    ) -> tuple[np.ndarray, ...]:
+    def _climb(self, times: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
         """Times and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the
         values there and the gains of the last lattice.
 
         Parts are halves of a line, quarters of a side, eighths of a cell. Parts that cannot reach the top of their time
-        any more are left out of finer lattices. ``functions`` (m, functions of a cell) are of some times and cells.
+        any more are left out of finer lattices. The functions of some times and cells are ``known`` (m, points) at a
+        lattice of nodes along the ``count`` sides, and are polynomials along each.
         """
-        parts = np.array(list(product((0.25, 0.75), repeat=len(sides))))
-        whose, places = np.repeat(np.arange(len(functions)), len(parts)), np.tile(parts, (len(functions), 1))
+        degree = len(self._nodes) - 1
+        to_legendre = np.linalg.inv(legvander(2 * self._nodes - 1, degree))
+        parts = np.array([at for at in product((0.25, 0.75), repeat=count) if self._inside(np.array(at) - 0.25)])
+        whose, places = np.repeat(np.arange(len(known)), len(parts)), np.tile(parts, (len(known), 1))
         tops, gains, bounds = np.full((3, len(whose)), -np.inf)
         highest = np.full(times.max() + 1, -np.inf)
         going, along = np.arange(len(whose)), self._space.p // 2 + 2
         for turn in range(TURNS + 1):
-            around = 0.25 * 0.5**turn * np.array(list(product(np.linspace(-1, 1, along), repeat=len(sides))))
-            # Most tops stay where they are over time.
-            middles, same = np.unique(places[going], axis=0, return_inverse=True)
-            groups = np.split(np.argsort(same.ravel(), kind="stable"), np.cumsum(np.bincount(same.ravel()))[:-1])
-            step = max(1, AT_ONCE // (len(around) * functions.shape[1]))
-            for first in range(0, len(middles), step):
-                near = np.clip(middles[first : first + step, None] + around, 0.0, 1.0)
-                shapes = self._space.at((corner + near @ sides).reshape(-1, 3).T).reshape(*near.shape[:2], -1)
-                for alike, at, table, inside in zip(groups[first:], near, shapes, self._inside(near), strict=False):
-                    count = 1 + len(alike) * len(at) // AT_ONCE if inside.any() else 0
-                    for some in np.array_split(going[alike], count) if count else ():
-                        values = functions[whose[some]] @ table[inside].T
-                        best = values.argmax(axis=1)
-                        top = values[np.arange(len(some)), best]
-                        gains[some], tops[some], places[some] = np.maximum(top - tops[some], 0.0), top, at[inside][best]
-                        bounds[some] = top + MISSED * np.ptp(values, axis=1)
+            around = 0.25 * 0.5**turn * np.linspace(-1, 1, along)
+            at = np.array(list(np.ndindex(*[along] * count)), int)
+            for some in np.array_split(going, 1 + len(going) * max(known[0].size, at.size) // AT_ONCE):
+                near, values = np.clip(places[some][..., None] + around, 0.0, 1.0), known[whose[some]]
+                for side in range(count):
+                    table = legvander(2 * near[:, side] - 1, degree) @ to_legendre
+                    values = (table @ values.reshape(len(some), degree + 1, -1)).swapaxes(1, 2)
+                values, points = values.reshape(len(some), -1), near[:, np.arange(count), at]
+                inside, every = self._inside(points), np.arange(len(some))
+                best = np.where(inside, values, -np.inf).argmax(axis=1)
+                top, places[some] = values[every, best], points[every, best]
+                gains[some], tops[some] = np.maximum(top - tops[some], 0.0), top
+                bounds[some] = top + MISSED * (top - np.where(inside, values, np.inf).min(axis=1))
             np.maximum.at(highest, times[whose], tops)
             going, along = going[bounds[going] >= highest[times[whose[going]]]], FINE
         return times[whose[going]], cell[whose[going]], places[going], tops[going], gains[going]

@@ -154,12 +154,6 @@ def capacity(u: Any, v: Any, w: Any) -> Any:
     return w.heat_capacity * u * v
 
 
-@BilinearForm
-def film(u: Any, v: Any, w: Any) -> Any:
-    """h u v on a cooled face."""
-    return w.coefficient * u * v
-
-
 @LinearForm
 def joule_heat(v: Any, w: Any) -> Any:
     """sigma |grad phi|^2 v."""

@@ -100,7 +100,7 @@ def differences(p, wrong=1.0):
     there = FacetBasis(ours.mesh, theirs.elem, facets=facets, intorder=2 * p + 1)
     h = rng.random(len(facets))[:, None]
     found["face load"] = far(faces.load(wrong * h), integral.assemble(there, density=h * np.ones(there.dx.shape)))
-    found["face mass"] = far(wrong * faces.mass_of(), element.film.assemble(there, coefficient=1.0))
+    found["face mass"] = far(wrong * faces.mass_of(), element.capacity.assemble(there, heat_capacity=1.0))
     found["flux"] = far(faces.flux(wrong * h), flux.assemble(there, conductivity=h * np.ones(there.dx.shape)))
     return found
 
