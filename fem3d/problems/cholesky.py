@@ -89,7 +89,7 @@ class Factors:
         ordering.hold(matrix, groups)
         rank = ordering.rank[groups]
         self._order = np.argsort(rank, kind="stable")
-        self._blocks: list[tuple[slice, np.ndarray, np.ndarray, np.ndarray]] = []
+        self._blocks: list[tuple[slice, np.ndarray, np.ndarray]] = []
         sizes = np.bincount(rank, minlength=ordering.starts[-1])
         first = np.concatenate([[0], np.cumsum(sizes)])
         ordered, place = part(matrix, self._order), np.zeros(len(rank), int)
@@ -129,27 +129,28 @@ class Factors:
             if failed:
                 raise NumericsError("sizes or conductivities differ by so much that rounding leaves no solution")
             inverse, _ = dtrtri(lower, lower=1)
-            across = (inverse @ front[:pivots, pivots:]).T
+            across = inverse @ front[:pivots, pivots:]
             if len(beyond):
-                updates[piece] = beyond, dsyrk(-1.0, across, beta=1.0, c=front[pivots:, pivots:].T, lower=1).T
-            self._blocks.append((slice(start, end), beyond, inverse, across))
+                updates[piece] = beyond, dsyrk(-1.0, across.T, beta=1.0, c=front[pivots:, pivots:].T, lower=1).T
+            self._blocks.append((slice(start, end), into, np.vstack([inverse, -across.T @ inverse])))
 
     @property
     def entries(self) -> int:
         """How many numbers the factors hold."""
-        return sum(inverse.size + across.size for _, _, inverse, across in self._blocks)
+        return sum(block.size for _, _, block in self._blocks)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """The solutions for right-hand sides (n,) or (k, n); several at once read the factors once."""
-        x = np.ascontiguousarray(np.atleast_2d(b)[:, self._order].T)
-        for rows, beyond, inverse, across in self._blocks:
-            x[rows] = inverse @ x[rows]
-            x[beyond] -= across @ x[rows]
-        for rows, beyond, inverse, across in reversed(self._blocks):
-            x[rows] = inverse.T @ (x[rows] - across.T @ x[beyond])
-        solutions = np.empty_like(x.T)
-        solutions[:, self._order] = x.T
-        return solutions.reshape(b.shape)
+        x = np.ascontiguousarray(b[..., self._order].T)
+        for rows, both, block in self._blocks:
+            parts, pivots = block @ x[rows], block.shape[1]
+            x[rows] = parts[:pivots]
+            x[both[pivots:]] += parts[pivots:]
+        for rows, both, block in reversed(self._blocks):
+            x[rows] = block.T @ x[both]
+        solutions = np.empty_like(b)
+        solutions[..., self._order] = x.T
+        return solutions
 
 
 def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
