@@ -54,11 +54,13 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     matrix = sum((c.conductance for c in crossed), space.stiffness(on.conductivity(cold), cells))
     ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
+    free = np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1])
+    # The order of elimination of the heat problem serves where it has the same unknowns.
+    shared = space is heat.domain.space and not ends and np.isin(space.entity[free], heat.groups[: heat.free]).all()
     return Conductor(
-        heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
-        sections, csc_array(matrix), _named(domain, cells, crossed),
-        Ordering(np.vstack([space.places, *ends])), solved, terminals,
-        OfCells(domain, "resistivity", cells) if follows else None,
+        heat, cells, on, free, cold, warm, voltages, reactions, sections, csc_array(matrix),
+        _named(domain, cells, crossed), heat.ordering if shared else Ordering(np.vstack([space.places, *ends])), solved,
+        terminals, OfCells(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 
