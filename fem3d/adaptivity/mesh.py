@@ -40,8 +40,8 @@ CAUTION = 2.0
 # A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
-# A first grid with at least so many unknowns is preceded by a rough grid of degree 2. With fewer unknowns the rough
-# grid takes longer than it saves (random scenes, also on blocks).
+# A first grid with at least so many unknowns, of degree 4 ten times as many, is preceded by a rough grid of degree 2.
+# With fewer unknowns the rough grid takes longer than it saves (random scenes, rows of sinks, a hot plate of 22 boxes).
 MANY = 6_000
 LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`cell_mesh.choose`)
 
@@ -212,7 +212,7 @@ class Bricks(Mesh):
         return Estimator.of_grid(self.grid, self.marks)
 
     def begin(self) -> Bricks:
-        if self._checked().unknowns < MANY:
+        if self._checked().unknowns < (MANY if max(p.max() for p in self.grid.degrees) > 4 else 10 * MANY):
             return self
         return replace(self, grid=self.grid.with_edges(2), aim=grading.raised(self.grid))
 
