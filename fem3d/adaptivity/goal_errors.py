@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.estimator import Contributions, Estimator
+from fem3d.adaptivity.estimator import Contributions, Estimator, left
 from fem3d.adaptivity.nested import Problems, Solution, solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -245,15 +245,18 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     current = duals.joule(warmed(given, fine.state)) | electric
     power, torn = given.electric_parts, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
+    known, slowest = {*heat, *electric, *study.ratios}, float(left(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
         # A given current does not follow the resistance.
         fixed = name not in electric and given.conductor is not None and given.conductor.by_current
         warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
         parts = [each for each in (heat.get(name, warm), current.get(name, power)) if each is not None]
         goals[name] = sum((estimator.indicators(each) for each in parts), torn.get(name, np.zeros_like(power.last)))
-        # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
+        # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
+        # without a dual solution it may continue as slowly as beside the sharpest edge.
         change, own = abs(float(value - low.quantities[name])) / scales[name], sum(each.size for each in parts)
-        errors[name] = scales[name] * max(change, float(goals[name].sum()) + max(change - own, 0.0))
+        rest = max(change - own, 0.0) * (1.0 if name in known else slowest)
+        errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:
         better, doubts = nested.extrapolated(study, given, fine, low, scales, heat, current, estimator)

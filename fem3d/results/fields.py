@@ -3,8 +3,7 @@
 A file for other programs holds quadratic cells at most. So a brick of degree p is cut along each axis into ceil(p/2)
 quadratic pieces, which have at least p + 1 nodes along it; cells of mesh files and tetrahedra are kept whole. A field
 is interpolated at the nodes of second order, and the distance of this interpolant from the solution is measured between
-the nodes. Traces have as few times as linear interpolation between
-them allows.
+the nodes. Traces have as few times as linear interpolation between them allows.
 """
 
 from __future__ import annotations

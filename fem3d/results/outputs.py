@@ -2,13 +2,11 @@
 
 A steady state and a transient give the same names, as numbers or as arrays over time:
 ``time`` (s), ``probe:<probe>`` (rise in K, potential in V, heat flow and power in W, current in A),
-``flow:<boundary>`` (W, into the solid),
-``doubt:<probe>`` (largest error of a heat flow whose boundary shares nodes with another at an angle, or the remainder
-from the search for an extreme),
-``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, supplied by the electrodes to the
-solved part, times the symmetric copies),
-``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside
-the symmetric part); for a steady state ``rounding`` (W, rounding error of flows that are zero).
+``flow:<boundary>`` (W, into the solid), ``doubt:<probe>`` (largest error of a heat flow whose boundary shares nodes
+with another at an angle, or the remainder from the search for an extreme), ``current:<electrode>`` (A, into the solid),
+``joule:<box>`` (W), ``power`` (W, supplied by the electrodes to the solved part, times the symmetric copies),
+``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside the symmetric part);
+for a steady state ``rounding`` (W, rounding error of flows that are zero).
 """
 
 from __future__ import annotations
