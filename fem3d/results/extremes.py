@@ -131,7 +131,7 @@ class Extreme:
                 near, values = np.clip(places[some][..., None] + around, 0.0, 1.0), known[whose[some]]
                 for side in range(count):
                     table = legvander(2 * near[:, side] - 1, degree) @ to_legendre
-                    values = (table @ values.reshape(len(some), degree + 1, -1)).swapaxes(1, 2)
+                    values = values.reshape(len(some), degree + 1, -1).swapaxes(1, 2) @ table.swapaxes(1, 2)
                 values, points = values.reshape(len(some), -1), near[:, np.arange(count), at]
                 inside, every = self._inside(points), np.arange(len(some))
                 best = np.where(inside, values, -np.inf).argmax(axis=1)
