@@ -49,8 +49,8 @@ _SPELLINGS = str.maketrans({
 _POWERS = "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"
 _SUPERSCRIPTS = str.maketrans(_POWERS, "-123")
 _SUPERSCRIPT = re.compile(f"(?<=[A-Za-z])[{_POWERS}]+")
-_WORDS = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "um", "sec": "s", "volt": "V",
-          "siemens": "S", "minute": "min", "minutes": "min"}  # fmt: skip
+WORDS = {"c": "degC", "deg c": "degC", "celsius": "degC", "kelvin": "K", "siemens": "S", "micron": "um", "mu": "um",
+         "sec": "s", "second": "s", "minute": "min", "volt": "V", "amp": "A", "watt": "W"}  # fmt: skip
 """Common words for units, in lower case, that this module spells differently."""
 _LONGEST = 100  # characters of a quantity
 _SHOWN = ((0, ""), (-3, "m"), (-6, "u"), (-9, "n"))
@@ -154,7 +154,7 @@ def _named(name: str) -> tuple[Powers, Fraction]:
     if name in UNITS:
         return UNITS[name]
     joined = next((f"({name[:at]} {name[at:]})" for at in range(len(name)) if {name[:at], name[at:]} <= {*UNITS}), "")
-    meant = _WORDS.get(name.lower()) or joined
+    meant = WORDS.get(name.lower()) or joined
     hint = f', did you mean "{meant}"' if meant else did_you_mean(name, UNITS)
     raise UnitError(f'has an unknown unit "{printable(name)}"{hint.rstrip("?")}')
 

@@ -107,7 +107,7 @@ FILES = {
     "docs/howto/bring-your-own.md": {
         "probes.csv": DATA,
         "iv.csv": "U (V),middle (K)\n0.5,320\n1,400\n",
-        "sweep.txt": "V0 (V)  w0 (um)  Time (ms)  maxop1(T) (K)\n"
+        "sweep.txt": "V0 (V)  w0 (um)  Time (ms)  peak (K)\n"
         + "".join(f"{v} 100 {t} {293 + 20 * t * v**2}\n" for v in (1, 2) for t in (0, 0.5, 1, 2)),
         "probes.txt": 't,"T (K), Point 1",end\n0,293,0\n1,311,4000\n2,313,4400\n',
     },

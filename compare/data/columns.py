@@ -10,20 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.units import ICE_POINT, TIME, Powers, Unit, UnitError, parse_unit
+from scenes.units import ICE_POINT, TIME, WORDS, Powers, Unit, UnitError, parse_unit
 
-_UNITS = (
-    re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
-    re.compile(r"\[([^()\[\]]{1,20})\]"),
-    re.compile(r"\(([^()\[\]]{1,20})\)"),
-    re.compile(r"(?<!\s)\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$"),
-    re.compile(r"_([^\W_]{1,20})$"),
-)
-"""The unit in a header, surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K" or "T, K", "peak_K"."""
-_NAMES = {"second": "s", "sec": "s", "volt": "V", "ampere": "A", "amp": "A", "watt": "W", "kelvin": "K", "ohm": "ohm"}
-"""Units in words, as instruments write them in any case, with a prefix and in the plural: "Volts", "millisec"."""
-_WORD = re.compile(rf"(milli|micro|nano|[mu]?)({'|'.join(_NAMES)})s?")
-_CELSIUS = re.compile(r"(o|deg(ree)?s?)? ?c(elsius)?")
+_UNIT = re.compile(r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$")
+"""A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K" or "peak_K"; the last one counts."""
 _MISSING = re.compile(
     r"|-?nan(\(ind\))?|n/?a|null|none|--?|-?1\.#(qnan|ind)|#(n/?[av]|[^\W\d_/]+(/0)?[!?])", re.IGNORECASE
 )
@@ -87,42 +77,34 @@ def refusing(name: str) -> Iterator[None]:
 
 
 def parse_number(cell: str, mark: str = ".") -> float | None:
-    """Return the number of a cell, NaN for a missing one, ``None`` for a text. Fortran writes 1.0D-06."""
+    """Return the number of a cell, NaN for a missing or infinite one, ``None`` for a text. Fortran writes 1.0D-06."""
     if _MISSING.fullmatch(cell):
         return np.nan
     if "_" in cell or (mark == "," and "." in cell):
         return None
     try:
-        return float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
+        number = float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
+        return number if np.isfinite(number) else np.nan
     except ValueError:
         return None
 
 
 def find_unit(text: str) -> Unit | None:
-    """Return the unit of a text such as "ms", "degC", "Volt" or "min"; ``None`` where the text is no unit."""
-    spelled = " ".join(text.replace("°", "deg").replace("\N{MASCULINE ORDINAL INDICATOR}", "deg").split())
-    if not spelled or spelled[0].isdigit():
+    """Return the unit of a text such as "ms", "degC" or "Volts"; ``None`` where the text is no unit."""
+    word = text.strip().lower()
+    if not word or word[0].isdigit():
         return None
-    if word := _WORD.fullmatch(spelled.lower()):
-        spelled = {"milli": "m", "micro": "u", "nano": "n"}.get(word[1], word[1]) + _NAMES[word[2]]
-    elif _CELSIUS.fullmatch(spelled.lower()):
-        spelled = "degC"
-    elif spelled.lower() in ("mins", "minute", "minutes"):
-        spelled = "min"
     try:
-        return parse_unit("s" if spelled == "S" else spelled)
+        return parse_unit(WORDS.get(word) or WORDS.get(word.removesuffix("s"), text))
     except UnitError:
         return None
 
 
 def split_unit(header: str) -> tuple[str, Unit | None]:
     """Split a header into the name and the unit."""
-    for place in _UNITS:
-        for match in place.finditer(header):
-            name = " ".join(f"{header[: match.start()]} {header[match.end() :]}".split())
-            is_minimum = place is _UNITS[-1] and match[1].lower() == "min" and not is_clock(name)
-            if not is_minimum and (unit := find_unit(match[1])):
-                return name, unit
+    for match in reversed([*_UNIT.finditer(header)]):
+        if unit := find_unit(match[match.lastindex or 0]):
+            return " ".join(f"{header[: match.start()]} {header[match.end() :]}".split()), unit
     return header, None
 
 
@@ -131,17 +113,10 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
     name = " ".join(header.split())
     if _VECTOR.match(name):
         return Column(name, find_unit(unit or ("V" if name[0] in "vV" else "A")), values, spice=True)
-    return Column(name, find_unit(unit) or split_unit(name)[1], values)
-
-
-def is_clock(name: str) -> bool:
-    """Return whether a name is one of the time."""
-    words = re.findall(r"[^\W\d_]+", name.lower())
-    return bool({"time", "zeit"} & set(words)) or words[:1] == ["t"]
+    return Column(name, find_unit(unit) or split_unit(name.partition(" @ ")[0])[1], values)
 
 
 def find_times(columns: Sequence[Column]) -> list[Column]:
-    """Return the columns of times: by unit and name, else by unit alone, else by the name alone."""
+    """Return the columns of times: those in a unit of time, else those that are called so and have no unit."""
     timed = [c for c in columns if c.powers == TIME.powers]
-    bare = [c for c in columns if c.unit is None and c.name.lower() in ("time", "zeit", "t")]
-    return [c for c in timed if is_clock(c.name)] or timed or bare
+    return timed or [c for c in columns if c.unit is None and c.name.lower() in ("time", "zeit", "t")]

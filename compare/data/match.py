@@ -13,13 +13,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from compare.data.columns import Column, find_times, refusing, split_unit
-from compare.data.target import RISE_WORDS, Target
+from compare.data.target import Target
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.units import CURRENT, TEMPERATURE, TIME, VOLTAGE, Unit, called, parse_unit
 
 IGNORED = "ignore"
 """The role of a column that is left out."""
-_DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
 
 
 def assign(columns: Sequence[Column], target: Target, given: Sequence[str]) -> list[Column]:
@@ -32,10 +31,8 @@ def assign(columns: Sequence[Column], target: Target, given: Sequence[str]) -> l
                 raise SceneError('give NAME=COLUMN, such as peak="T (K), Point 1"')
             role, unit, kind = _read_role(target, word)
             name = _find_column(assigned, wanted)
-            if taken := next((c.role for c in assigned if c.name == name and c.role), ""):
-                raise SceneError(f"{quoted(name)} is the {taken} already")
-            if role != IGNORED and any(c.role == role for c in assigned):
-                raise SceneError(f"another column is the {role} already")
+            if any(c.role and (c.name == name or c.role == role != IGNORED) for c in assigned):
+                raise SceneError("this column, or another one for it, is named already: name each once")
             # Vectors of ngspice may share one name, the time, which stands before each.
             assigned = [
                 replace(c, role=role, kind=kind, unit=unit or c.unit) if c.name == name else c for c in assigned
@@ -76,19 +73,17 @@ def match(column: Column, target: Target) -> tuple[str, np.ndarray, str]:
     The values are in SI units, temperatures absolute, NaN in rows to leave out. Raises SceneError where --column gives
     another unit.
     """
-    if not column.role and "reduced1d" in column.name.lower():
-        return "", column.values, "is of a 1D model"
-    if np.isnan(column.values).all():
-        return "", column.values, "has no number in this run"
-    key, note = (column.role, "") if column.role else target.find_quantity(column)
-    if not key:
-        return "", column.values, note
+    key, notes = column.role or target.find_quantity(column), []
+    if not key or np.isnan(column.values).all():
+        return "", column.values, "has no number in this run" if key else "is called as no quantity of the scene"
     symbol = target.quantities.units[key]
-    wanted, notes, bare = parse_unit(symbol), [note], column.unit is None
-    if bare or (column.spice and column.powers == VOLTAGE.powers != wanted.powers):
+    wanted = parse_unit(symbol)
+    if column.unit is None:
+        notes.append(f"it has no unit and is taken in {symbol}")
+        column = replace(column, unit=wanted)
+    elif column.spice and column.powers == VOLTAGE.powers != wanted.powers:
         # A circuit has volts for all that is no current.
-        taken = "it has no unit and is taken in" if bare else "volts taken for"
-        notes.append(f"{taken} {'kelvins' if symbol == 'K' and not bare else symbol}")
+        notes.append(f"volts taken for {'kelvins' if symbol == 'K' else symbol}")
         column = replace(column, unit=wanted)
     if column.powers != wanted.powers:
         why = f"is {called(column.powers or ())}, not {called(wanted.powers)}"
@@ -98,38 +93,30 @@ def match(column: Column, target: Target) -> tuple[str, np.ndarray, str]:
     values = column.si
     if wanted.powers == TEMPERATURE.powers:
         values, how = _make_absolute(target, key, column)
-        notes.append(how)
-        first = next(v for v in column.values if v == v)
-        if bare and how.startswith("a rise, for") and abs(first) > 0.005 * np.nanmax(np.abs(column.values - first)):
-            initial = target.quantities.initial
-            return "", values, f"has no unit, and starts at {first:.4g}: neither at 0 nor at {initial:g} K"
+        notes += [how] * bool(how)
     elif wanted.powers == CURRENT.powers and float(np.nanmedian(values)) * target.sign(key) < 0:
         # SPICE counts the current of a source as negative where the source delivers.
         values = -values
         notes.append("sign turned to that of the voltage")
-    return key, values, ", ".join(filter(None, notes))
+    return key, values, ", ".join(notes)
 
 
 def _make_absolute(target: Target, key: str, column: Column) -> tuple[np.ndarray, str]:
     """Absolute temperatures (K) of a column, and a note.
 
-    Without a word for a rise, the whole column decides: its numbers other than zero are absolute where they start at
-    the initial temperature of the scene, or where all are above half of it. Zeros of such a column are placeholders,
-    and so are numbers below 0 K however they are read, such as -999.
+    Unless the column is called a rise, its numbers other than zero are absolute where all are above half of the
+    initial temperature of the scene. Zeros among absolute kelvins are placeholders, and so are numbers below 0 K
+    however they are read, such as -999.
     """
     initial = target.quantities.initial
-    words = set(re.findall(r"[a-z]+", column.name.lower()))
-    named = bool(words & RISE_WORDS or _DIFFERENCE.search(column.name)) and target.quantities.word(key) != column.name
-    if named or column.kind == "rise":
+    of_column, of_quantity = (set(re.split(r"[\W_]+", n.lower())) for n in (column.name, target.quantities.word(key)))
+    if column.kind == "rise" or "rise" in of_column - of_quantity:
         return column.differences + initial, "a rise"
     values, zero = np.where(column.differences < -initial, np.nan, column.si), column.values == 0
-    kept = values[~np.isnan(values) & ~zero]
-    off = float(abs(kept[0] - initial)) if kept.size else np.inf
-    if not kept.size or not (off <= 0.05 * initial or (kept > initial / 2).all()):
+    known = values[~np.isnan(values) & ~zero]
+    if not known.size or not (known > initial / 2).all():
         return values + initial, f"a rise, for it starts at {values[~np.isnan(values)][0]:.4g} K"
-    if column.unit is not None and column.unit.celsius:
-        # 0 degC is a temperature, but at the top of a column that goes on at the initial temperature.
-        zero &= (np.cumsum(~zero) == 0) & bool(off <= 0.05 * np.ptp(kept))
+    zero &= column.unit is not None and not column.unit.celsius
     return np.where(zero, np.nan, values), f"{zero.sum()} placeholder rows of zeros" * bool(zero.any())
 
 
@@ -168,7 +155,7 @@ def pick(columns: Sequence[Column], target: Target) -> Run:
     run = _find_time(columns, steady)
     filled = np.isfinite(run.time)
     if not filled.any():
-        raise SceneError(f"{quoted(run.clock)}, the time, is empty")
+        raise SceneError(f"{quoted(run.clock)}, the time, has no numbers: give 90, not 00:01:30")
     run.keep(filled, "" if filled.all() else f"{(~filled).sum()} rows without one are left out")
     parameters = _take_parameters(run, target)
     curve = next((p for p in parameters if p.kind == "curve"), None)
@@ -183,9 +170,9 @@ def pick(columns: Sequence[Column], target: Target) -> Run:
         rows = fits & (curve.values != 0)
         run.keep(rows)
         run.curve = curve.role, curve.values[rows]
-        dropped = f"rows at {curve.plain} = 0 are left out" if (curve.values == 0).any() else ""
         said = f"the curve over {curve.plain} ({curve.role}) at {_listed(curve.at(rows), target)}"
-        run.words = "; ".join(filter(None, (run.words, dropped, said)))
+        dropped = f", rows at {curve.plain} = 0 left out" if (curve.values == 0).any() else ""
+        run.words = "; ".join(filter(None, (run.words, said + dropped)))
     return run
 
 
@@ -198,7 +185,8 @@ def _find_time(columns: Sequence[Column], steady: bool) -> Run:
     if not times or len(same) != len(times):
         names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
         problem = "several columns are the time" if times else "no column is the time with its unit"
-        raise SceneError(f'{problem}, such as "Time (s)" (or --column "time (s)=NAME"): there are {names}')
+        such = 'such as "Time (s)" with 90, not 00:01:30'
+        raise SceneError(f'{problem}, {such} (or --column "time (s)=NAME"): there are {names}')
     clock, bare = times[0], times[0].unit is None and not times[0].role
     if not bare and clock.powers != TIME.powers:
         raise SceneError(f'--column: {quoted(clock.name)} has no unit of time: say it, --column "time (s)=NAME"')
@@ -208,24 +196,29 @@ def _find_time(columns: Sequence[Column], steady: bool) -> Run:
 
 def _take_parameters(run: Run, target: Target) -> list[Column]:
     """Take the parameters of the runs from the others, in SI units with their keys as roles; drop useless columns."""
-    most = 1 if _is_one_run(run.time) else _most_runs(run.time)
+    most = 1 if _is_one_run(run.time) else 1 + int((np.diff(run.time) <= 0).sum())
     parameters, others = [], []
     for column in run.columns:
-        key = target.find_key(column.plain) if not column.role else column.role * (column.role in target.numbers)
-        dimension = target.numbers[key].kind.dimension if key else None
-        fits = dimension is not None and column.powers in (None, dimension.powers)
-        varies = column.kind != "curve" and len(np.unique(column.values)) > most
-        if np.isnan(column.values).all() or column.role == IGNORED:
-            run.left_out[column.name] = "is left out by --column" if column.role else "has no numbers"
-        elif fits and not varies:
+        key = column.role * (column.role in target.numbers)
+        if not column.role and not target.find_quantity(column):
+            key = target.find_key(column.plain)
+        why = "is left out by --column" if column.role == IGNORED else ""
+        if not why and np.isnan(column.values).all():
+            why = 'has no numbers (give 1234.5, not "1,234.5")'
+        elif key:
+            dimension = target.numbers[key].kind.dimension
+            if column.powers not in (None, dimension.powers):
+                why = f"is not {dimension.name}, as {key} is"
+            elif column.kind != "curve" and len(np.unique(column.values)) > most:
+                why = f"varies over time, as no {key} of a run does"
+            if why and column.role:
+                raise SceneError(f"--column: {quoted(column.name)} {why}")
+        if why:
+            run.left_out[column.name] = why
+        elif key:
             parameters.append(replace(column, role=key, values=column.si))
-        elif dimension and column.role:
-            why = f"varies over time, as no {key} of a run does" if fits else f"is not {dimension.name}, as {key} is"
-            raise SceneError(f"--column: {quoted(column.name)} {why}")
-        elif fits and not target.find_quantity(column)[0]:
-            run.left_out[column.name] = "varies over time"
         else:
-            others.append(column)  # A "current" that varies over time is the quantity, not the drive of the same name.
+            others.append(column)
     run.columns = others
     return parameters
 
@@ -238,27 +231,24 @@ def _listed(parameter: Column, target: Target) -> str:
 
 def _choose(run: Run, parameters: Sequence[Column], target: Target) -> np.ndarray:
     """(rows,): whether a row is of the scene's run, where all parameters are the scene's to the digits of a table."""
-    fits, steady = np.ones(len(run.time), dtype=bool), target.quantities.steady
+    fits, said = np.ones(len(run.time), dtype=bool), []
     for p in parameters:
-        fits &= np.isclose(p.values, target.numbers[p.role].value, rtol=1e-4, atol=1e-15)
-    if not parameters:
+        value = target.numbers[p.role].value
+        fits &= np.isclose(p.values, value, rtol=1e-4, atol=1e-15)
+        others = f" of {_listed(p, target)}" if len(np.unique(p.values)) > 1 or not fits.any() else ""
+        said.append(f"{p.plain} = {target.show(p.role, value)} ({p.role}){others}")
+    if not said:
         return fits
-    shown = {p.role: target.show(p.role, target.numbers[p.role].value) for p in parameters}
-    first = parameters[0]
+    first, words = parameters[0], ", ".join(said)
     curve = f'the whole curve: --column "{first.role} curve={first.plain}"'
     if not fits.any():
-        runs = (f"{p.plain} ({p.role}) is {_listed(p, target)}, in the scene {shown[p.role]}" for p in parameters)
-        value = target.show(first.role, float(first.values[0])).replace(" ", "")
+        other = target.show(first.role, float(first.values[0])).replace(" ", "")
         raise SceneError(
-            f"it has no run of this scene: {'; '.join(runs)}: export that run, or set the scene: "
-            f"--set {first.role}={value}{f', or compare {curve}' if steady else ''} "
+            f"it has no run of this scene, {words}: export that run, or set the scene: --set {first.role}={other}"
+            f"{f', or compare {curve}' if target.quantities.steady else ''} "
             f'(--column "ignore={first.plain}" where it is no such parameter)'
         )
-    runs = (
-        f"{p.plain} = {shown[p.role]} ({p.role})" + f" of {_listed(p, target)}" * (len(np.unique(p.values)) > 1)
-        for p in parameters
-    )
-    run.words = f"the run at {', '.join(runs)}{f' ({curve})' if steady and not fits.all() else ''}"
+    run.words = f"the run at {words}{f' ({curve})' if target.quantities.steady and not fits.all() else ''}"
     return fits
 
 
@@ -269,35 +259,20 @@ def _is_one_run(time: np.ndarray) -> bool:
                 and 2 * (steps == 0).sum() <= (steps > 0).sum())  # fmt: skip
 
 
-def _most_runs(time: np.ndarray) -> int:
-    """The largest number of runs that rows below one another, or runs whose rows take turns, can be of."""
-    return 1 + int((np.diff(time) <= 0).sum())
-
-
 def _keep_one_run(run: Run, steady: bool) -> None:
     """Keep the rows of one run at ascending times, or the last one for the steady state.
 
     Raises SceneError for rows of several runs or states.
     """
-    time, count, is_one = run.time, len(run.time), _is_one_run(run.time)
+    count, is_one = len(run.time), _is_one_run(run.time)
     if steady and (count == 1 or (run.clock and is_one)):
         note = f"the last of {count} rows is taken for the steady state" if run.clock else ""
-        return run.keep(np.arange(count) == count - 1, note)
-    if not steady and is_one:
-        last = np.append(np.diff(time) > 0, True)
-        return run.keep(last, "" if last.all() else f"{(~last).sum()} of them twice, the second row is taken")
-    problem = f"it has {count} rows where the scene has one steady state"
-    if not steady:
-        row = int(np.flatnonzero(np.diff(time) <= 0)[0])
-        problem = (
-            f"it has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step back are of "
-            "several runs, or rounded"
-        )
-    problem = f"{run.words}, {problem}" if run.words else problem
-    telling = next((c for c in run.columns if 1 < len(np.unique(c.values)) <= _most_runs(time)), None)
-    if telling is None:
-        raise SceneError(f"{problem}: export one {'state' if steady else 'run, with more digits'}")
-    name, values = quoted(telling.name), ", ".join(f"{v:g}" for v in list(dict.fromkeys(telling.values.tolist()))[:12])
-    raise SceneError(
-        f"{problem}: {name} ({values}) may tell them apart: say which key of the scene it is, --column KEY={name}"
-    )
+        run.keep(np.arange(count) == count - 1, note)
+    elif not steady and is_one:
+        last = np.append(np.diff(run.time) > 0, True)
+        run.keep(last, "" if last.all() else f"{(~last).sum()} of them twice, the second row is taken")
+    else:
+        problem = f"it has {count} rows where the scene has one steady state"
+        if not steady:
+            problem = "its times repeat or step back, as those of several runs or of too few digits do"
+        raise SceneError(f"{problem}: export one run, or name the column of a key of the scene, --column KEY=COLUMN")

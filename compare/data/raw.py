@@ -1,22 +1,17 @@
-"""Raw files of ngspice and LTspice, as text or binary, and the exports of COMSOL.
+"""Raw files of ngspice and LTspice, as text or binary.
 
 The header of a raw file is "name: value" lines, then "Variables:" with number, name and type of each, then "Values:"
 or "Binary:" with the numbers point by point (Berkeley spice3). LTspice writes its header in UTF-16, values other than
 the time as single precision, and marks times of interpolated points with a minus sign.
-
-A data export of COMSOL has a row for each point and a column for each expression and time, "T (K) @ t=1E-3, V0=0.5".
-The sectionwise and grid formats have the same columns below one another, each under its header.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from compare.data.columns import Column, find_unit, make_column, parse_number
+from compare.data.columns import Column, find_unit
 from scenes.errors import SceneError, quoted
 
 _UNITS = {"time": "s", "power": "W", "temperature": "K"}
@@ -85,76 +80,3 @@ def _read_values(text: str, width: int) -> np.ndarray:
     except ValueError:
         return np.empty((0, width))
     return values[: len(values) // width * width].reshape(-1, width)
-
-
-def has_sections(remarks: Sequence[str]) -> bool:
-    """Return whether remarks are headers of the sectionwise or the grid format."""
-    return any(re.fullmatch(r"Data\b.*|Grid|Coordinates|X", remark) for remark in remarks)
-
-
-def read_sections(text: str) -> list[Column]:
-    """Read the columns of the sectionwise and grid formats."""
-    sections: dict[str, list[list[float]]] = {}
-    name = ""
-    for number, line in enumerate(text.splitlines(), 1):
-        bare = line.strip()
-        if bare.startswith("%"):
-            name = re.sub(r"^Data \((.*)\)$", r"\1", bare.lstrip("% "))
-        elif bare:
-            try:
-                sections.setdefault(name, []).append([float(cell) for cell in bare.replace(",", " ").split()])
-            except ValueError:
-                raise SceneError(f"row {number}: {quoted(bare)} is no row of numbers") from None
-    values: dict[str, np.ndarray] = {}
-    for name, rows in sections.items():
-        if name == "Coordinates" and len(set(map(len, rows))) > 1:
-            raise SceneError("its coordinates differ in number from point to point: export it as a spreadsheet")
-        if name in ("Grid", "Coordinates"):
-            # The first coordinate of a grid varies fastest.
-            grid = np.array(np.meshgrid(*rows, indexing="ij")).T.reshape(-1, len(rows)) if name == "Grid" else rows
-            values |= dict(zip("xyz", np.array(grid).T, strict=False))
-        elif not name.startswith("Elements"):
-            values[name] = np.concatenate(rows)
-    columns = [make_column(name, each) for name, each in values.items()]
-    if len({len(c.values) for c in columns}) != 1 or not any(c.unit for c in columns):
-        raise SceneError('no section gives each point a value, such as "T (K) @ t=0": export it as a spreadsheet')
-    return columns
-
-
-def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> list[Column]:
-    """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
-    another. Only files with ``remarks`` of COMSOL have points."""
-    axes = {c.name: c.values for c in columns if remarks and c.plain.lower() in ("x", "y", "z")}
-    count = len(columns[0].values)
-    if axes:
-        if count > 200:
-            raise SceneError(f"this is a field of {count} points: export a table of point evaluations instead")
-        given = re.search(r"Length unit[:,\s\"]+([^\s\",]+)", "\n".join(remarks))
-        unit = given and find_unit(given[1])
-        points = np.column_stack(list(axes.values())) * (float(unit.factor) if unit else 1.0)
-        columns = [
-            replace(c, name=f"{name}, Point: ({', '.join(f'{x:.9g}' for x in point)}){at}{behind}", values=value)
-            for c in columns if c.name not in axes
-            for name, at, behind in [c.name.partition(" @ ")]
-            for point, value in zip(points, c.values[:, None], strict=True)
-        ]  # fmt: skip
-        count = 1
-    blocks: dict[str, list[Column]] = {}
-    for c in columns:
-        name, _, behind = c.name.partition(" @ ")
-        blocks.setdefault(re.sub(r"^\d+:\s*", "", behind), []).append(replace(c, name=name))
-    shared = blocks.pop("", [])
-    if not blocks:
-        return list(columns)
-    stacked: dict[str, Column] = {}
-    for k, (behind, block) in enumerate(blocks.items()):
-        parameters = [
-            make_column(
-                f"{name} ({unit or 's'})" if unit or name == "t" else name, np.full(count, parse_number(value), float)
-            )
-            for name, value, unit in re.findall(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)", behind)
-        ]
-        for c in (*parameters, *shared, *block):
-            new = stacked.setdefault(c.name, replace(c, values=np.full(count * len(blocks), np.nan)))
-            new.values[k * count : (k + 1) * count] = c.values
-    return list(stacked.values())

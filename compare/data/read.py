@@ -14,7 +14,7 @@ from compare.against import Data
 from compare.data import raw, text
 from compare.data.columns import Column, find_times, refusing
 from compare.data.match import assign, match, pick
-from compare.data.target import Target, make_target
+from compare.data.target import Target
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, did_you_mean, printable, quoted
@@ -23,25 +23,12 @@ from scenes.units import ICE_POINT, UnitError, parse_quantity, parse_unit
 
 
 def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
-    """Read data of a scene from a file.
+    """Read data of a sink, or of a scene with probes, from a table of text or a raw file.
 
-    Parameters
-    ----------
-    path : Path
-        A COMSOL table or data export, a table of text, or a raw file of ngspice or LTspice.
-    scene : Scene
-        A sink or a scene with probes.
-    columns : sequence of str
-        The meanings of columns, "peak=T (K), Point 1", as `--column` gives them.
-    uncertainty : sequence of str
-        Standard uncertainties as `--data-uncertainty` gives them.
-
-    Raises
-    ------
-    SceneError
-        Where no column is a quantity of the scene, or no run is the scene's.
+    ``columns`` and ``uncertainty`` are as `--column` and `--data-uncertainty` have them. Raises SceneError where no
+    column is a quantity of the scene, or no run is the scene's.
     """
-    target, named, content = make_target(scene), f"--against {quoted(path)}", text.read_bytes(path)
+    target, named, content = Target(scene), f"--against {quoted(path)}", text.read_bytes(path)
     with refusing(named):
         data = _read(path.name, content, target, columns)
     if data.curve is not None and uncertainty:
@@ -66,10 +53,8 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     how = {"time_s": "; ".join(run.notes)}
     for column in run.columns:
         key, found, note = match(column, target)
-        if key and not column.role and any(c.role == key for c in columns):
-            key, note = "", "is not the one that --column names"
-        if not key:
-            run.left_out[column.name] = note
+        if not key or (not column.role and any(c.role == key for c in columns)):
+            run.left_out[column.name] = "is not the one that --column names" if key else note
         elif key in values:
             word = catalogue.word(key)
             raise SceneError(
@@ -79,13 +64,11 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         else:
             values[key], headers[key], how[key] = found, column.name, note
     if not values:
-        told = {run.clock: "is the time"} | run.left_out
-        shown = list(dict.fromkeys(c.name for c in columns))[:8]
-        reasons = "; ".join(f"{quoted(n)} {told.get(n, 'is a parameter')}" for n in shown)
-        word, quantity_name = next(iter(catalogue.names.items()))
+        reasons = "; ".join(f"{quoted(n)} {why}" for n, why in [*run.left_out.items()][:8])
+        known = ", ".join(f"{word} ({catalogue.units[name]})" for word, name in [*catalogue.names.items()][:8])
         raise SceneError(
-            f"none of its columns is {target.called}: {reasons}; name them {target.example}, or say which they are: "
-            f'--column "{word} ({catalogue.units[quantity_name]})=NAME"'
+            f"none of its columns is a quantity of the scene, {known}: {reasons}; call them so, or say which they are: "
+            f'--column "{known.partition(", ")[0]}=NAME"'
         )
     empty = {headers[key]: np.isnan(each) for key, each in values.items() if np.isnan(each).any()}
     full = ~np.any([np.zeros(len(run.time), dtype=bool), *empty.values()], axis=0)
@@ -95,8 +78,6 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         raise SceneError(f'every row is empty in one of {names}: leave one of them out, --column "ignore={first}"')
     notes = (f"{(~full).sum()} of {len(full)} rows are left out, for {names} has no number there",) if names else ()
     values = {key: each[full] for key, each in values.items()}
-    if infinite := next((key for key, each in values.items() if not np.isfinite(each).all()), None):
-        raise SceneError(f"{quoted(headers[infinite])} has values that are not finite numbers")
     time = np.repeat(AT_REST, full.sum()) if catalogue.steady else run.time[full]
     # Other columns in SI units may be uncertainties: of temperatures they are differences.
     others = {c.name: c.differences[full] for c in run.columns if c.unit and c.name not in headers.values()}
@@ -129,27 +110,23 @@ def _compare_run(data: Data, target: Target) -> tuple[str, ...]:
             'by (times in another unit: --column "time (ms)=NAME"; a longer run: --set end_time=T)'
         )
     if not 0.5 * catalogue.end <= last <= 10 * catalogue.end:
-        unit = "is its time in another unit? only what the run covers is compared"
-        ends = f"it ends at {quantity(last, 's', 3)}, the run at {end}"
-        warnings.append(f"{ends}: {'only that is compared' if last < catalogue.end else unit}")
+        warnings.append(f"it ends at {quantity(last, 's', 3)}, the run at {end}: only what both cover is compared")
     if data.time[0] > max(catalogue.first / 10, EDGE * catalogue.end):
         return tuple(warnings)
     for key, values in data.values.items():
-        if catalogue.units[key] != "K":
-            continue
         off, change = float(values[0]) - catalogue.initial, float(np.abs(values - values[0]).max())
         surely = abs(off) - (COVERS * float(data.u[key][0]) if key in data.u else 0.0)
-        header, initial = data.headers[key], "room" if target.initial == "room_temperature" else "initial"
-        where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's {initial} temperature"
-        other = f"--set {target.initial}={catalogue.initial + off:.6g}"
+        if catalogue.units[key] != "K" or surely <= 0.005 * change:
+            continue
+        header = data.headers[key]
+        said = f"{quoted(header)} starts {abs(off):.4g} K {'above' if off > 0 else 'below'} {target.initial}, "
+        said += f"{catalogue.initial:g} K: give --set {target.initial}={catalogue.initial + off:.6g}"
         if surely > 0.05 * change:  # the tolerance of the checks
-            noisy = "" if key in data.u else "; where it is noise, say how much of it there is, --data-uncertainty U"
             raise SceneError(
-                f"{quoted(header)} {where}, {catalogue.initial:g} K: give {other}, "
-                f'or where it is a rise --column "{catalogue.word(key)} rise={printable(header)}"{noisy}'
+                f'{said}, or of a rise --column "{catalogue.word(key)} rise={printable(header)}", or of noise '
+                "--data-uncertainty U"
             )
-        if surely > 0.005 * change:
-            warnings.append(f"{quoted(header)} {where}, which goes into the difference: {other} would meet it")
+        warnings.append(f"{said}, or the difference has it")
     return tuple(warnings)
 
 

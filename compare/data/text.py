@@ -11,11 +11,11 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from compare.data import raw
 from compare.data.columns import Column, find_unit, make_column, parse_number
 from scenes.errors import SceneError, contents, quoted, reason
 
@@ -24,19 +24,10 @@ LIST = "list of values"
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
-_STEP = re.compile(r"Step Information:(.*?)(?:\(|$)")
-_ASSIGNMENT = re.compile(r"(\S+?)=([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(meg|[a-zµ]?)", re.IGNORECASE)
-_SPICE_FACTORS = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9, "p": 1e-12,
-                  "f": 1e-15}  # fmt: skip
-_HEADERS = (
-    r",(?! )",  # Inside a name without quotes a space follows the comma.
-    r"\t+|\s{2,}",
-    r"(?<=[)\]])\s++(?=[A-Za-z])",  # Each name but the first starts after the bracket of a unit or a place.
-    r"(?<!\s)\s++(?=\S+ [(\[])",  # Each name but the first stands before a unit.
-    r"\s+",
-    r"[,;]",
-)
-"""Separators of names in a header. Possessive blanks (++) keep the time linear in their number."""
+_HEADERS = r",(?! )", r"\t+|\s{2,}", r"\s+", r"[,;]"
+"""Separators of names in a header; inside a name without quotes a space follows the comma."""
+_PARAMETER = re.compile(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)")
+"""A value behind an "@" in a header of COMSOL: "V0=0.5 V"."""
 
 
 def read_bytes(path: Path, option: str = "--against") -> bytes:
@@ -59,8 +50,10 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         elif line.strip(" \t,;\r") and not (number == 1 and line.startswith("sep=")):
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
-    if of_comsol and raw.has_sections(remarks):
-        return "COMSOL export", raw.arrange(raw.read_sections(text), remarks)
+    if of_comsol and any(re.fullmatch(r"Data\b.*|Grid|Coordinates|X", remark) for remark in remarks):
+        raise SceneError("it is a data export in the sectionwise or grid format: export it as a spreadsheet")
+    if any(line.startswith("Step Information:") for _, line in lines):
+        raise SceneError("LTspice's text has several runs, from .step: export the text of one run")
     if not lines:
         raise SceneError("it has no rows: give a row of names with units, then numbers")
     try:
@@ -69,17 +62,15 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         columns = _read_block(lines, remarks, of_comsol)
     except csv.Error as error:
         raise SceneError(f"it is no table of numbers: {reason(error)}") from None
-    return "COMSOL table" if of_comsol else "table", raw.arrange(columns, remarks if of_comsol else ())
+    return ("COMSOL table", _arrange(columns)) if of_comsol else ("table", columns)
 
 
 def _decode(data: bytes) -> str:
     """Decode UTF-8, UTF-16 or else Windows' Western code page. Raises SceneError for other content."""
-    if data.startswith((b"PK\3\4", b"\xd0\xcf\x11\xe0")):
-        raise SceneError("it is a workbook or an archive: save the table as text or CSV")
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return data.decode("utf-16", "replace")
     if b"\0" in data[:4000]:
-        raise SceneError("it is binary, but no raw file of ngspice or LTspice: export text")
+        raise SceneError("it is binary, but no raw file of ngspice or LTspice: save the table as text or CSV")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -136,14 +127,9 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     """The columns of the first block of numbers."""
     separator, mark, width, of_texts = _find_dialect(lines)
     rows: list[list[float]] = []
-    steps: list[dict[str, float]] = []
-    step: dict[str, float] = {}
     head: list[str] = []
     pending: list[str] = []
     for number, line in lines:
-        if match := _STEP.match(line):  # LTspice: "Step Information: Vapp=50m Rload=1K  (Step: 1/2)".
-            step = {name: float(v) * _SPICE_FACTORS.get(s.lower(), 1.0) for name, v, s in _ASSIGNMENT.findall(match[1])}
-            continue
         cells = _split(line, separator)
         values = [parse_number(cell, mark) for cell in cells]
         has_numbers = any(v is not None and v == v for v in values)
@@ -154,7 +140,6 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         if has_numbers and fits:
             head, pending = (head if rows else pending), []
             rows.append([np.nan if v is None else v for v in values])
-            steps.append(step)
         elif rows and has_numbers and (None not in values or (separator and len(cells) == width)):
             raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers")
         elif line.strip("-=_*+| \t"):
@@ -170,8 +155,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     else:  # ngspice's wrdata may write the times before every vector.
         clocks = [k == 0 or bool((column == matrix[:, 0]).all()) for k, column in enumerate(matrix.T[:least])]
         names, units = [c * "time" or f"column {k}" for k, c in enumerate(clocks, 1)], [""] * least
-    columns = [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
-    return columns + [make_column(name, np.array([s.get(name, np.nan) for s in steps])) for name in step]
+    return [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
 
 
 def _read_names(head: list[str], least: int, most: int, separator: str | None) -> tuple[list[str], list[str]]:
@@ -195,3 +179,31 @@ def _split_names(line: str, least: int, most: int, separator: str | None) -> lis
         while len(cells) > least and not cells[-1]:
             cells.pop()
     return next((cells for cells in ways if least <= len(cells) <= most), None)
+
+
+def _arrange(columns: Sequence[Column]) -> list[Column]:
+    """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
+    another: COMSOL's exports, "T (K) @ t=1E-3, V0=0.5", have a row for each point."""
+    axes = [c for c in columns if c.plain.lower() in ("x", "y", "z")]
+    points = [", ".join(f"{x:.9g}" for x in point) for point in zip(*(c.values for c in axes), strict=True)]
+    if len(points) > 200:
+        raise SceneError(f"this is a field of {len(points)} points: export a table of point evaluations instead")
+    blocks: dict[str, list[Column]] = {}
+    for c in (c for c in columns if c not in axes):
+        name, _, behind = c.name.partition(" @ ")
+        block = blocks.setdefault(re.sub(r"^\d+:\s*", "", behind), [])
+        block += [replace(c, name=f"{name}, Point: ({at})", values=c.values[[n]]) for n, at in enumerate(points)]
+        block += [replace(c, name=name)] * (not points)
+    shared = blocks.pop("", [])
+    if not blocks:
+        return shared
+    stacked, count = dict[str, Column](), 1 if points else len(columns[0].values)
+    for k, (behind, block) in enumerate(blocks.items()):
+        parameters = [
+            make_column(f"{name} ({unit or 's'})" if unit or name == "t" else name, np.full(count, parse_number(value)))
+            for name, value, unit in _PARAMETER.findall(behind)
+        ]
+        for c in (*parameters, *shared, *block):
+            new = stacked.setdefault(c.name, replace(c, values=np.full(count * len(blocks), np.nan)))
+            new.values[k * count : (k + 1) * count] = c.values
+    return list(stacked.values())

@@ -166,7 +166,7 @@ def test_a_start_that_is_off_is_judged_against_what_the_data_are_known_to(case, 
     for u, said in (("0.3K", False), ("0.5K", False), ("0.25K", True)):
         assert main(["sink", "--against", "noisy.csv", "--data-uncertainty", u, "--no-figures"]) != 2
         captured = capsys.readouterr()
-        assert ("room temperature" in captured.out + captured.err) == said
+        assert ("room_temperature" in captured.out + captured.err) == said
     assert main(["sink", "--against", "noisy.csv", "--data-uncertainty", "0.1K", "--no-figures"]) == 2
 
 
