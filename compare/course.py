@@ -22,7 +22,7 @@ import numpy as np
 
 from compare.verdict import COVERS, Check, share
 from scenes.formats import percent, quantity, signed
-from scenes.result import Estimate, Traces
+from scenes.result import Estimate
 
 NOTABLE = 0.5
 """A change of size or time is stated only where it leaves less than this part of the distance."""
@@ -34,29 +34,23 @@ MOST_WINDOWS = 16
 """The most windows of a trace: each stays a small part of the rise, and the worst one's factor near 3."""
 
 
-@dataclass(frozen=True)
 class Course:
-    """Both courses (times,) above the base of their scale, and the interpolation error of their distance."""
+    """Both courses (times,) above the base of their scale, and how far their distance may be larger between times.
 
-    time: np.ndarray
-    fem3d: np.ndarray
-    model: np.ndarray
-    beyond: np.ndarray
+    Only the ``sure`` ones of the times are compared.
+    """
 
-    @property
-    def off(self) -> np.ndarray:
-        """The model less 3D (times,)."""
-        return self.model - self.fem3d
-
-    @property
-    def worst(self) -> int:
-        """The row of the largest distance."""
-        return int(np.argmax(np.abs(self.off)))
+    def __init__(
+        self, time: np.ndarray, fem3d: np.ndarray, model: np.ndarray, sure: np.ndarray | slice = slice(None)
+    ) -> None:
+        beyond = overshoot(time, np.abs(model - fem3d))
+        self.time, self.fem3d, self.model, self.beyond = (each[sure] for each in (time, fem3d, model, beyond))
 
     def comparison(self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: str) -> Check:
         """Compare at the largest distance, relative to a scale; ``error`` bounds that of both courses."""
-        i = self.worst
-        p, m, off, time = (float(each[i]) for each in (self.model, self.fem3d, self.off, self.time))
+        off_by = self.model - self.fem3d
+        i = int(np.argmax(np.abs(off_by)))
+        p, m, off, time = (float(each[i]) for each in (self.model, self.fem3d, off_by, self.time))
         part = share(Estimate(off, error + float(self.beyond[i])), scale)
         reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D at {quantity(time, 's', 3)}, "
         reason += signed(off, unit) + f"; {note}" * bool(note)
@@ -110,20 +104,6 @@ def overshoot(time: np.ndarray, values: np.ndarray) -> np.ndarray:
         return np.zeros(len(time))
     error = np.pad(bends(time, values), 1)
     return np.maximum(error[:-1], error[1:])
-
-
-def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a trace at ascending times (s), and its interpolation error there.
-
-    Where a trace jumps it has two values at one time: the first of two equal times gets the first value, a single one
-    the later.
-    """
-    values = traces.values[name]
-    n = np.clip(np.searchsorted(traces.time, times, side="right") - 1, 0, len(traces.time) - 2)
-    interpolated, on_a_row = np.interp(times, traces.time, values), np.isin(times, traces.time)
-    first = np.flatnonzero(np.diff(times) == 0)
-    interpolated[first] = values[np.searchsorted(traces.time, times[first])]
-    return interpolated, np.where(on_a_row, 0.0, bends(traces.time, values)[n])
 
 
 def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:

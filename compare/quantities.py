@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.course import Course, at
+from compare.course import Course
 from compare.verdict import Check, compared
 from scenes import physics
 from scenes.checks import FIRST_TIME
@@ -125,15 +125,11 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
 
 
 def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
-    """Compare at the largest difference over time, at the model's times at which 3D's error bound holds."""
-    late, base = catalogue.sure(in_1d.time), catalogue.base(name)
-    value, beyond = (each[late] for each in at(in_3d, name, in_1d.time))
-    course = Course(in_1d.time[late], value - base, in_1d.values[name][late] - base, beyond)
-    # 3D's largest value at its own times and the model's is the same scale for every model.
-    rows = in_3d.values[name][in_3d.sure(in_3d.time)] - base
-    values, errors = np.append(course.fem3d, rows), np.append(beyond, np.zeros(len(rows)))
-    n = int(np.argmax(np.abs(values)))
-    scale = Estimate(float(values[n]), in_3d.errors[name] + float(errors[n]))
+    """Compare at the largest difference over time, at the times at which 3D's error bound holds."""
+    time, base = in_3d.time, catalogue.base(name)
+    three, one = (traces.values[name] - base for traces in (in_3d, in_1d))
+    course, rows = Course(time, three, one, catalogue.sure(time)), three[in_3d.sure(time)]
+    scale = Estimate(float(rows[np.argmax(np.abs(rows))]), in_3d.errors[name])
     error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
-    note, title = course.change(abs(scale.value)), f"{name}, trace"
-    return course.comparison(title, catalogue.units[name], error, scale, whole, note)
+    note = course.change(abs(scale.value))
+    return course.comparison(f"{name}, trace", catalogue.units[name], error, scale, whole, note)

@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
-from compare.course import Course, overshoot
+from compare.course import Course
 from compare.outcome import Outcome
 from compare.verdict import PAPERS, Check, Definition, compared, part, share, spread, unit_of
 from reduced1d import equations
@@ -108,8 +108,8 @@ def courses(
     time, base = from_first(both[1][0].time), sink.plain.room_temperature if unit == "K" else 0.0
     p, m = (np.interp(time, traces.time, traces.values[name]) - base for traces, name in both)
     error += sum(traces.errors[name] for traces, name in both)
-    course, scale = Course(time, m, p, overshoot(time, np.abs(p - m))), Estimate(abs(scale.value), scale.error)
-    return course.comparison(title, unit, error, scale, relative_to, note)
+    scale = Estimate(abs(scale.value), scale.error)
+    return Course(time, m, p).comparison(title, unit, error, scale, relative_to, note)
 
 
 def over_time(

@@ -59,7 +59,6 @@ class Kind(ABC, Generic[S]):
     builtin : the scene that is solved where none is named; where it is empty, a scene must be named
     shown : quantities that tables on a terminal have room for; empty: the first ones
     explains : whether checks that agree have a reason too
-    free_times : whether a user's own model may be solved at other times than 3D
     traces : the columns or rows of traces.csv
     field : the need of field files, as in `absent`; empty where there are none
     step : largest relative step of a key for `nearby`; the uncertainty of the key where that is smaller
@@ -70,7 +69,6 @@ class Kind(ABC, Generic[S]):
     builtin: ClassVar[str] = ""
     shown: ClassVar[tuple[str, ...]] = ()
     explains: ClassVar[bool] = False
-    free_times: ClassVar[bool] = False
     traces: ClassVar[str]
     field: ClassVar[str] = ""
     step: ClassVar[float] = 1e-4
@@ -112,9 +110,8 @@ class Kind(ABC, Generic[S]):
         """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
         from compare.models.sampling import make_question, solve
 
-        three, accuracy = outcome.solved, outcome.scene.accuracy if self.free_times else 0.0
-        question = make_question(outcome.scene, three)  # type: ignore[arg-type] # No device has an own model.
-        result = solve(model, question, three, accuracy, bool(three.steady), progress)
+        question = make_question(outcome.scene, outcome.solved)  # type: ignore[arg-type] # No device has an own model.
+        result = solve(model, question, outcome.solved, progress)
         return replace(result, details=result.details | {"own_model": model})
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class FreeKind(Kind[AnyScene]):
-    name, call, free_times = "free", "compare.solve", True
+    name, call = "free", "compare.solve"
     traces, field = "a column for each probe", "heat"
 
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:

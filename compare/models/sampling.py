@@ -1,4 +1,4 @@
-"""Questions about a scene, and the Result of a model that answers them, at times that resolve its bends."""
+"""Questions about a scene, and the Result of a model that answers them, at the times of 3D."""
 
 from __future__ import annotations
 
@@ -96,53 +96,26 @@ def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
     return answer
 
 
-def solve(
-    model: Model, question: Question, fem3d: Result, accuracy: float, steady: bool, say: Callable[[str], None]
-) -> Result:
-    """Return the model's result: its steady state where 3D has one (``steady``), and traces over the time of 3D's.
+def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], None]) -> Result:
+    """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's.
 
-    Straight lines between the traces hold a part of the ``accuracy``; for 0 they are at the times of 3D. The details
-    list the quantities that are "silent". Raises SceneError where the model has none of the quantities.
+    The details list the quantities that are "silent". Raises SceneError where the model has none of the quantities.
     """
     say(f"asking {model.name}")
-    estimates: dict[str, Estimate] = {}
-    traces = None
-    if steady and question.steady:
+    steady, over_time, traces = dict[str, Estimate](), fem3d.traces, None
+    names = {**(question.steady if fem3d.steady else {}), **({} if over_time is None else question.over_time)}
+    if fem3d.steady and question.steady:
         answer = ask(model, question, None)
-        estimates = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
-    if fem3d.traces is not None:
-        traces = _sample(model, question, fem3d.traces, accuracy)
-    over_time = {} if traces is None else traces.values
-    names = {**(question.steady if steady else {}), **({} if traces is None else question.over_time)}
-    if not estimates and not over_time:
+        steady = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
+    if over_time is not None:
+        # Of two equal times, between which something jumps, the first is taken a hair earlier: the later value holds.
+        times = over_time.time.copy()
+        doubled = np.flatnonzero(np.diff(times) <= 0)
+        times[doubled] = np.nextafter(times[doubled], -np.inf)
+        answer = ask(model, question, times)
+        values = dict(answer.at(times).values)
+        traces = Traces(over_time.time, values, {name: answer.errors.get(name, 0.0) for name in values})
+    answered = {*steady, *(() if traces is None else traces.values)}
+    if not answered:
         raise SceneError(f"--model {model.name} says nothing of {listed(list(names))}: give at least one of them")
-    silent = [name for name in names if name not in estimates and name not in over_time]
-    return Result(model.name, estimates, traces, {"silent": silent})
-
-
-def _sample(model: Model, question: Question, fem3d: Traces, accuracy: float) -> Traces:
-    """Return the model's traces at the times of 3D, and halfway wherever straight lines are off by a tenth of the
-    accuracy; their errors have the largest change between answers at the same times, the noise."""
-    # Of two equal times, between which something jumps, the first is taken a hair earlier: the later value holds.
-    once = fem3d.time.copy()
-    doubled = np.flatnonzero(np.diff(once) <= 0)
-    once[doubled] = np.nextafter(once[doubled], -np.inf)
-    times, answer = once, ask(model, question, once)
-    values = dict(answer.at(times).values)
-    errors = {name: answer.errors.get(name, 0.0) for name in values}
-    noise = dict.fromkeys(values, 0.0)
-    for _ in range(8 if accuracy else 0):  # each halves intervals that are too long
-        every = np.union1d(times, (times[1:] + times[:-1]) / 2)
-        kept = again = np.isin(every, times)
-        finer = (ask(model, question, every) if answer.time is None else answer).at(every).values
-        values = {name: before for name, before in values.items() if name in finer}
-        for name, before in values.items():
-            off = np.abs(finer[name] - np.interp(every, times, before))
-            noise[name] = max(noise[name], float(off[again].max()))
-            least = 0.1 * accuracy * max(float(np.ptp(before)), float(np.ptp(fem3d.values[name])))
-            kept = kept | (off > least + noise[name])
-        times, values = every[kept], {name: finer[name][kept] for name in values}
-        if (kept == again).all():
-            break
-    times[np.searchsorted(times, once)] = fem3d.time
-    return Traces(times, values, {name: errors[name] + noise[name] for name in values})
+    return Result(model.name, steady, traces, {"silent": [name for name in names if name not in answered]})

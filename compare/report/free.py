@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.course import at
 from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
@@ -138,14 +137,12 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-    """Return time_s and a column for each probe (K, V, W or A); a model's beside them, at its times."""
+    """Return time_s and a column for each probe (K, V, W or A); a model's beside them."""
     traces, reduced1d = outcome.solved.traces, outcome.reduced1d
     if traces is None:
         return {}
-    if reduced1d is None or reduced1d.traces is None:
-        return {"time_s": traces.time, **traces.values}
-    columns = {"time_s": reduced1d.traces.time}
-    for name in traces.values:
-        columns[name] = at(traces, name, reduced1d.traces.time)[0]
-        columns |= {f"reduced1d {name}": reduced1d.traces.values[name]} if name in reduced1d.traces.values else {}
+    columns, own = {"time_s": traces.time}, None if reduced1d is None else reduced1d.traces
+    for name, values in traces.values.items():
+        columns[name] = values
+        columns |= {f"reduced1d {name}": own.values[name]} if own is not None and name in own.values else {}
     return columns

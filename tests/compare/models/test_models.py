@@ -55,21 +55,6 @@ def test_a_trace_of_3d_agrees_and_a_late_one_is_told_so(transient):
     assert "it is 40 us late; shifted by that it is within" in found.answer
 
 
-def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transient):
-    """The model runs several times for the same times; noise of a kelvin leaves 1 % of a hundred open."""
-    drawn = np.random.default_rng(0)
-
-    def noisy(_: Any, times: np.ndarray | None) -> dict[str, Any]:
-        answer = rises(times)
-        return answer if times is None else {"tip": answer["tip"] + drawn.standard_normal(len(times))}
-
-    scene = load(transient, ["checks.tolerances.tip_over_time=0.05"])
-    steady, found = (judged(scene, model)["tip_over_time"] for model in (lambda _, times: rises(times), noisy))
-    # Of twice some hundred normal numbers the largest difference is near 5 K.
-    assert found.u_num == pytest.approx(steady.u_num + 0.05, abs=0.02)
-    assert found.verdict == "unresolved"
-
-
 def test_the_command_writes_both_models_beside_each_other(transient, model, tmp_path, capfd):
     assert main(["solve", str(transient), "--model", f"{model}:bar", "--out", str(tmp_path / "o"), "--no-figures"]) == 0
     said = capfd.readouterr()

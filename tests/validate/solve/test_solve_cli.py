@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import pyvista
 
-from compare.course import at
 from scenes.loading import builtin_text
 from scenes.result import Traces
 from tests.validate.cli import summary
@@ -48,12 +47,6 @@ def test_where_errors_hold_after_jumps():
     traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=(4.0, 5.0))
     times = np.array([0.0, 0.9, 1.0, 3.9, 4.0, 4.4, 4.5, 5.0, 5.9, 6.0, 10.0])
     assert times[traces.sure(times)].tolist() == [1.0, 3.9, 4.5, 6.0, 10.0]
-
-
-def test_value_at_a_jump_is_the_later_one():
-    traces = Traces(np.array([0.0, 1.0, 1.0, 2.0, 2.0]), {"a": np.array([0.0, 1.0, 5.0, 7.0, 9.0])}, {"a": 0.0})
-    times = np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
-    assert at(traces, "a", times)[0].tolist() == [0, 0, 0.5, 5, 6, 9, 9]
 
 
 def test_terminal_reads_at_80_columns(capsys):
