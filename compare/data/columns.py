@@ -113,7 +113,7 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
     name = " ".join(header.split())
     if _VECTOR.match(name):
         return Column(name, find_unit(unit or ("V" if name[0] in "vV" else "A")), values, spice=True)
-    return Column(name, find_unit(unit) or split_unit(name.partition(" @ ")[0])[1], values)
+    return Column(name, find_unit(unit) or split_unit(name)[1], values)
 
 
 def find_times(columns: Sequence[Column]) -> list[Column]:

@@ -11,7 +11,6 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +25,6 @@ _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",",
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
 _HEADERS = r",(?! )", r"\t+|\s{2,}", r"\s+", r"[,;]"
 """Separators of names in a header; inside a name without quotes a space follows the comma."""
-_PARAMETER = re.compile(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)")
-"""A value behind an "@" in a header of COMSOL: "V0=0.5 V"."""
 
 
 def read_bytes(path: Path, option: str = "--against") -> bytes:
@@ -50,8 +47,11 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         elif line.strip(" \t,;\r") and not (number == 1 and line.startswith("sep=")):
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
-    if of_comsol and any(re.fullmatch(r"Data\b.*|Grid|Coordinates|X", remark) for remark in remarks):
-        raise SceneError("it is a data export in the sectionwise or grid format: export it as a spreadsheet")
+    if of_comsol and any(" @ " in remark or remark in ("Data", "Grid", "X") for remark in remarks):
+        raise SceneError(
+            "it has times or runs beside one another, as data exports of COMSOL (spreadsheet, sectionwise, grid) do: "
+            "export a table of point evaluations, with a row for each time"
+        )
     if any(line.startswith("Step Information:") for _, line in lines):
         raise SceneError("LTspice's text has several runs, from .step: export the text of one run")
     if not lines:
@@ -62,7 +62,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         columns = _read_block(lines, remarks, of_comsol)
     except csv.Error as error:
         raise SceneError(f"it is no table of numbers: {reason(error)}") from None
-    return ("COMSOL table", _arrange(columns)) if of_comsol else ("table", columns)
+    return "COMSOL table" if of_comsol else "table", columns
 
 
 def _decode(data: bytes) -> str:
@@ -179,31 +179,3 @@ def _split_names(line: str, least: int, most: int, separator: str | None) -> lis
         while len(cells) > least and not cells[-1]:
             cells.pop()
     return next((cells for cells in ways if least <= len(cells) <= most), None)
-
-
-def _arrange(columns: Sequence[Column]) -> list[Column]:
-    """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
-    another: COMSOL's exports, "T (K) @ t=1E-3, V0=0.5", have a row for each point."""
-    axes = [c for c in columns if c.plain.lower() in ("x", "y", "z")]
-    points = [", ".join(f"{x:.9g}" for x in point) for point in zip(*(c.values for c in axes), strict=True)]
-    if len(points) > 200:
-        raise SceneError(f"this is a field of {len(points)} points: export a table of point evaluations instead")
-    blocks: dict[str, list[Column]] = {}
-    for c in (c for c in columns if c not in axes):
-        name, _, behind = c.name.partition(" @ ")
-        block = blocks.setdefault(re.sub(r"^\d+:\s*", "", behind), [])
-        block += [replace(c, name=f"{name}, Point: ({at})", values=c.values[[n]]) for n, at in enumerate(points)]
-        block += [replace(c, name=name)] * (not points)
-    shared = blocks.pop("", [])
-    if not blocks:
-        return shared
-    stacked, count = dict[str, Column](), 1 if points else len(columns[0].values)
-    for k, (behind, block) in enumerate(blocks.items()):
-        parameters = [
-            make_column(f"{name} ({unit or 's'})" if unit or name == "t" else name, np.full(count, parse_number(value)))
-            for name, value, unit in _PARAMETER.findall(behind)
-        ]
-        for c in (*parameters, *shared, *block):
-            new = stacked.setdefault(c.name, replace(c, values=np.full(count * len(blocks), np.nan)))
-            new.values[k * count : (k + 1) * count] = c.values
-    return list(stacked.values())
