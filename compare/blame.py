@@ -66,28 +66,22 @@ def repeats(claim: Check, steady: Sequence[Check]) -> bool:
 
 
 def _list(claims: Sequence[Check]) -> str:
-    """The largest claims that differ, up to three, with a detail, and the bound of the others; two claims in full."""
-    agree = [each for each in claims if each.verdict == "agrees"]
-    if len(claims) <= 2:
-        agree = [each for each in agree if abs(each.difference) <= each.u_num]
-    largest = sorted((each for each in claims if each not in agree), key=lambda each: -abs(each.difference))[:SHOWN]
-    shown = [each for each in claims if each in largest]
-    said = " and ".join(map(_size, shown)) + next((f": {each.because}" for each in shown if each.because), "")
-    hidden = len(claims) - len(agree) - len(shown)
-    said += f", {hidden} more differ" * bool(hidden)
-    if not agree:
-        return said
-    limit = bound(max(abs(each.difference) + each.u_num for each in agree))
-    places = " and ".join(each.title for each in agree) if len(agree) <= SHOWN else f"{len(agree)} quantities"
-    return f"{said}{' and ' * bool(shown)}within {limit} of 3D at {places}"
+    """The three largest claims that exceed their errors, with a detail, and the bound of the others."""
+    known = [each for each in claims if abs(each.difference) > each.u_num]
+    largest = sorted(known, key=lambda each: -abs(each.difference))[:SHOWN]
+    shown, others = ([each for each in claims if (each in largest) is wanted] for wanted in (True, False))
+    said = [_size(each) for each in shown]
+    if others:
+        limit = bound(max(abs(each.difference) + each.u_num for each in others))
+        places = " and ".join(each.title for each in others) if len(others) <= SHOWN else f"{len(others)} others"
+        said.append(f"within {limit} of 3D at {places}")
+    return " and ".join(said) + next((f": {each.because}" for each in shown if each.because), "")
 
 
 def _size(claim: Check) -> str:
-    """Return "6.6 % low at the peak", with the error where that matters, or a bound where the sign is open."""
+    """Return "6.6 % low at the peak", with the error where that matters."""
     when = "" if claim.time is None else f" (at {quantity(claim.time, 's', 3)})"
     size, u_num = abs(claim.difference), claim.u_num
-    if size <= u_num:
-        return f"within {bound(size + u_num)}, all that 3D is known to, of 3D at {claim.title}{when}"
     text = difference_text(size, u_num, "give or take").removeprefix("+") if 10 * u_num > size else percent(size)
     return f"{text} {'low' if claim.difference < 0 else 'high'} at {claim.title}{when}"
 
