@@ -61,11 +61,7 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
             if found is not None:
                 outcome.analyses[analysis.name] = found
     with progress.stage("answer"):
-        said = kind.answer(outcome, progress)
-    found_by = [(each, outcome.analyses[each.name]) for each in analyses if each.name in outcome.analyses]
-    first = [each.sentence(found, outcome) for each, found in found_by if each.leads]
-    last = [each.sentence(found, outcome) for each, found in found_by if not each.leads] if said else []
-    outcome.answer = " ".join(filter(None, (*first, said, *last))) if said else ""
+        outcome.answer = kind.answer(outcome, progress)
     outcome.timing = progress.timing()
     return outcome
 

@@ -22,15 +22,13 @@ class Analysis(ABC, Generic[T]):
 
     The pipeline calls ``prepare`` of each analysis that an option requests before the models are solved, and
     afterwards ``run`` of those without a ``skip_reason``, in the order of `compare.analyses.ANALYSES`.
-    ``prepare`` may set ``outcome.scene``, as calibration does. The answer of a kind that has one takes ``sentence``;
-    reports take ``section``, ``document`` and ``figure``.
+    ``prepare`` may set ``outcome.scene``, as calibration does. Reports take ``section``, ``document`` and ``figure``.
 
     Attributes
     ----------
     name : its key in `Outcome.analyses`; by default also its option (with underscores) and its key in summary.json
     about : its line in the plan, unless ``plan`` is overridden
     figure_name : the file name of its figure without suffix, empty without a figure
-    leads : whether its sentence stands before the sentence of the kind in the answer
     """
 
     name: ClassVar[str]
@@ -60,12 +58,6 @@ class Analysis(ABC, Generic[T]):
     def run(self, outcome: AnyOutcome, progress: Progress) -> T | None:
         """Compute the result; may add checks and warnings to the outcome. None: there is no result. An exception ends
         the run."""
-
-    def sentence(self, found: T, outcome: AnyOutcome) -> str:
-        """Return a sentence for the answer, where the kind has one; see `leads`."""
-        return ""
-
-    leads: ClassVar[bool] = False
 
     @abstractmethod
     def section(self, found: T, outcome: AnyOutcome, style: Style) -> Section:

@@ -16,7 +16,7 @@ from compare.report.table import Row, Section, Style, Table, sentences
 from compare.verdict import ratio
 from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError
-from scenes.formats import difference_text, percent
+from scenes.formats import difference_text
 from scenes.result import Estimate
 from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
@@ -25,8 +25,6 @@ from scenes.validity import check
 TOGETHER = "together"
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
-IN_AIR = ("gap_gas", "air")
-"""Effects that are absent in a vacuum."""
 COLUMNS = OF_A_SINK["peak"], OF_A_SINK["end"], OF_A_SINK["current"]
 """Quantities that a terminal has room for."""
 
@@ -37,12 +35,11 @@ class Effect:
 
     Attributes
     ----------
-    what, assumed, source : its name in a sentence, its magnitude, and the source of that
+    assumed, source : its magnitude, and the source of that
     changed : keywords of a sink with the effect
     changes : by quantity the relative change; empty where the sink runs away
     """
 
-    what: str
     assumed: str
     source: str
     changed: dict[str, Any]
@@ -71,31 +68,30 @@ def effects(sink: Sink) -> dict[str, Effect]:
     law = tuple(falling) if isinstance(given, tuple) else falling[0]
     return {
         "conductivity": Effect(
-            "silicon's falling conductivity", f"that of room temperature times (T/{sink.room_temperature:g} K)^"
-            f"{exponent:g}", "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)",
+            f"that of room temperature times (T/{sink.room_temperature:g} K)^{exponent:g}",
+            "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)",
             {"silicon": replace(sink.silicon, thermal_conductivity=law)},
         ),
         "contact": Effect(
-            "the contacts of the oxide", f"{THERMAL_CONTACT.show(contact)} at both faces of the oxide",
+            f"{THERMAL_CONTACT.show(contact)} at both faces of the oxide",
             "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)",
             {"contact_resistance": contact},
         ),
         "gap_gas": Effect(
-            "the gas under it",
             f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
             "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)", {"gap_gas_conductivity": CONDUCTIVITY},
         ),
         "radiation": Effect(
-            "radiation", f"emissivity {emissivity:g} of all bare faces of beam and pads",
+            f"emissivity {emissivity:g} of all bare faces of beam and pads",
             "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)",
             {"emissivity": emissivity},
         ),
         "substrate": Effect(
-            "the substrate's own resistance", "a plate of silicon, 0.5 mm thick and 3 mm x 3 mm, under the oxide",
+            "a plate of silicon, 0.5 mm thick and 3 mm x 3 mm, under the oxide",
             "525 um is the thickness of wafers of 100 mm (SEMI M1)", {"substrate_thickness": 0.5e-3},
         ),
         "air": Effect(
-            "the air above", f"{film:.3g} W/(m2 K) from the top of beam and pads",
+            f"{film:.3g} W/(m2 K) from the top of beam and pads",
             "conduction of air at rest from one side of a thin plate: Holman, Heat Transfer, chapter 3",
             {"convection_coefficient": film},
         ),
@@ -109,31 +105,14 @@ class LeftOut:
     effects: dict[str, Effect]
     skipped: dict[str, str]
 
-    @property
-    def sentence(self) -> str:
-        """The largest effect in air, and in vacuum."""
-        said = []
-        for where, inside in (("In air", True), ("In vacuum", False)):
-            some = [each for name, each in self.effects.items() if name != TOGETHER and (name in IN_AIR) is inside]
-            for each in some[:1]:
-                does = "makes it run away"
-                if each.changes:
-                    most = " most," * (len(some) > 1)
-                    does = f"changes the peak{most} by {percent(each.changes['peak_rise_K'].value, sign=True)}"
-                said.append(f"{where} {each.what} {does}.")
-        return " ".join(said) or "Of the effects that both models leave out the scene has all that can be solved."
-
 
 class LeftOutStudy(Analysis[LeftOut]):
-    name, leads = "left_out", True
+    name = "left_out"
     about = "3D again with each effect that both models leave out, and with all"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> LeftOut:
         with progress.stage("left out"):
             return study(outcome.scene, progress)
-
-    def sentence(self, found: LeftOut, outcome: Outcome[Any]) -> str:
-        return found.sentence
 
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         """By effect the changes of the steady state, the largest first."""
@@ -167,7 +146,7 @@ def study(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     bare, found, skipped = solve(check(sink), transient=False).steady, dict[str, Effect](), dict[str, str]()
 
     def add(name: str, effect: Effect) -> None:
-        say(f"with what is left out: {effect.what}")
+        say(f"with what is left out: {name}")
         try:
             steady = solve(check(replace(sink, **effect.changed)), transient=False).steady
             changes = {entry.steady: ratio(steady[entry.steady], bare[entry.steady]) for entry in OF_A_SINK.values()}
@@ -186,5 +165,5 @@ def study(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     found = dict(sorted(found.items(), key=lambda item: -item[1].size))
     if len(found) > 1:
         everything = {key: value for each in found.values() for key, value in each.changed.items()}
-        add(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
+        add(TOGETHER, Effect(f"{', '.join(found)} at once", "", everything))
     return LeftOut(found, skipped)

@@ -50,9 +50,6 @@ class Sensitivity(Analysis[AllSlopes]):
         outcome.checks = (*outcome.checks, *checks(outcome.scene, slopes, words(outcome)))
         return slopes
 
-    def sentence(self, found: AllSlopes, outcome: Outcome[Any]) -> str:
-        return sentence(outcome.checks)
-
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
@@ -136,15 +133,6 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
             )
         )  # fmt: skip
     return tuple(made)
-
-
-def sentence(made: Iterable[Check]) -> str:
-    """Return the worst of the checks of slopes in a sentence; empty where there are none."""
-    slopes = [check for check in made if check.id.startswith(PREFIX)]
-    if differ := [check for check in slopes if check.verdict == "differs"]:
-        return f"In the 1D model the {max(differ, key=lambda check: abs(check.difference)).because}."
-    agree = sum(check.verdict == "agrees" for check in slopes)
-    return f"The 1D model follows {agree} of {len(slopes)} keys as 3D does." if slopes else ""
 
 
 def _cell(slopes: Mapping[str, Estimate], style: Style, both: bool) -> str:
