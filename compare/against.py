@@ -158,37 +158,36 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
     return np.array([i]), error + float(overshoot(data.time[inside], np.abs(off[inside]))[i]), None
 
 
-def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) -> tuple[float, float, str]:
-    """Return the mean of data - 3D over rows, the scale of the difference, and its name."""
-    catalogue = quantities.of(scene, fem3d)
+def compare(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray | None = None) -> Check:
+    """Compare over some rows, by default at the largest distance.
+
+    The scale is the quantity's final rise, change or value, or its largest one.
+    """
+    catalogue, error, u = quantities.of(scene, fem3d), 0.0, None
+    if rows is None:
+        rows, error, u = furthest(scene, data, fem3d, key)
+    unit, base, start, end = catalogue.units[key], catalogue.base(key), data.time[rows[0]], data.time[rows[-1]]
+    p = float(data.values[key][rows].mean()) - base
     off = float((data.values[key][rows] - simulated(fem3d, key, data.time)[0][rows]).mean())
-    if data.at_rest:
-        return off, fem3d.steady[key].value - catalogue.base(key), f"steady {catalogue.whole(key)}"
-    course, time = fem3d.over_time.values[key], fem3d.over_time.time
-    if key not in catalogue.final:
-        rises = (course - catalogue.base(key))[catalogue.sure(time)]
-        return off, float(rises[np.abs(rises).argmax()]), f"largest {catalogue.whole(key)}"
-    value = fem3d.steady[catalogue.final[key]].value
-    if key == "current_A" and value != course[0]:
-        return off, value - float(course[0]), "final change"
-    return off, value, f"final {catalogue.whole(key)}"
-
-
-def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Check:
-    """Compare at the largest distance, over the quantity's final rise, change or value, or its largest one."""
-    catalogue, (rows, error, u) = quantities.of(scene, fem3d), furthest(scene, data, fem3d, key)
-    off, scale, called = distance(scene, data, fem3d, key, rows)
-    unit, size = catalogue.units[key], abs(scale)
-    p = float(data.values[key][rows].mean()) - catalogue.base(key)
-    start, end = float(data.time[rows[0]]), float(data.time[rows[-1]])
-    when = "in the steady state" if data.at_rest else f"at {quantity(end, 's', 3)}"
+    when = "in the steady state" if data.at_rest else f"at {quantity(float(end), 's', 3)}"
     if start < end:
-        when = f"in the mean over {span(start, end)}"
+        when = f"in the mean over {span(float(start), float(end))}"
+    if data.at_rest:
+        scale, called = fem3d.steady[key].value - base, f"steady {catalogue.whole(key)}"
+    elif key in catalogue.final:
+        scale, called = fem3d.steady[catalogue.final[key]].value, f"final {catalogue.whole(key)}"
+        first = float(fem3d.over_time.values[key][0])
+        if key == "current_A" and scale != first:
+            scale, called = scale - first, "final change"
+    else:
+        rises = fem3d.over_time.values[key][catalogue.sure(fem3d.over_time.time)] - base
+        scale, called = float(rises[np.abs(rises).argmax()]), f"largest {catalogue.whole(key)}"
     said = (
         f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(p - off, unit)}, "
         f"{signed(off, unit)} of a {called} of {quantity(scale, unit)}"
     )
+    size = abs(scale)
     return Check(
         _title(catalogue.word(key), data), p, p - off, unit, part(off, size), part(error, size), said,
-        None if data.at_rest else (start + end) / 2, u_data=None if u is None else part(u, size),
+        None if data.at_rest else float(start + end) / 2, u_data=None if u is None else part(u, size),
     )  # fmt: skip

@@ -131,27 +131,20 @@ def pool(count: int) -> Iterator[list[Worker]]:
 
 
 def share(
-    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf,
-    attempts: int = 1,
-) -> Iterator[tuple[Task, Future[Any]]]:  # fmt: skip
+    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf
+) -> Iterator[tuple[Task, Future[Any]]]:
     """Yield the arguments of each task with its value, or its exception as `Worker.run` has it, as they come.
 
-    Each task may take some seconds. A task whose process dies is tried again, up to some attempts.
+    Each task may take some seconds.
     """
     idle = SimpleQueue[Worker]()
     for worker in workers:
         idle.put(worker)
 
     def perform(task: Task) -> object:
-        worker, attempt = idle.get(), 1
+        worker = idle.get()
         try:
-            while True:
-                try:
-                    return worker.run(seconds, function, *task)
-                except EndedError:
-                    if attempt >= attempts:
-                        raise
-                    attempt += 1
+            return worker.run(seconds, function, *task)
         finally:
             idle.put(worker)
 
@@ -161,7 +154,6 @@ def share(
             for future in as_completed(list(running)):
                 yield running.pop(future), future
         finally:
-            attempts = 0
             for future in running:
                 future.cancel()
             for worker in workers if running else ():

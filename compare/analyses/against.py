@@ -17,7 +17,7 @@ from compare.analyses.sensitivities import by_differences
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
-from compare.verdict import COVERS, part
+from compare.verdict import COVERS
 from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Result, Step, step
 from scenes.uncertain import Uncertain
@@ -66,15 +66,13 @@ class Against(Analysis["Data"]):
 
 def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
     """The checks with u_input, at the rows at which the distances are largest."""
-    from compare.against import checked, distance, furthest
+    from compare.against import checked, compare, furthest
 
-    data, scene, fem3d = outcome.options.against, outcome.scene, outcome.solved
-    names = checked(scene, data)
-    rows = {check: furthest(scene, data, fem3d, name)[0] for check, name in names.items()}
+    data, names = outcome.options.against, checked(outcome.scene, outcome.options.against)
+    rows = {check: furthest(outcome.scene, data, outcome.solved, name)[0] for check, name in names.items()}
 
     def differences(nearby: Outcome[Any]) -> dict[str, float]:
-        distances = {c: distance(nearby.scene, data, nearby.solved, name, rows[c]) for c, name in names.items()}
-        return {c: part(off, abs(scale)) for c, (off, scale, _) in distances.items()}
+        return {c: compare(nearby.scene, data, nearby.solved, name, rows[c]).difference for c, name in names.items()}
 
     return by_differences(checks, outcome, differences)
 
