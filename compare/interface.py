@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from compare import pipeline
 from compare.analyses.sensitivities import Propagated
 from compare.kinds import KINDS, kind_of
-from compare.options import FREE, check, of_kind, read, settings, texts
+from compare.options import FREE, as_text, check, of_kind, read, settings, texts
 from compare.outcome import Outcome
 from compare.pipeline import plugin
 from compare.processes import single_threaded
@@ -194,13 +194,18 @@ for _function, _kind in ((run, "sink"), (solve, FREE), (device, "device")):
 
 def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, options: dict[str, Any]) -> Run:
     """Load, solve, and write into a folder where one is given."""
-    repeated = {option.key for option in of_kind(kind) if option.repeats}
+    known = {option.key: option for option in of_kind(kind) if option.keyword != ""}
+    for name in options:
+        if name not in known:
+            raise SceneError(f"there is no option {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
     chosen = {
-        name: texts(value) if name in repeated else str(value) if isinstance(value, Path) else value
+        name: as_text(known[name], value)
         for name, value in options.items() if value is not None and value is not False
     }  # fmt: skip
     check(kind, chosen)
     listed = settings(kind, chosen, texts(overrides))
+    if not isinstance(given, (str, Path)) and not hasattr(given, "kind"):
+        raise SceneError(f"{quoted(given)} is no scene: give a name, a file, or what scenes.load returns")
     scene = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
     if scene.kind != kind:
         raise SceneError(f"{quoted(scene.name)} is no scene for {KINDS[kind].call}: use {kind_of(scene).call}")
@@ -211,7 +216,7 @@ def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, op
                 raise SceneError("figures, fields and exported models need a folder to go to: give out=")
             outcome = pipeline.solve(scene, values)
         else:
-            outcome = plugin("write")(scene, values, Path(out))
+            outcome = plugin("write")(scene, values, Path(str(out)))
     if outcome.failure is not None:
         raise outcome.failure
     return Run(outcome)

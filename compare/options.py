@@ -6,7 +6,7 @@ A row needs no other change than itself, unless an analysis reads its value (``o
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenes import units
-from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.errors import SceneError, printable, quoted
 from scenes.keys import ACCURACY
 from scenes.kinds import Quantity
 from scenes.loading import distinguishes, shortened
@@ -113,11 +113,25 @@ def whole(option: str, given: Any, least: int, most: int) -> int:
 
 
 def texts(given: Any) -> tuple[str, ...]:
-    """Return the texts of an option that repeats, also of one text, or of a mapping: {"sink.width": "1%"}."""
+    """Return the texts of an option that repeats, also of one value, or of a mapping: {"sink.width": "1%"}."""
     if isinstance(given, Mapping):
         items = {key: str(value).lower() if isinstance(value, bool) else str(value) for key, value in given.items()}
         return tuple(f"{key}={value}" if value else key for key, value in items.items())
-    return (given,) if isinstance(given, str) else tuple(given)
+    return tuple(map(str, given)) if isinstance(given, Iterable) and not isinstance(given, str) else (str(given),)
+
+
+def as_text(option: Option, given: Any) -> Any:
+    """Return the value of a keyword in Python as the command line would have it. Raises SceneError."""
+    if option.repeats:
+        return texts(given)
+    if option.switch and not isinstance(given, bool):
+        raise SceneError(f"{option.key} is {quoted(given)}: give True or False")
+    if option.switch or (option.key in ("model", "reduction") and callable(given)):
+        return given
+    text, (_, _, choices) = ",".join(texts(given)), option.flag.partition("{")
+    if choices and text not in choices.rstrip("}").split(","):
+        raise SceneError(f"{option.key} is {quoted(text)}: give {' or '.join(choices.rstrip('}').split(','))}")
+    return text
 
 
 def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
@@ -144,8 +158,7 @@ def _data(given: Any, scene: Any, values: Given) -> Data:
 def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
     """Times (s) of further stored fields, up to the end of the run."""
     kind = Quantity(TIME, 0.0, scene.end_time, note=", the end of the run")
-    texts = given.split(",") if isinstance(given, str) else given
-    return tuple(kind.read("--field-times", part.strip() if isinstance(part, str) else part) or 0.0 for part in texts)
+    return tuple(kind.read("--field-times", part.strip()) or 0.0 for part in given.split(","))
 
 
 def _export(given: Any, scene: Any, values: Given) -> Export:
@@ -220,7 +233,7 @@ TABLE = (
            needs=["--uncertain"]),
     Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
            (SINK,), read=lambda given, *_: whole("--monte-carlo", given, *SAMPLES),
-           needs=["--uncertain"], excludes=["--only"], otherwise=0),
+           needs=["--uncertain"], excludes=["--only"], keyword="", otherwise=0),
     Option("--against FILE", "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
            (SINK, FREE), read=_data),
     Option("--column NAME=COLUMN ...", "the meaning of a column of that file, where its name does not show it: "
@@ -285,12 +298,8 @@ class Options(SimpleNamespace):
 
 
 def check(kind: str, given: Given) -> None:
-    """Raise SceneError for an unknown keyword, or one option that needs or excludes another."""
+    """Raise SceneError for one option that needs or excludes another."""
     options = {option.key: option for option in of_kind(kind)}
-    for name in given:
-        if name not in options:
-            python = [key for key, option in options.items() if option.keyword != ""]
-            raise SceneError(f"there is no option {quoted(name)}: give {', '.join(python)}{did_you_mean(name, python)}")
     by_flag = {option.name: option for option in options.values()}
 
     def said(flag: str) -> str:
@@ -323,7 +332,7 @@ def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
         if not option.sets or value in (None, False) or (option.name == "--steady" and kind != FREE):
             continue
         key = option.sets + ("_3d" if option.name == "--accuracy" and given.get("in_3d") else "")
-        text = "true" if value is True else value if isinstance(value, str) else repr(float(value))
+        text = "true" if value is True else value
         for setting in overrides:
             name, _, inner = (part.strip() for part in setting.partition("="))
             if f".{key}".endswith(f".{name}") or key.removeprefix(f"{name}.") in inner:

@@ -64,6 +64,29 @@ def test_refusals():
         compare.nothing  # noqa: B018
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (lambda: compare.solve(3), "3 is no scene: give a name"),
+        (lambda: compare.run(voltage="x"), r'drive\.voltage = "x" is not a number with a unit'),
+        (lambda: compare.run(voltage=[1, 2]), r'drive\.voltage = "1,2" is not a number with a unit'),
+        (lambda: compare.run(overrides=[3]), '"3" sets nothing: give KEY=VALUE'),
+        (lambda: compare.run(overrides=3), '"3" sets nothing: give KEY=VALUE'),
+        (lambda: compare.run(steady="yes"), 'steady is "yes": give True or False'),
+        (lambda: compare.run(only="4d"), 'only is "4d": give 3d or 1d'),
+        (lambda: compare.device(meter=3), 'meter is "3": give PXI-4070 or MAX1367'),
+        (lambda: compare.run(uncertain=3), '--uncertain "3" says nothing'),
+        (lambda: compare.run(against=3), '--against "3" cannot be read'),
+        (lambda: compare.solve("bridge", model=3), '--model "3" is no model'),
+        (lambda: compare.run(uncertain={"sink.width": "1%"}, monte_carlo=10), 'no option "monte_carlo"'),
+    ],
+)
+def test_wrong_values_are_refused_in_a_sentence(given, said):
+    with pytest.raises(SceneError, match=said) as caught:
+        given()
+    assert "\n" not in str(caught.value)
+
+
 def test_within_and_outside():
     """The stand-in's end rise is off by 30 %, its mean by 9 %."""
     scene = scenes.load("sink")
