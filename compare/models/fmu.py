@@ -39,7 +39,7 @@ REST = 1e-6
 class Unit(NamedTuple):
     """The unit that an FMU declares for a variable, SI where it declares none.
 
-    ``factor`` * value + ``offset`` is in SI units; ``powers`` (of m, kg, s, A, K) are None where they are unknown.
+    ``factor`` * value + ``offset`` is in SI units; ``powers`` (of m, kg, s, A, K) are empty in an unknown unit.
     """
 
     name: str = ""
@@ -61,8 +61,8 @@ class Fmu(Simulation):
         """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
 
         A run rests where the outputs moved, and then stayed for as long again; this does not depend on a scale of time.
-        All ends are tried, because an FMU may move again. A run that fails or is not finite has too long steps and ends
-        the series. Raises SceneError where no run rests.
+        All ends are tried, because an FMU may move again. A run that fails has too long steps and ends the series.
+        Raises SceneError where no run rests.
         """
         found: Answer | None = None
         failure: SceneError | None = None
@@ -76,9 +76,6 @@ class Fmu(Simulation):
                     break
                 continue
             values = np.array(list(run.values.values()))
-            if not np.isfinite(values).all():
-                failure = SceneError(f"--model {self.name} has an output that is not finite")
-                break
             last, change = end, np.ptp(values, axis=1)
             late = np.ptp(values[:, values.shape[1] // 2 :], axis=1)
             still = late <= REST * change + 1e-12 * np.abs(values).max(axis=1)
@@ -100,14 +97,13 @@ class Fmu(Simulation):
         """Return a run to an end (s), which may take some seconds, in SI units."""
         check_parameters(self.name, "parameter or input", question.parameters, self._settable)
         outputs = match_outputs(self.name, "variable", question, wanted, self._readable)
-        read = {name: self._known(variable, self._readable) for name, variable in outputs.items()}
-        for name, unit in read.items():
-            if unit.powers not in (None, parse_unit(wanted[name]).powers):
-                raise SceneError(
-                    f"--model {self.name}: {quoted(outputs[name])} is in {quoted(unit.name)}, not in {wanted[name]}, "
-                    f"as {quoted(name)} is"
-                )
-        units = {name: self._known(name, self._settable) for name in question.parameters}
+        read = {name: self._readable[variable] for name, variable in outputs.items()}
+        units = {name: self._settable[name] for name in question.parameters}
+        needed = [(name, unit, wanted[name]) for name, unit in read.items()]
+        for name, unit, symbol in needed + [(name, unit, "") for name, unit in units.items()]:
+            if unit.powers == () or (symbol and unit.powers not in (None, parse_unit(symbol).powers)):
+                known = symbol or "a unit that is known"
+                raise SceneError(f"--model {self.name}: {quoted(name)} is in {quoted(unit.name)}, not in {known}")
         start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
         names = list(outputs.values())
         try:
@@ -122,15 +118,9 @@ class Fmu(Simulation):
                 "says that it failed"
             )
         values = {name: rows[outputs[name]] * unit.factor + unit.offset for name, unit in read.items()}
+        if not np.isfinite([*values.values()]).all():
+            raise SceneError(f"--model {self.name} has an output that is not finite")
         return Answer(values, time=rows["time"])
-
-    def _known(self, variable: str, units: Mapping[str, Unit]) -> Unit:
-        """The unit of a variable. Raises SceneError for a unit that nobody defines."""
-        unit = units[variable]
-        if unit.name and unit.powers is None:
-            where = f"--model {self.name}: {quoted(variable)} is in {quoted(unit.name)}"
-            raise SceneError(f"{where}, a unit that is not known: give it a BaseUnit in modelDescription.xml")
-        return unit
 
 
 def open_model(given: str, folder: str) -> Fmu:
@@ -172,7 +162,7 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
         return Unit(name, powers, float(base.factor), 0.0 if relative else float(base.offset))
     unit = find_unit(name)
     if unit is None:
-        return Unit(name)
+        return Unit(name, () if name else None)
     return Unit(name, unit.powers, float(unit.factor), float(ICE_POINT) * unit.celsius)
 
 
