@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um", "run.steady": True}."""
-LINES = 24
-"""Lines of a text that a screen holds."""
 
 
 class Columns(dict[str, "np.ndarray"]):
@@ -144,9 +142,7 @@ class Run:
         return pipeline.report_text(*self._told())
 
     def __repr__(self) -> str:
-        lines = self.report().splitlines()
-        more = len(lines) - LINES
-        return "\n".join(lines if more <= 0 else [*lines[: LINES - 1], f"  ... and {more + 1} more: see .report()"])
+        return self.report()
 
     def _repr_html_(self) -> str:
         said = f"<p><strong>{escape(' '.join(pipeline.headline(*self._told()).split()))}</strong></p>"

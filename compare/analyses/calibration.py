@@ -9,9 +9,7 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table, short_key
 from scenes.formats import percent
-from scenes.parameters import SECTION
 from scenes.result import Step, step
-from scenes.varied import kind_of
 
 if TYPE_CHECKING:
     from compare.fitting import Fit
@@ -39,27 +37,15 @@ class Calibration(Analysis["Fit"]):
         return fit
 
     def section(self, found: Fit, outcome: Outcome[Any], style: Style) -> Section:
-        """A line for each fitted key: from, to, and its uncertainty; then the resulting scene."""
-        rows, scene = [], dict[str, list[str]]()
+        """A line for each fitted key: from, to, and its uncertainty."""
+        rows = []
         for key, value in found.fitted.items():
             ends = (f"{v:.4g}" for v in found.interval(key))
-            rows.append([short_key(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
-            section, _, name = key.rpartition(".")
-            unit = kind_of(found.scene, key).dimension.unit if section == SECTION else ""
-            # To six digits: no data tell a key to more.
-            shown = float(f"{value:.6g}")
-            line = f'{name} = "{shown!r} {unit}"' if unit else f"{name} = {shown!r}"
-            scene.setdefault(section, [f"[{section}]"]).append(line)
-        return Section(
-            "Calibration",
-            [
-                Table(("fitted", "from", "to", "u", "95 % between", "and"), rows),
-                f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units. The scene that results:",
-                [line for lines in scene.values() for line in lines],
-                "A model that is fitted to data is not validated by them; other data say whether it is right.",
-            ],
-            headed=False,
-        )
+            rows.append([short_key(key), f"{found.start[key]:.4g}", f"{value:.6g}", percent(found.u[key]), *ends])
+        text = f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units."
+        text += " A model that is fitted to data is not validated by them; other data say whether it is right."
+        table = Table(("fitted", "from", "to", "u", "95 % between", "and"), rows)
+        return Section("Calibration", [table, text], headed=False)
 
     def document(self, found: Fit, outcome: Outcome[Any]) -> dict[str, Any]:
         return {

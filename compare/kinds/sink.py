@@ -16,7 +16,7 @@ from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
-from scenes.result import Result, Step, step
+from scenes.result import Result, Step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
@@ -168,11 +168,6 @@ class SinkKind(Kind[Sink]):
 
     def describe_1d(self, scene: Sink, options: Options) -> str:
         return options.reduction if options.model else f"{options.reduction}, {ladder.describe(options.reduction)}"
-
-    def check_steps(self, scene: Sink, options: Options) -> list[Step]:
-        blame = step("blame", "by the ladder between the models, where the 1D model differs")
-        both = len(options.models) > 1 and not options.why
-        return super().check_steps(scene, options) + [blame] * both
 
     def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
         return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}

@@ -24,9 +24,6 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
         name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
     counted = checks.counted(name, outcome, contrary)
     said = [style.paint(wrapped(text), "heading") for text in (outcome.answer, counted) if text]
-    if others := [check for check in checks.without_slopes(outcome.checks) if not check.own]:
-        off = sum(check.verdict == "differs" for check in others)
-        said.append(wrapped(f"Of the paper's own {len(others)} equations, which are not this model's, {off} differ."))
     return "\n".join(said)
 
 
