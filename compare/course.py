@@ -3,20 +3,18 @@
 With y the 3D course and m the model's, the size a and the shift s of a y(t - s) are fitted to m by least squares.
 
 Of n independent noisy distances the largest is near u sqrt(2 ln n) by chance. A noisy trace is therefore cut into a few
-windows, and the mean over each is stated. The part of u that scatters from row to row falls with the root of the number
-of rows. Second differences of neighbouring rows estimate it (von Neumann, Ann. Math. Stat. 12, 1941). Those over the
-length of a window include the part that neighbours share. The remainder, such as an offset of a thermometer, is shared
-by all rows. Neither shared part falls.
+windows, and the mean over each is stated. The part of u^2 that scatters from row to row falls with the number of rows;
+second differences of neighbouring rows estimate it (von Neumann, Ann. Math. Stat. 12, 1941). The remainder, such as an
+offset of a thermometer, may be shared by all rows and does not fall.
 
-The interval of one window is its mean -+ 2 u (95 %). The intervals of several windows must hold at once: without shared
-errors the factor is k by Sidak (J. Am. Stat. Assoc. 62, 1967) in place of 2. Shared errors s beside the scatter r need
-less than both 2 s + k r and k u.
+The interval of one window is its mean -+ 2 u (95 %). The intervals of several windows must hold at once: the factor is
+then k by Sidak (J. Am. Stat. Assoc. 62, 1967) in place of 2.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -122,25 +120,15 @@ def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return h**2 / 8 * larger
 
 
-@dataclass(frozen=True)
-class Window:
-    """Rows of a trace: their mean ``distance`` from the data, and its standard uncertainties.
-
-    ``share`` is due to errors that all windows share, ``scatter`` to the rest.
-    """
+class Window(NamedTuple):
+    """Rows of a trace, their mean distance from the data, and its standard uncertainty due to the data."""
 
     rows: slice
     distance: float
-    share: float
-    scatter: float
-
-    @property
-    def u_data(self) -> float:
-        """The standard uncertainty of the mean due to the data."""
-        return float(np.hypot(self.share, self.scatter))
+    u_data: float
 
 
-def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, course: np.ndarray) -> tuple[Window, ...]:
+def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, course: np.ndarray) -> list[Window]:
     """Return at most 16 windows of a trace: each has an equal part of the rows and of the change of a course.
 
     Parameters
@@ -155,35 +143,29 @@ def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, course: np.nd
     if change[-1] > 0:
         part = (part + change / change[-1]) / 2
     starts = np.unique(np.floor(part * MOST_WINDOWS).clip(max=MOST_WINDOWS - 1), return_index=True)[1].tolist()
-    quick, slow = (_scatter(time, distance, u, step) for step in (1, max(len(time) // MOST_WINDOWS, 1)))
-    slow, means = min(max(slow, quick), max(quick, 1.0)), []
+    scatter, means = _scatter(time, distance, u), []
     for rows in map(slice, starts, [*starts[1:], len(course)]):
-        scatter = np.sqrt((quick / len(u[rows]) + slow - quick) * (u[rows] ** 2).mean())
-        shared = np.sqrt(max(1 - slow, 0.0)) * u[rows].mean()
-        means.append(Window(rows, float(distance[rows].mean()), float(shared), float(scatter)))
-    return tuple(means)
+        u_mean = np.sqrt((scatter / len(u[rows]) + max(1 - scatter, 0.0)) * (u[rows] ** 2).mean())
+        means.append(Window(rows, float(distance[rows].mean()), float(u_mean)))
+    return means
 
 
 def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
     """Return the window that is surely furthest from zero, and the number of standard uncertainties of its interval.
 
-    ``u`` are uncertainties of other causes, one for each window, which the windows share.
+    ``u`` are uncertainties of other causes, one for each window.
     """
     from scipy.special import ndtr, ndtri
 
     factor = float(ndtri((1 + (2 * ndtr(COVERS) - 1) ** (1 / len(means))) / 2))
-    shared, scatter = np.hypot([w.share for w in means], np.nan_to_num(u)), np.array([w.scatter for w in means])
-    total = np.hypot(shared, scatter)
-    half = np.minimum(COVERS * shared + factor * scatter, factor * total)
-    i = int(np.argmax(np.abs([w.distance for w in means]) - half))
-    return i, float(half[i] / total[i]) if total[i] else COVERS
+    half = factor * np.hypot([w.u_data for w in means], np.nan_to_num(u))
+    return int(np.argmax(np.abs([w.distance for w in means]) - half)), factor
 
 
-def _scatter(time: np.ndarray, distance: np.ndarray, u: np.ndarray, step: int) -> float:
-    """The part of u^2 that scatters at a distance of so many rows, over 1 where distances do so more; 1 of few rows."""
-    if len(time) < 2 * step + 1 or not (u > 0).all():
+def _scatter(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> float:
+    """The part of u^2 that scatters from row to row, over 1 where distances do so more; 1 of few rows."""
+    if len(time) < 3 or not (u > 0).all():
         return 1.0
-    first, middle, last = (slice(n * step, len(time) - (2 - n) * step) for n in range(3))
-    r, before = distance / u, (time[last] - time[middle]) / (time[last] - time[first])
-    off = r[middle] - before * r[first] - (1 - before) * r[last]
+    r, before = distance / u, (time[2:] - time[1:-1]) / (time[2:] - time[:-2])
+    off = r[1:-1] - before * r[:-2] - (1 - before) * r[2:]
     return float(np.mean(off**2 / (1 + before**2 + (1 - before) ** 2)))
