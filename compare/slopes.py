@@ -194,9 +194,9 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem
 
 def answers(model: Model, fem3d: Result) -> Solve:
     """Return the function that asks a model about the quantities of a 3D result."""
-    from compare.models.sampling import make_question
+    from compare.models.sampling import ask, make_question
 
-    return lambda scene, times: model.answer(make_question(scene, fem3d), times).at(times).values
+    return lambda scene, times: ask(model, make_question(scene, fem3d), times).at(times).values
 
 
 def in_1d(

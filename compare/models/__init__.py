@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
+from compare.data.columns import refusing
 from compare.models.model import Answer, Model, Question
 from scenes.errors import SceneError, quoted
 
@@ -28,7 +29,9 @@ def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
         from compare.models.function import Function
 
         return Function(given)
-    model: Model = import_module(f"compare.models.{_kind(given)}").open_model(given, folder)
+    module = import_module(f"compare.models.{_kind(given)}")
+    with refusing(f"--model {quoted(given)}"):
+        model: Model = module.open_model(given, folder)
     return model
 
 

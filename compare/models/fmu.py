@@ -55,7 +55,7 @@ class Fmu(Simulation):
         self, name: str, folder: TemporaryDirectory[str], settable: Mapping[str, Unit], readable: Mapping[str, Unit]
     ) -> None:
         self.name, self._folder, self._settable, self._readable = name, folder, settable, readable
-        self._worker = Worker(f"--model {name}", quiet=True)
+        self._worker = Worker("it", quiet=True)
 
     def settle(self, question: Question) -> Answer:
         """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
@@ -88,22 +88,22 @@ class Fmu(Simulation):
         if failure is not None and not last:
             raise failure
         why = "" if failure is None else f": {failure}"
-        raise SceneError(f"--model {self.name} does not come to rest within {quantity(last, 's')}{why}")
+        raise SceneError(f"it does not come to rest within {quantity(last, 's')}{why}")
 
     def simulate(self, question: Question, end: float, steps: int) -> Answer:
         return self._run(question, question.over_time, end, steps, LONGEST)
 
     def _run(self, question: Question, wanted: Mapping[str, str], end: float, steps: int, seconds: float) -> Answer:
         """Return a run to an end (s), which may take some seconds, in SI units."""
-        check_parameters(self.name, "parameter or input", question.parameters, self._settable)
-        outputs = match_outputs(self.name, "variable", question, wanted, self._readable)
+        check_parameters("parameter or input", question.parameters, self._settable)
+        outputs = match_outputs("variable", question, wanted, self._readable)
         read = {name: self._readable[variable] for name, variable in outputs.items()}
         units = {name: self._settable[name] for name in question.parameters}
         needed = [(name, unit, wanted[name]) for name, unit in read.items()]
         for name, unit, symbol in needed + [(name, unit, "") for name, unit in units.items()]:
             if unit.powers == () or (symbol and unit.powers not in (None, parse_unit(symbol).powers)):
                 known = symbol or "a unit that is known"
-                raise SceneError(f"--model {self.name}: {quoted(name)} is in {quoted(unit.name)}, not in {known}")
+                raise SceneError(f"{quoted(name)} is in {quoted(unit.name)}, not in {known}")
         start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
         names = list(outputs.values())
         try:
@@ -111,15 +111,13 @@ class Fmu(Simulation):
         except SceneError:
             raise
         except Exception as error:
-            raise SceneError(f"--model {self.name} failed: {printable(str(error), 200)}") from None
+            raise SceneError(f"it failed: {printable(str(error), 200)}") from None
         if rows["time"][-1] < end - end / steps / 2:
-            raise SceneError(
-                f"--model {self.name} stops at {quantity(rows['time'][-1], 's')} of {quantity(end, 's')}: a step of it "
-                "says that it failed"
-            )
+            stop = quantity(rows["time"][-1], "s")
+            raise SceneError(f"it stops at {stop} of {quantity(end, 's')}: a step of it says that it failed")
         values = {name: rows[outputs[name]] * unit.factor + unit.offset for name, unit in read.items()}
         if not np.isfinite([*values.values()]).all():
-            raise SceneError(f"--model {self.name} has an output that is not finite")
+            raise SceneError("it has an output that is not finite")
         return Answer(values, time=rows["time"])
 
 
@@ -127,7 +125,7 @@ def open_model(given: str, folder: str) -> Fmu:
     """Return the FMU of a file. Raises SceneError where it cannot be read."""
     path = find_file(given, folder, "an FMU, such as bridge.fmu")
     if find_spec("fmpy") is None:
-        raise SceneError(f"--model {quoted(given)} is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
+        raise SceneError("it is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
     from fmpy import extract, read_model_description
 
     unpacked = TemporaryDirectory()
@@ -135,7 +133,7 @@ def open_model(given: str, folder: str) -> Fmu:
         description = read_model_description(str(path), validate=False)
         extract(str(path), unpacked.name)
     except Exception as error:
-        raise SceneError(f"--model {quoted(given)} is no FMU that can be read ({printable(str(error), 120)})") from None
+        raise SceneError(f"it is no FMU that can be read ({printable(str(error), 120)})") from None
     definitions = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
     settable, others = {}, {}
     for variable in description.modelVariables:

@@ -35,13 +35,11 @@ class Function(Model):
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
         when = "in the steady state" if times is None else "over time"
-        with _sentences(self.name, self._file, f" when it was asked {when}"):
+        with _sentences(self._file, f" when it was asked {when}"):
             answer = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
         if not isinstance(answer, Mapping):
-            raise SceneError(
-                f"--model {self.name} returned {quoted(type(answer).__name__)} {when}: return a dict such as "
-                f"{{{next(iter(question.units(times)), 'probe')!r}: 300.0}}"
-            )
+            wanted = f"return a dict such as {{{next(iter(question.units(times)), 'probe')!r}: 300.0}}"
+            raise SceneError(f"it returned {quoted(type(answer).__name__)} {when}: {wanted}")
         shape = () if times is None else times.shape
         return Answer({str(name): self._numbers(str(name), value, shape, when) for name, value in answer.items()})
 
@@ -55,9 +53,7 @@ class Function(Model):
             return np.broadcast_to(array.reshape(()) if array.size == 1 else array, shape).astype(float)
         except (TypeError, ValueError):
             needed = f"{shape[0]} real numbers, one for each time" if shape else "one real number"
-            raise SceneError(
-                f"--model {self.name}: {quoted(name)} {when} is {quoted(repr(value))}: give {needed}"
-            ) from None
+            raise SceneError(f"{quoted(name)} {when} is {quoted(repr(value))}: give {needed}") from None
 
 
 class FileFunction(Model):
@@ -66,7 +62,7 @@ class FileFunction(Model):
     def __init__(self, path: Path, function: str, saved: int) -> None:
         self.name = f"{path.name}:{function}"
         self._key = str(path), function, saved
-        self._worker = Worker(f"--model {self.name}", quiet=False)
+        self._worker = Worker("it", quiet=False)
         self._worker.run(LONGEST, _ask, self._key, os.getcwd())
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
@@ -78,7 +74,7 @@ def open_model(given: str, folder: str) -> FileFunction:
     file, _, name = given.rpartition(":")
     path = find_file(file, folder, "a Python file and a function in it, such as lumped.py:bridge")
     if not name.strip():
-        raise SceneError(f"--model {quoted(given)} names no function: give {printable(file)}:FUNCTION")
+        raise SceneError(f"it names no function: give {printable(file)}:FUNCTION")
     return _open(path.resolve(), name, path.stat().st_mtime_ns)
 
 
@@ -98,7 +94,7 @@ def _function(file: str, name: str, saved: int) -> Function:
     """Run a file that was ``saved`` at a time (ns), with its own folder on the path for its imports."""
     path, loaded = Path(file), f"model_{Path(file).stem}"
     sys.path.insert(0, str(path.parent))
-    with _sentences(path.name, path, ""):
+    with _sentences(path, ""):
         names = runpy.run_path(file, run_name=loaded)
     call = names.get(name)
     if callable(call):
@@ -106,11 +102,11 @@ def _function(file: str, name: str, saved: int) -> Function:
     defined = [n for n, each in names.items() if callable(each) and getattr(each, "__module__", None) == loaded]
     functions = [n for n in defined if not n.startswith("_")]
     has = f"give {listed(functions)}" if functions else "it has none"
-    raise SceneError(f"--model {path.name} has no function {quoted(name)}: {has}{did_you_mean(name, functions)}")
+    raise SceneError(f"it has no function {quoted(name)}: {has}{did_you_mean(name, functions)}")
 
 
 @contextmanager
-def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
+def _sentences(file: Path | None, when: str) -> Iterator[None]:
     """Turn an exception of the user's code into a sentence with the innermost line of the user's file."""
     try:
         with redirect_stdout(sys.stderr), np.errstate(all="ignore"):
@@ -122,6 +118,6 @@ def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
         mine = [f for f in frames if (Path(f.filename).resolve() == file if file else f.filename != __file__)]
         where = f"{Path(mine[-1].filename).name}, line {mine[-1].lineno}: " if mine else ""
         if isinstance(error, SyntaxError) and error.lineno is not None:
-            where = f"{Path(error.filename or name).name}, line {error.lineno}: "
+            where = f"{Path(error.filename or '').name}, line {error.lineno}: "
         said = printable(traceback.format_exception_only(error)[-1].strip(), 200)
-        raise SceneError(f"--model {name} failed{when}: {where}{said}") from None
+        raise SceneError(f"it failed{when}: {where}{said}") from None

@@ -74,7 +74,7 @@ class Model(ABC):
     @abstractmethod
     def answer(self, question: Question, times: NDArray[np.float64] | None) -> Answer:
         """Return the values at ascending ``times`` (n,) in s, or at own rows up to the last of these, or for None in
-        the steady state. Raises SceneError."""
+        the steady state. Raises SceneError, before which `sampling.ask` puts the name of the model."""
 
 
 class Simulation(Model):
@@ -107,7 +107,7 @@ def find_file(given: str, folder: str, example: str) -> Path:
     """Return the path of a model's file. Raises SceneError where there is none."""
     path = Path(folder, given)
     if not path.is_file():
-        raise SceneError(f"--model {quoted(given)}: {quoted(path)} is no file: give {example}")
+        raise SceneError(f"{quoted(path)} is no file: give {example}")
     return path
 
 
@@ -117,9 +117,7 @@ def plain_name(name: str) -> str:
     return re.sub(r"\W+", "_", bare)
 
 
-def match_outputs(
-    model: str, noun: str, question: Question, wanted: Collection[str], own: Collection[str]
-) -> dict[str, str]:
+def match_outputs(noun: str, question: Question, wanted: Collection[str], own: Collection[str]) -> dict[str, str]:
     """Return the model's own name of each wanted probe that it has, given by [model.outputs] or alike.
 
     Raises SceneError where it has none of them, or not the given one; ``noun`` is the kind of its names.
@@ -128,23 +126,21 @@ def match_outputs(
     for probe in wanted:
         name = question.outputs.get(probe, plain.get(plain_name(probe)))
         if name is not None and name not in own:
-            raise SceneError(
-                f"--model {model} has no {noun} {quoted(name)} for {quoted(probe)}: it has "
-                f"{listed(list(own))}{did_you_mean(name, own)}"
-            )
+            has = f"it has {listed(list(own))}{did_you_mean(name, own)}"
+            raise SceneError(f"no {noun} is {quoted(name)}, for {quoted(probe)}: {has}")
         if name is not None:
             outputs[probe] = name
     if not outputs:
         raise SceneError(
-            f"--model {model} has no {noun} called as a probe ({', '.join(wanted)}; signs and blanks as _): it has "
+            f"it has no {noun} called as a probe ({', '.join(wanted)}; signs and blanks as _): it has "
             f'{listed(sorted(own)) or "none"}; say which is which, [model.outputs] probe = "name"'
         )
     return outputs
 
 
-def check_parameters(model: str, noun: str, parameters: Collection[str], own: Collection[str]) -> None:
+def check_parameters(noun: str, parameters: Collection[str], own: Collection[str]) -> None:
     """Raise SceneError for a parameter of [model.parameters] that the model does not have."""
     for name in parameters:
         if name not in own:
             has = listed(sorted(own)) or "none"
-            raise SceneError(f"--model {model} has no {noun} {quoted(name)}: it has {has}{did_you_mean(name, own)}")
+            raise SceneError(f"it has no {noun} {quoted(name)}, but {has}{did_you_mean(name, own)}")

@@ -48,7 +48,7 @@ class Netlist(Simulation):
     def settle(self, question: Question) -> Answer:
         if varying := next(filter(_VARYING.match, self._lines), ""):
             name = quoted(varying.split()[0])
-            raise SceneError(f'--model {self.name}: {name} varies in time: give "dc VALUE" too, for the steady state')
+            raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
         values = self._run(question, question.steady, ".op", 1e-6).values
         return Answer({name: v[-1] for name, v in values.items()})
 
@@ -61,16 +61,16 @@ class Netlist(Simulation):
         params = (line for line in self._lines if line.lower().startswith(".param"))
         names = {name.lower() for line in params for name in _PARAM.findall(line)}
         lower = {name.lower(): value for name, value in question.parameters.items()}
-        check_parameters(self.name, ".param", lower, names)
+        check_parameters(".param", lower, names)
         lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
         outputs = {name: f"model_output_{n}" for n, name in enumerate(wanted) if name in question.outputs}
-        lines += [f"B{o} {o} 0 V={_circuit(self.name, question.outputs[name])}" for name, o in outputs.items()]
+        lines += [f"B{o} {o} 0 V={_circuit(question.outputs[name])}" for name, o in outputs.items()]
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
-        vectors = _solve(self.name, text, "transient" if analysis.startswith(".tran") else "operating point")
+        vectors = _solve(text, "transient" if analysis.startswith(".tran") else "operating point")
         time = vectors.pop("time", None)
         question = replace(question, outputs={name: f"v({node})" for name, node in outputs.items()})
-        nodes = match_outputs(self.name, "node", question, wanted, vectors)
+        nodes = match_outputs("node", question, wanted, vectors)
         return Answer({name: vectors[node] for name, node in nodes.items()}, time=time)
 
 
@@ -86,23 +86,23 @@ def open_model(given: str, folder: str) -> Netlist:
             whole[-1] += f" {bare[1:]}"
         elif bare and not bare.startswith(("*", "$", "#", ";", "//")):
             whole.append(bare)
-    kept = tuple(_circuit(path.name, line) for line in whole if line.split()[0].lower() not in _OWN)
+    kept = tuple(_circuit(line) for line in whole if line.split()[0].lower() not in _OWN)
     if shutil.which("ngspice") is None:
-        raise SceneError(f"--model {quoted(given)} is run by ngspice, which is not on the path: install ngspice")
+        raise SceneError("it is run by ngspice, which is not on the path: install ngspice")
     from_ic = any(re.search(r"^\.tran\b.*\buic\b|\bic\s*=", line, re.IGNORECASE) for line in whole)
     return Netlist(path.name, kept, from_ic)
 
 
-def _circuit(name: str, line: str) -> str:
+def _circuit(line: str) -> str:
     """A line, if it does no more than describe a circuit. Raises SceneError."""
     if not line.isprintable():
-        raise SceneError(f"--model {name}: {quoted(line)} is no expression of one line")
+        raise SceneError(f"{quoted(line)} is no expression of one line")
     if refused := _REFUSED.search(line):
-        raise SceneError(f"--model {name}: omit {quoted(refused[0])}: it runs commands, starts programs or reads files")
+        raise SceneError(f"omit {quoted(refused[0])}: it runs commands, starts programs or reads files")
     return line
 
 
-def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
+def _solve(text: str, plot: str) -> dict[str, np.ndarray]:
     """Return the vectors of an analysis by their nodes."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.raw"
@@ -113,7 +113,7 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, timeout=LONGEST,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            raise SceneError(f"--model {name} has not answered in {LONGEST / 60:g} minutes, and was ended") from None
+            raise SceneError(f"it has not answered in {LONGEST / 60:g} minutes, and was ended") from None
         said = ran.stdout.decode("utf-8", "replace")
         try:
             if "singular matrix" in said:  # ngspice adds conductances of its own, and goes on
@@ -124,5 +124,5 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
             signs = "error|singular|fail|too small|undefined|unknown|can't|no such"
             wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
             why = f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
-            raise SceneError(f"--model {name}: ngspice has no {plot}{why}") from None
+            raise SceneError(f"ngspice has no {plot}{why}") from None
     return {column.name: column.values for column in columns}

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
+from compare.data.columns import refusing
 from compare.models.model import Answer, Model, Question
 from compare.verdict import unit_of
 from scenes.errors import SceneError, did_you_mean, listed, quoted
@@ -83,16 +84,15 @@ def _numbers(document: object, key: str = "") -> Iterator[tuple[str, float]]:
 
 def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
     """Return a model's answer, checked. Raises SceneError for unknown quantities and values that are not finite."""
-    answer, units = model.answer(question, times), question.units(times)
-    when = "in the steady state" if times is None else "over time"
-    for name, values in answer.values.items():
-        if name not in units:
-            raise SceneError(
-                f"--model {model.name} gives {quoted(name)} {when}, which is not asked for: give {listed(list(units))}"
-                f"{did_you_mean(name, units)}"
-            )
-        if not np.isfinite(values).all():
-            raise SceneError(f"--model {model.name}: {quoted(name)} {when} is not a finite number")
+    units, when = question.units(times), "in the steady state" if times is None else "over time"
+    with refusing(f"--model {model.name}"):
+        answer = model.answer(question, times)
+        for name, values in answer.values.items():
+            if name not in units:
+                wanted = f"give {listed(list(units))}{did_you_mean(name, units)}"
+                raise SceneError(f"it gives {quoted(name)} {when}, which is not asked for: {wanted}")
+            if not np.isfinite(values).all():
+                raise SceneError(f"{quoted(name)} {when} is not a finite number")
     return answer
 
 

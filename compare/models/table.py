@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.course import bends
 from compare.data import text
-from compare.data.columns import Column, find_times, refusing
+from compare.data.columns import Column, find_times
 from compare.models.model import Answer, Model, Question, find_file, match_outputs
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
@@ -30,12 +30,10 @@ class Table(Model):
             return Answer({})
         if rows is not None and times is not None and rows[-1] < times[-1] * (1 - 1e-9):
             last = quantity(float(rows[-1]), "s")
-            raise SceneError(
-                f"--model {self.name} ends at {last}, the run at {quantity(float(times[-1]), 's')}: give rows up to "
-                f'there, or --end-time "{last}"'
-            )
+            end = quantity(float(times[-1]), "s")
+            raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
         question = replace(question, outputs={name: own.lower() for name, own in question.outputs.items()})
-        names = match_outputs(self.name, "column", question, units, self._columns)
+        names = match_outputs("column", question, units, self._columns)
         values = {name: self._si(name, self._columns[column], units[name]) for name, column in names.items()}
         if rows is None:
             return Answer({name: v[0] for name, v in values.items()})
@@ -48,11 +46,9 @@ class Table(Model):
         gaps = np.flatnonzero(~np.isfinite(column.values))
         if gaps.size:
             at = "" if self._rows is None else f" at {quantity(float(self._rows[gaps[0]]), 's')}"
-            raise SceneError(
-                f"--model {self.name}: {quoted(column.name)} has no number{at}: give one, or leave that row out"
-            )
+            raise SceneError(f"{quoted(column.name)} has no number{at}: give one, or leave that row out")
         if column.powers is not None and column.powers != parse_unit(unit).powers:
-            raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
+            raise SceneError(f"{quoted(column.name)} is not in {unit}, as {printable(name)} is")
         return column.si
 
 
@@ -68,19 +64,15 @@ def _steps(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
 def open_model(given: str, folder: str) -> Table:
     """Return the values of a file. Raises SceneError for a file without any."""
     path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
-    content = text.read_bytes(path, "--model")
-    with refusing(f"--model {quoted(path)}"):
-        kind, columns = text.read(content)
+    kind, columns = text.read(text.read_bytes(path, "the table"))
     if kind == text.LIST:
         return Table(path.name, {column.name.lower(): column for column in columns})
     clock = next(iter(find_times(columns)), None)
     if clock is None:
-        raise SceneError(
-            f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'
-        )
+        raise SceneError('it has no column of times, such as "time (s)", and is no list of rows "probe, value"')
     rows = clock.si
     if len(rows) < 3 or not (np.diff(rows) > 0).all():
-        raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
+        raise SceneError("its times don't ascend, or are fewer than three: give one run")
     others = [c for c in columns if c is not clock]
     names = {c.plain.lower(): c for c in others} | {c.name.lower(): c for c in others}
     return Table(path.name, names, rows)

@@ -36,8 +36,8 @@ REFUSED = [
     ("", "names no model"),
     ("lumped.py", "names no function"),
     ("lumped.py:barr", 'did you mean "bar"'),
-    ("imports.py:bar", 'imports.py has no function "bar": give "other"'),
-    ("lumped.py:number", 'lumped.py has no function "number": give'),
+    ("imports.py:bar", 'it has no function "bar": give "other"'),
+    ("lumped.py:number", 'it has no function "number": give'),
     ("syntax.py:bar", "syntax.py, line 1: SyntaxError"),
     ("raises.py:bar", "raises.py, line 1: ModuleNotFoundError"),
     ("none.py:bar", "it has none"),
@@ -69,9 +69,9 @@ FAILED = [
     ("traces.csv", "says nothing of"),
 ]
 ENDED = [
-    ("exits.py:bar", "exits.py:bar failed: it ended its process"),
-    ("odd.py:killed", "odd.py:killed failed: it ended its process, with the signal SIGKILL"),
-    ("odd.py:endless", "odd.py:endless has not answered in 0.02 minutes, and was ended"),
+    ("exits.py:bar", 'exits.py:bar": it failed: it ended its process'),
+    ("odd.py:killed", "odd.py:killed: it failed: it ended its process, with the signal SIGKILL"),
+    ("odd.py:endless", "odd.py:endless: it has not answered in 0.02 minutes, and was ended"),
 ]
 NO_SOLUTION = [
     ("nodes.cir", "no node called as a probe"),
