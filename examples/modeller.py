@@ -1,5 +1,5 @@
 """For a modeller: your own traces against 3D. Here they come from a one-line lumped model; yours may come from COMSOL,
-a CSV or ngspice, at any times, as long as the columns' names have units."""
+a CSV or ngspice, at any times, as long as the columns have the names of quantities, with units."""
 
 import tempfile
 from pathlib import Path
@@ -24,7 +24,7 @@ mean = scene.room_temperature + power * way_out * (1 - np.exp(-time / (way_out *
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "lumped.csv")
     np.savetxt(file, np.column_stack([time * 1e3, mean - 273.15]), delimiter=",", comments="",
-               header="time (ms),mean temperature (degC)")  # fmt: skip
+               header="time (ms),mean (degC)")  # fmt: skip
     run = compare.run(scene, against=file)
 
 check = run.check("against_mean")
