@@ -6,7 +6,7 @@ The logarithms of the keys minimize sum ((S - D) / u_D)^2. With the derivatives 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -27,8 +27,6 @@ TINY = 1e-20  # A bound over the first value where there is none; its inverse is
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
 """Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
-SceneModel = Callable[[Any, Sequence[str], np.ndarray], Modelled]
-"""The quantities of a scene at times (s), with their derivatives by keys."""
 
 
 @dataclass(frozen=True)
@@ -84,15 +82,15 @@ def keys_of(scene: Any, keys: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(path_of(scene, key, numbers(scene), "--calibrate") for key in keys))
 
 
-def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | None = None) -> Fit:
-    """Fit keys (by their full names) of a scene to the data that have an uncertainty, by a ``model``, by default 3D.
+def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
+    """Fit keys (by their full names) of a scene in 3D to the data that have an uncertainty.
 
     Raises SceneError for data of fewer points than keys, where they do not follow a key, and where a fit leaves the
     scenes that can be built.
     """
     from scipy.optimize import least_squares
 
-    sure, numbered, model = quantities.of(scene).sure(data.time), numbers(scene), model or in_3d
+    sure, numbered = quantities.of(scene).sure(data.time), numbers(scene)
     start = {key: numbered[key] for key in keys}
     points = int(sure.sum()) * len(data.values)
     if points <= len(keys):
@@ -108,7 +106,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | N
     @cache
     def at(*x: float) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and their derivatives."""
-        traces, slopes = model(_moved(scene, keys, x), keys, data.time[sure])
+        traces, slopes = in_3d(_moved(scene, keys, x), keys, data.time[sure])
         names = [name for name in data.values if name in data.u and name in traces]
         if not names:
             raise SceneError(

@@ -1,7 +1,7 @@
 """Data of other programs and instruments, as `compare.against` takes them.
 
-``text`` and ``raw`` read the columns of a file, ``match`` picks the run of the scene and the quantity of each column
-in a ``target``, and ``read`` puts these together.
+``text`` and ``raw`` read the columns of a file, ``match`` picks the run of the scene and the quantity of each column,
+and ``read`` puts these together.
 """
 
 from compare.data.read import read

@@ -13,8 +13,7 @@ import numpy as np
 from compare.against import Data
 from compare.data import raw, text
 from compare.data.columns import Column, find_times, refusing
-from compare.data.match import assign, match, pick
-from compare.data.target import Target
+from compare.data.match import Target, assign, match, pick
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, did_you_mean, printable, quoted

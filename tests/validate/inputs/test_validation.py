@@ -111,12 +111,17 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     return result.over_time.values, sink_1d(sink, result, times, keys).traces
 
 
+@pytest.fixture(autouse=True)
+def _fits_in_1d(monkeypatch):
+    monkeypatch.setattr("compare.fitting.in_3d", in_1d)
+
+
 def fitting_data(truth: Sink, seed: int) -> Data:
     return measured(truth, NOISE, seed, times=FEWER)
 
 
 def fitted(data: Data, *keys: str) -> Fit:
-    return fit_scene(Sink(), known(data, f"{NOISE}K"), keys_of(Sink(), keys), in_1d)
+    return fit_scene(Sink(), known(data, f"{NOISE}K"), keys_of(Sink(), keys))
 
 
 @pytest.mark.long
@@ -203,7 +208,7 @@ def test_a_parameter_is_fitted(mine):
     traces = solve(truth, times=times).over_time
     data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
-    found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]), in_1d)
+    found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]))
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
 
