@@ -91,7 +91,7 @@ def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """Check every quantity of the data."""
     made = compare if data.curve is None else _curve(scene, data)
     names = checked(scene, data).items()
-    return tuple(judged(check, made(scene, data, fem3d, name), scene, always=True) for check, name in names)
+    return tuple(judged(check, made(scene, data, fem3d, name), scene) for check, name in names)
 
 
 def _curve(scene: Any, data: Data) -> Any:

@@ -86,17 +86,16 @@ def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
     return "agrees" if abs(difference) + u_num <= tolerance else "unresolved"
 
 
-def judged(name: str, c: Check, scene: Declaring, always: bool = False) -> Check:
-    """Return the check of a comparison with its verdict; ``always`` gives the reason whatever the verdict is."""
+def judged(name: str, c: Check, scene: Declaring) -> Check:
+    """Return the check of a comparison with its verdict; one that agrees needs no reason."""
     tolerance = scene.tolerance(name)
     verdict, because = judge(c.difference, tolerance, c.known_to), c.because
-    if verdict == "agrees" and not always:
+    if verdict == "agrees":
         because = ""
-    elif verdict == "unresolved" and not always:
-        because = (
-            f"{difference_text(c.difference, c.known_to, 'give or take')} may be on either side of the "
-            f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
-        )
+    elif verdict == "unresolved":
+        off = difference_text(c.difference, c.known_to, "give or take")
+        because = f"{off} may be on either side of the tolerance of {percent(tolerance)}: ask for a smaller accuracy"
+        because += f"; {c.because}" * bool(c.because)
     declared: Verdict | None = None
     if scene.expected_to_differ is not None:
         declared = "differs" if name in scene.expected_to_differ else "agrees"

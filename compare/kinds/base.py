@@ -58,7 +58,6 @@ class Kind(ABC, Generic[S]):
     call : the function of the Python interface
     builtin : the scene that is solved where none is named; where it is empty, a scene must be named
     shown : quantities that tables on a terminal have room for; empty: the first ones
-    explains : whether checks that agree have a reason too
     traces : the columns or rows of traces.csv
     field : the need of field files, as in `absent`; empty where there are none
     step : largest relative step of a key for `nearby`; the uncertainty of the key where that is smaller
@@ -68,7 +67,6 @@ class Kind(ABC, Generic[S]):
     call: ClassVar[str]
     builtin: ClassVar[str] = ""
     shown: ClassVar[tuple[str, ...]] = ()
-    explains: ClassVar[bool] = False
     traces: ClassVar[str]
     field: ClassVar[str] = ""
     step: ClassVar[float] = 1e-4
@@ -143,8 +141,7 @@ class Kind(ABC, Generic[S]):
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
         """Judge the comparisons."""
-        made = self.comparisons(outcome).items()
-        return tuple(judged(name, each, outcome.scene, self.explains) for name, each in made)
+        return tuple(judged(name, each, outcome.scene) for name, each in self.comparisons(outcome).items())
 
     def check_steps(self, scene: S, options: Options) -> list[Step]:
         """The lines of the plan for checks."""
