@@ -42,22 +42,18 @@ def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Questi
 
 def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
     """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
-    names = {} if scene.parameters is None else dict(scene.parameters.measures)
     if not own_model.parameters:
         return {}
+    known = {} if scene.parameters is None else dict(scene.parameters.measures)
     keys, varied, values = dict(_numbers(document)), of_free(scene), dict[str, float]()
     for name, given in own_model.parameters.items():
-        if not isinstance(given, str):
-            values[name] = given
-            continue
-        text, known = given, dict(names)
+        text = str(given)
         # Keys have dots, and perhaps blanks: names of an expression stand for them, the longest first.
-        for n, key in enumerate(sorted((key for key in keys if key in given), key=len, reverse=True)):
-            text, stood = re.subn(rf"(?<![\w.]){re.escape(key)}(?![\w.])", f"key_{n}_", text)
-            if stood:
-                plane = parse_unit("m").powers if key.endswith((".x", ".y", ".z")) else PLAIN
-                powers = varied[key].kind.dimension.powers if key in varied else plane
-                known[f"key_{n}_"] = Measure.from_float(keys[key], powers)
+        for n, key in enumerate(sorted((key for key in keys if key in text), key=len, reverse=True)):
+            text = re.sub(rf"(?<![\w.]){re.escape(key)}(?![\w.])", f"key_{n}_", text)
+            plane = parse_unit("m").powers if key.endswith((".x", ".y", ".z")) else PLAIN
+            powers = varied[key].kind.dimension.powers if key in varied else plane
+            known[f"key_{n}_"] = Measure.from_float(keys[key], powers)
         try:
             values[name] = measured(text, known)[0]
         except UnitError:

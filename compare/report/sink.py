@@ -31,18 +31,15 @@ def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     """Return the steady quantities, and the checks with their reasons."""
     fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
     for entry in OF_A_SINK.values():
-        cells, factor, places, shown = [entry.called], 1.0, 4, entry.unit
-        if fem3d is not None:
-            three = fem3d.steady[entry.steady]
+        three, one = (None if r is None else r.steady.get(entry.steady) for r in (fem3d, reduced1d))
+        cells, in_1d, off = [entry.called], "" if one is None else quantity(one.value, entry.unit, 6), ""
+        if three is not None:
             value, error, shown, places, factor = with_error(three.value, three.error, entry.unit)
             cells.append(f"{value} {style.plus_minus} {error} {shown}")
-        one = None if reduced1d is None else reduced1d.steady.get(entry.steady)
-        if one is not None and fem3d is not None:
-            off = percent(part(one.value - three.value, three.value), sign=True)
-            cells += [f"{one.value * factor:.{min(places, 4)}f} {shown}", off]
-        elif reduced1d is not None:
-            cells += ["" if one is None else quantity(one.value, entry.unit, 6), *[""] * (fem3d is not None)]
-        rows.append(cells)
+            if one is not None:
+                in_1d = f"{one.value * factor:.{min(places, 4)}f} {shown}"
+                off = percent(part(one.value - three.value, three.value), sign=True)
+        rows.append(cells + [in_1d, *[off] * (fem3d is not None)] * (reduced1d is not None))
     heads = ["steady state"] + ["3D"] * (fem3d is not None)
     if reduced1d is not None:
         heads += ["1D" if reduced1d.model in PAPERS else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
