@@ -73,14 +73,11 @@ class Target:
             return item.group if hasattr(item, "group") else (item.lower, item.upper)
 
         place = place_of(next(probe for probe in self.scene.probes if probe.name == key))
-        drives = {place_of(b): b for b in self.scene.boundaries if b.kind == "voltage"}
-        largest = {place: max(values_of(b.value), key=abs) for place, b in drives.items()}
-        if place not in drives:
-            return 0.0
-        if drives[place].series_resistance == np.inf:  # a given current
-            return float(np.sign(largest[place]))
-        others = [largest[p] for p, b in drives.items() if p != place and b.series_resistance != np.inf]
-        return float((largest[place] > max(others)) - (largest[place] < min(others)) if others else 0)
+        # A given current is larger than the zero of the other electrode, too.
+        drives = [b for b in self.scene.boundaries if b.kind == "voltage"]
+        largest = {place_of(b): max(values_of(b.value), key=abs) for b in drives}
+        here, others = largest.pop(place, None), largest.values()
+        return 0.0 if here is None or not others else float((here > max(others)) - (here < min(others)))
 
 
 def assign(columns: Sequence[Column], target: Target, given: Sequence[str]) -> list[Column]:
