@@ -12,6 +12,7 @@ from compare.models.model import Answer, Model, Question
 from compare.verdict import unit_of
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.expressions import Measure, measured
+from scenes.formats import quantity
 from scenes.free import as_dict
 from scenes.loading import as_dict as parametric_as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
@@ -87,8 +88,10 @@ def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
             if name not in units:
                 wanted = f"give {listed(list(units))}{did_you_mean(name, units)}"
                 raise SceneError(f"it gives {quoted(name)} {when}, which is not asked for: {wanted}")
-            if not np.isfinite(values).all():
-                raise SceneError(f"{quoted(name)} {when} is not a finite number")
+            if (gaps := np.flatnonzero(~np.isfinite(values))).size:
+                rows = times if answer.time is None else answer.time
+                at = when if rows is None else f"at {quantity(float(rows[gaps[0]]), 's')}"
+                raise SceneError(f"{quoted(name)} {at} is not a finite number")
     return answer
 
 

@@ -33,23 +33,16 @@ class Table(Model):
             end = quantity(float(times[-1]), "s")
             raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
         question = replace(question, outputs={name: own.lower() for name, own in question.outputs.items()})
-        names = match_outputs("column", question, units, self._columns)
-        values = {name: self._si(name, self._columns[column], units[name]) for name, column in names.items()}
+        values = {}
+        for name, own in match_outputs("column", question, units, self._columns).items():
+            column = self._columns[own]
+            if column.powers is not None and column.powers != parse_unit(units[name]).powers:
+                raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")
+            values[name] = column.si
         if rows is None:
             return Answer({name: v[0] for name, v in values.items()})
-        return Answer(
-            values, {name: float((bends(rows, v) + _steps(rows, v)).max()) for name, v in values.items()}, rows
-        )
-
-    def _si(self, name: str, column: Column, unit: str) -> np.ndarray:
-        """Return the column of a quantity in SI units."""
-        gaps = np.flatnonzero(~np.isfinite(column.values))
-        if gaps.size:
-            at = "" if self._rows is None else f" at {quantity(float(self._rows[gaps[0]]), 's')}"
-            raise SceneError(f"{quoted(column.name)} has no number{at}: give one, or leave that row out")
-        if column.powers is not None and column.powers != parse_unit(unit).powers:
-            raise SceneError(f"{quoted(column.name)} is not in {unit}, as {printable(name)} is")
-        return column.si
+        errors = {name: float((bends(rows, v) + _steps(rows, v)).max()) for name, v in values.items()}
+        return Answer(values, errors, rows)
 
 
 def _steps(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
