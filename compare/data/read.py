@@ -63,10 +63,10 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         else:
             values[key], headers[key], how[key] = found, column.name, note
     if not values:
-        reasons = "; ".join(f"{quoted(n)} {why}" for n, why in [*run.left_out.items()][:8])
+        reasons = "".join(f"; {quoted(n)} {why}" for n, why in [*run.left_out.items()][:8])
         known = ", ".join(f"{word} ({catalogue.units[name]})" for word, name in [*catalogue.names.items()][:8])
         raise SceneError(
-            f"none of its columns is a quantity of the scene, {known}: {reasons}; call them so, or say which they are: "
+            f"none of its columns is a quantity of the scene, {known}{reasons}: call them so, or say which they are, "
             f'--column "{known.partition(", ")[0]}=NAME"'
         )
     empty = {headers[key]: np.isnan(each) for key, each in values.items() if np.isnan(each).any()}
@@ -103,10 +103,10 @@ def _compare_run(data: Data, target: Target) -> tuple[str, ...]:
     end = quantity(catalogue.end, "s", 3)
     inside = int((data.time <= catalogue.end * (1 + 1e-9)).sum())
     if inside < 3:
+        covered = f"{quantity(float(data.time[0]), 's', 3)} to {quantity(last, 's', 3)}"
         raise SceneError(
-            f"it covers {quantity(float(data.time[0]), 's', 3)} to {quantity(last, 's', 3)} with {inside} "
-            f"{'time' if inside == 1 else 'times'} up to the run's end, {end}: three are the least to compare curves "
-            'by (times in another unit: --column "time (ms)=NAME"; a longer run: --set end_time=T)'
+            f"{inside} of its times, {covered}, are within the run up to {end}, and three are the least: give a longer "
+            'run, --set end_time=T, or the unit of the times, --column "time (ms)=NAME"'
         )
     if not 0.5 * catalogue.end <= last <= 10 * catalogue.end:
         warnings.append(f"it ends at {quantity(last, 's', 3)}, the run at {end}: only what both cover is compared")

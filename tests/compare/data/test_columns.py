@@ -169,7 +169,7 @@ REFUSED = {
                          r'19\.85 K below .* --column "peak rise=peak \(degC\)"'),
     "a rise of kelvins": ((MILLISECONDS, ("peak rise (K)", 293 + RISES)), (), "293 K above"),
     "a warmer room": ((MILLISECONDS, ("peak (K)", 300 + RISES)), (), "7 K above .* --set room_temperature=300"),
-    "seconds": ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), (), r"1 time up to .* --column \"time \(ms\)="),
+    "seconds": ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), (), r"1 of its times.* --column \"time \(ms\)="),
     # without a unit
     "degrees": ((MILLISECONDS, ("peak", 19.85 + RISES)), (), r"19\.85 K above .*--column"),
     "a stress": ((MILLISECONDS, ("max stress", RISES)), (), '"max stress" is called as no quantity'),
