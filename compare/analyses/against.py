@@ -26,12 +26,6 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.slopes import Slopes
 
-V20 = (
-    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, has an uncertainty u_val by the "
-    "numerics, the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and "
-    "the last: the model's own error lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
-)
-
 
 class Against(Analysis["Data"]):
     name = "against"
@@ -176,7 +170,7 @@ class Validation(Analysis[Validated]):
             f"{', '.join(counts)}.",
             f"Taken as exact: {exact}." if exact else "",
         ]
-        return Section("Validation", [V20 * style.page, Table(heads, rows), *text], headed=False)
+        return Section("Validation", [Table(heads, rows), *text], headed=False)
 
     def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
         return {"statements": [statement.document() for statement in found.statements], "points": found.points}

@@ -45,12 +45,8 @@ class Report(Protocol[S_contra]):
 class Kind(ABC, Generic[S]):
     """A kind of scene: how to solve, compare and report its scenes. Instances have no state.
 
-    The kinds are the sink, the device and free scenes. `compare.pipeline.solve` calls ``refuse``, ``declared``,
-    ``open_model``, ``solve`` (3D and 1D results by model), ``ask`` (the user's own model), ``checks``, ``alarms``,
-    ``warnings``, and after the analyses ``answer``. The plan takes ``steps`` and ``outputs``, the analyses take
-    ``quantities``, ``shown``, ``comparisons``, ``slopes``, ``nearby``, ``step``, ``exportable`` and ``compact``.
-    ``report`` serves the terminal, the page, summary.json and traces.csv. Abstract methods must be overridden and name,
-    call and traces set; the others have defaults. A new kind is entered in `compare.kinds.KINDS`.
+    The kinds are the sink, the device and free scenes; a new one is entered in `compare.kinds.KINDS`. Abstract methods
+    must be overridden and name, call and traces set; the others have defaults.
 
     Attributes
     ----------
