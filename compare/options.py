@@ -128,9 +128,10 @@ def as_text(option: Option, given: Any) -> Any:
         raise SceneError(f"{option.key} is {quoted(given)}: give True or False")
     if option.switch or (option.key in ("model", "reduction") and callable(given)):
         return given
-    text, (_, _, choices) = ",".join(texts(given)), option.flag.partition("{")
-    if choices and text not in choices.rstrip("}").split(","):
-        raise SceneError(f"{option.key} is {quoted(text)}: give {' or '.join(choices.rstrip('}').split(','))}")
+    text, (*_, choices) = ",".join(texts(given)), option.flag.partition("{")
+    known = choices.rstrip("}").split(",")
+    if choices and text not in known:
+        raise SceneError(f"{option.key} is {quoted(text)}: give {' or '.join(known)}")
     return text
 
 
