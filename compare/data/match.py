@@ -62,7 +62,23 @@ class Target:
         spellings = {plain(text) for text in (column.name, column.plain, node)}
         spellings |= {re.sub("^fem3d | rise$", "", text) for text in spellings}
         found = [name for word, name in self.quantities.names.items() if {plain(word), plain(name)} & spellings]
-        return found[0] if len(found) == 1 else ""
+        return found[0] if len(found) == 1 else self._find_point(column)
+
+    def _find_point(self, column: Column) -> str:
+        """Return the probe at the point in the name of a column, in m, mm or um, as COMSOL's tables have it; or ""."""
+        number, units = r"([-+]?[\d.]+(?:e[-+]?\d+)?)", self.quantities.units
+        match = re.search(rf"\({number}, *{number}, *{number}\)", column.name, re.IGNORECASE)
+        for factor in (1.0, 1e-3, 1e-6) if match and not self._is_sink else ():
+            at = factor * np.array([float(each) for each in match.groups()]) if match else np.empty(3)
+            found = [
+                p.name for p in self.scene.probes
+                if parse_unit(units[p.name]).powers == column.powers
+                and (place := getattr(p, "at", None) or (p.lower if p.lower == p.upper else None)) is not None
+                and np.abs(at - place).max() <= 1e-3 * np.abs(at).max()
+            ]  # fmt: skip
+            if len(found) == 1:
+                return found[0]
+        return ""
 
     def sign(self, key: str) -> float:
         """Return the sign of a current: 1 at an electrode of the largest voltage, -1 of the smallest, otherwise 0."""

@@ -72,6 +72,8 @@ TRACES: dict[str, str | bytes] = {
     "this program's own": "time_s,mid,reduced1d mid\n" + rows("{:.9g},{:.9g},{:.9g}", TIMES, MID, MID + 1),
     "COMSOL table with NaN in a column": COMSOL + "% Time (s)  mid (K)  quarter (K)\n"
     + rows("{:.9g}  {:.9g}  NaN", TIMES, MID),
+    "COMSOL point of the geometry": COMSOL + "% Time (s)  Temperature (K), Point: (50, 5, 5)\n"
+    + rows("{:.9g}  {:.9g}", TIMES, MID),
     "MOOSE": "time,I,mid\n" + rows("{:.9g},0.1,{:.9g}", TIMES, MID),
     "oscilloscope with metadata": "Model,DSO-X 3024\nSample Interval,1e-6,s\nSource,CH1\n\nTIME,mid\n" + PAIRS,
     "oscilloscope with words for units": "x-axis,mid\nsecond,Kelvin\n" + PAIRS,
