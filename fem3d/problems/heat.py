@@ -123,7 +123,8 @@ class HeatProblem:
         return self.mass[: self.free, : self.free]
 
     def factors(self, matrix: csc_array) -> Factors:
-        """The factors of a matrix of the free nodes."""
+        """The factors of a matrix of the free nodes, which couples no others than the stiffness."""
+        self.ordering.hold(self.inner_stiffness, self.groups[: self.free])
         return Factors(matrix, self.groups[: self.free], self.ordering)
 
     @property
