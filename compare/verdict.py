@@ -92,7 +92,7 @@ def judged(name: str, c: Check, scene: Declaring) -> Check:
     verdict, because = judge(c.difference, tolerance, c.known_to), c.because
     if verdict == "agrees":
         because = ""
-    elif verdict == "unresolved":
+    elif verdict == "unresolved" and math.isfinite(c.known_to):
         off = difference_text(c.difference, c.known_to, "give or take")
         because = f"{off} may be on either side of the tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         because += f"; {c.because}" * bool(c.because)
