@@ -125,7 +125,7 @@ class LeftOutStudy(Analysis[LeftOut]):
         skipped = [f"{name} is not here: {why}" for name, why in found.skipped.items()]
         table = Table(("left out", *(entry.called for entry in shown)), rows) if rows else ""
         said = "Changes of the 3D steady state with each effect, over that without." * bool(rows)
-        return Section("What both models leave out", [table, said, sentences(skipped)])
+        return Section("What both models leave out", [table, said, *sentences(skipped)])
 
     def document(self, found: LeftOut, outcome: Outcome[Any]) -> dict[str, Any]:
         return {

@@ -63,7 +63,7 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
         return [Section("Checks", [NOTE, table])]
     table = Table(("check", "", "difference", "tolerance", ""), rows, "<<>><")
     said = [f"{check.id}: {reasons[check.id]}" for check in checks if check.own and reasons[check.id]]
-    return [Section("Checks", [table], headed=False), Section("Why", [sentences(said)])]
+    return [Section("Checks", [table], headed=False), Section("Why", sentences(said))]
 
 
 def sides(check: Check) -> tuple[str, str]:

@@ -46,7 +46,7 @@ def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
 def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
     """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""
     return [
-        Section("Findings", [sentences(outcome.runs.base.result.findings)]),
+        Section("Findings", sentences(outcome.runs.base.result.findings)),
         _quantities(outcome.runs.base, "in 1D"),
         *([] if outcome.fem3d is None else [_quantities(outcome.device_3d.runs.base, "in 3D")]),
         *checks.sections(outcome.checks, contrary, style),
@@ -89,7 +89,7 @@ def _design(design: Design, style: Style) -> Section:
     answers = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
     answers += [f"Source of {name}: {text}" for name, text in design.sources.items()] * style.page
     table = Table(("largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"), rows)
-    return Section("For the designer", [table, said, sentences(answers)])
+    return Section("For the designer", [table, said, *sentences(answers)])
 
 
 def document(outcome: Outcome[Device]) -> dict[str, Any]:

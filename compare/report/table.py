@@ -125,36 +125,28 @@ def stacked(name: str) -> str:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report: tables, paragraphs and lists of sentences; a terminal prints the title only if ``headed``."""
+    """A part of a report: tables and paragraphs; a terminal prints the title only if ``headed``."""
 
     title: str
-    parts: Sequence[Table | str | Sequence[str]]
+    parts: Sequence[Table | str]
     headed: bool = True
 
     def text(self, style: Style) -> str:
         """Format for a terminal; empty without content."""
         lines = [style.paint(self.title, "heading")] if self.headed else []
-        for part in self.filled:
-            if isinstance(part, Table):
-                lines.append(part.text(style))
-            else:
-                lines += [wrapped(part, "  ")] if isinstance(part, str) else [wrapped(s, "  ", "    ") for s in part]
-        return "\n".join(lines) if self.filled else ""
+        parts = [each.text(style) if isinstance(each, Table) else wrapped(each, "  ", "    ") for each in self.filled]
+        return "\n".join(lines + parts) if parts else ""
 
     def html(self) -> str:
         """Format for a page, under a heading; empty without content."""
-
-        def markup(part: Table | str | Sequence[str]) -> str:
-            if isinstance(part, Table):
-                return f'<div class="wide">{part.html()}</div>'
-            if isinstance(part, str):
-                return f"<p>{html_text(part)}</p>"
-            return f"<ul>{''.join(f'<li>{html_text(item)}</li>' for item in part)}</ul>"
-
-        return html_section(self.title, *map(markup, self.filled))
+        parts = (
+            f'<div class="wide">{part.html()}</div>' if isinstance(part, Table) else f"<p>{html_text(part)}</p>"
+            for part in self.filled
+        )  # fmt: skip
+        return html_section(self.title, *parts)
 
     @property
-    def filled(self) -> list[Table | str | Sequence[str]]:
+    def filled(self) -> list[Table | str]:
         return [part for part in self.parts if part]
 
 
