@@ -1,8 +1,6 @@
 """Meshes of tetrahedra, refined by their error indicators, and of hexahedra, refined everywhere.
 
-The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. The estimator uses the
-rate measured in each cell, limited by the exponents of the singular edges that the cell touches
-(`fem3d.adaptivity.estimator`).
+The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short.
 
 `corrected` then scales the bounds by the effectivity that earlier meshes show. On cells of any shape an error bound
 adds absolute contributions and allows for slow rates: it holds, and is often ten times the error. The next mesh shows
@@ -194,18 +192,15 @@ class CellMesh(Mesh):
         return None
 
     def refine_all(self) -> CellMesh | None:
-        if self.last:
-            return None
-        finer = self._finer(self._longest())
-        return finer if reach.fits(self.scene, finer.size) else None
+        finer = None if self.last else self._finer(self._longest())
+        return finer if finer and reach.fits(self.scene, finer.size) else None
 
-    def _longest(self, by_axis: np.ndarray | None = None) -> np.ndarray:
+    def _longest(self, by_axis: np.ndarray | float = 1.0) -> np.ndarray:
         """Return (3, cells) the axes along which to halve each cell, for indicators per axis (3, cells): axes longer
         than half the longest on which indicator times size is no small part. Cells may stay long along an edge."""
         size: np.ndarray = np.ptp(self.cells.p[:, self.cells.t], axis=1)
-        if by_axis is not None:
-            varies = by_axis * size
-            size[varies < 0.05 * varies.max(axis=0)] = 0.0
+        varies = by_axis * size
+        size[varies < 0.05 * varies.max(axis=0)] = 0.0
         return size > 0.5 * size.max(axis=0)
 
     def _finer(self, shorter: np.ndarray) -> CellMesh:
