@@ -6,13 +6,16 @@ scene itself and for a step of each input alone, on meshes of their own.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
-from time import process_time
+from time import thread_time
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fem3d.adaptivity import marched
 from fem3d.adaptivity.adapt import adapt
@@ -42,8 +45,7 @@ TRUTH, ROUGH = 0.5, 3.0
 """Parts of the accuracy: for the runs of the full model and the mesh of the compact one, and for the mesh where its
 part is not reached."""
 LONGEST, ALWAYS = 4.0, 30.0
-"""Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
-"""
+"""Limit of the runs: this multiple of the processor time of the 3D solution, or at least these seconds."""
 MOST_PLACES = 12  # of an extreme
 
 
@@ -74,12 +76,7 @@ def compact(
         The document of `statespace.runtime.CompactModel`. It has "warnings" where the time or the memory ends before
         the accuracy is reached.
 
-    Raises
-    ------
-    SceneError
-        For a scene that has no compact model.
-    NumericsError
-        Where the scene has no solution.
+    Raises SceneError for a scene that has no compact model, and NumericsError where the scene has no solution.
     """
     check(scene)
     try:
@@ -91,43 +88,51 @@ def compact(
 
 
 def _compact(
-    scene: AnyScene,
-    states: int | None,
-    accuracy: float,
-    say: Callable[[str], None],
-    seconds: float | None,
-    rough: Result | None,
-) -> dict[str, Any]:
+    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None],
+    seconds: float | None, rough: Result | None,
+) -> dict[str, Any]:  # fmt: skip
     if not physics.heat(scene):
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
-    inputs, start = channels(scene), process_time()
+    inputs, start, spent = channels(scene), thread_time(), list[float]()
     tried = scenarios(scene, inputs)
     own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough=rough)
     # A step of the only drive may be the scene itself.
     references = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
     tried = {name: each for name, each in tried.items() if name not in references}
-    first = process_time() - start
-    limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
+    first = thread_time() - start
+    limit = max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
     # Where the runs of all inputs would take more than two thirds of the time, later runs are less accurate.
-    room = max((limit - start) * 2 / 3 - first, 0.1 * first)
+    room = max(limit * 2 / 3 - first, 0.1 * first)
     truth = TRUTH * max(1.0, len(tried) * first / room)
-    because, last = "", 0.0
-    while tried and process_time() + last < limit:
-        begun, name = process_time(), next(iter(tried))
-        references[name] = _references(tried.pop(name), inputs, truth * accuracy, say, own)
-        last = process_time() - begun
+    # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
+    part = ROUGH if isinstance(scene, MeshScene) else min(truth, ROUGH)
+
+    def meshed() -> tuple[Problems, Symmetry, str]:
+        try:
+            return *_problem(scene, inputs, part * accuracy, own), ""
+        except NumericsError as error:
+            return *_problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
+
+    def compared(name: str) -> list[Reference] | None:
+        if first + sum(spent) + max(spent, default=0.0) >= limit:
+            return None
+        begun = thread_time()
+        found = _references(tried[name], inputs, truth * accuracy, say, own)
+        spent.append(thread_time() - begun)
+        return found
+
+    with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool:
+        problem = pool.submit(meshed)
+        runs = dict(zip(tried, pool.map(compared, tried), strict=True))
+        say("compact model: mesh and fields")
+        given, symmetric, because = problem.result()
+    references |= {name: found for name, found in runs.items() if found}
+    left = [name for name, found in runs.items() if not found]
     steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
-    say("compact model: mesh and fields")
-    try:
-        # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
-        part = ROUGH if isinstance(scene, MeshScene) else min(truth, ROUGH)
-        problem = _problem(scene, inputs, part * accuracy, own)
-    except NumericsError as error:
-        problem, because = _problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
-    rich, times, guessed = _rich(scene, inputs, *problem, accuracy)
-    space = rich.state_space(_places(scene, rich, rich.state_space(guessed), references) if guessed else {})
+    rich, times = _rich(scene, inputs, given, symmetric, accuracy)
+    space = rich.state_space(_places(scene, rich, references))
     reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
     order = space.leading(steps, rest, times)
@@ -136,8 +141,8 @@ def _compact(
     if states is None and worst(made["error"]) > accuracy:
         because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (truth > TRUTH)
         made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
-    if tried:
-        made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(tried)}")
+    if left:
+        made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(left)}")
     text = [
         "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, with "
         f"their errors. With {space.states} states it is {reached:.1e} at most.",
@@ -256,16 +261,15 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
 
 def _rich(
     scene: AnyScene, inputs: tuple[Channel, ...], given: Problems, part: Symmetry, accuracy: float
-) -> tuple[Projection, Times, dict[str, np.ndarray]]:
-    """Project the problem on more fields than are needed; and the times (s) for which they are, and for each probe of
-    an extreme the rows of its places in the steady response to each load."""
+) -> tuple[Projection, Times]:
+    """Project the problem on more fields than are needed, for some times (s)."""
     heat, conductor = given.heat, given.conductor
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         assert conductor is not None
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
         alone = Base(heat, conductor, independent(conductor, cold), none, [])
-        return Projection(alone, alone.project(none), part, inputs, True), None, {}
+        return Projection(alone, alone.project(none), part, inputs, True), None
     slow = projection.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
@@ -278,50 +282,38 @@ def _rich(
         shifts = np.geomspace(times[0] / SOONER, times[1], 4).tolist()
         # Every shift twice: more fields changed no model, down to an accuracy of 2e-5.
         fields = Krylov(replace(base, fields=fields, loads=loads), *shifts).fields(2 * len(shifts))
-    reduced = base.project(fields)
-    rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
-    places = {
-        probe.name: np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
-        for probe in heat.domain.scene.probes
-        if probe.quantity == "temperature" and reading(heat, probe).extreme is not None
-    }
-    return Projection(base, reduced, part, inputs, scene.steady), times, places
+    return Projection(base, base.project(fields), part, inputs, scene.steady), times
 
 
 def _document(scene: AnyScene, inputs: tuple[Channel, ...], space: StateSpace) -> dict[str, Any]:
     return scene_document(scene, scene.name, inputs, space, earliest(scene))
 
 
-def _places(scene: AnyScene, rich: Projection, space: StateSpace, references: References) -> dict[str, np.ndarray]:
+def _places(scene: AnyScene, rich: Projection, references: References) -> dict[str, np.ndarray]:
     """For each probe of an extreme the rows of its places in the runs."""
-    model, heat, places = CompactModel(_document(scene, rich.channels, space)), rich.heat, {}
-    drives, states, scales = [], list[np.ndarray](), []
+    heat, places = rich.heat, dict[str, np.ndarray]()
+    thermal = [p for p in heat.domain.scene.probes if p.quantity == "temperature"]
+    extremes = [probe for probe in thermal if reading(heat, probe).extreme is not None]
+    if not extremes:
+        return places
+    space = rich.state_space(places)
+    model, drives, states, scales = CompactModel(_document(scene, rich.channels, space)), [], list[np.ndarray](), []
     for run in (run for runs in references.values() for run in runs):
         times = [np.inf] if run.times is None else np.geomspace(earliest(scene), scene.end_time, 6).tolist()
         drives += [model.inputs_at(run.inputs, t) for t in times]
         states += [model.rest(drives[-1])] if run.times is None else [*model.march(times, run.inputs)]
         scales += [run.scales] * len(times)
     rises = rich.rises(space.amplitudes(np.array(states), np.array(drives)), np.array(drives))
-    for probe in heat.domain.scene.probes:
-        if probe.quantity == "temperature" and reading(heat, probe).extreme is not None:
-            rows = np.array([goal_row(heat, probe, u) for u in rises])
-            near = np.array([1e-4 * scale[probe.name] for scale in scales])  # by which a place may miss the extreme
-            places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
+    for probe in extremes:
+        rows = np.array([goal_row(heat, probe, u) for u in rises])
+        near = np.array([1e-4 * scale[probe.name] for scale in scales])  # by which a place may miss the extreme
+        places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
     return places
 
 
 def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Choose few rows whose largest value equals the largest value of all rows within ``near``.
-
-    Parameters
-    ----------
-    values : (places, fields) array
-        Value of each field at each place.
-    rows : (places, nodes) array
-        Row that reads each place.
-    near : (fields,) array
-        Largest allowed deficit of the chosen rows' largest value.
-    """
+    """Choose few of the ``rows`` (places, nodes) whose largest of the ``values`` (places, fields) equals the largest of
+    all within ``near`` (fields,)."""
     tops = values.max(axis=0)
     kept: list[int] = []
     while len(kept) < MOST_PLACES:
