@@ -81,21 +81,22 @@ class MappedSpace(Space):
         return energies
 
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        k = np.broadcast_to(k, (3, len(cells)))
-        quadrature, n = self.rule(cells, 0), len(self.dofs)
-        blocks = np.empty((len(cells), n, n), complex)
-        weights, slopes = quadrature.weights, quadrature.slopes
+        k, n, at = np.broadcast_to(k, (3, len(cells))), len(self.dofs), self.rule(cells, 0)
+        stiff = np.einsum("p,ipu,jpv->pijuv", at.weights, at.slopes, at.slopes)
+        mass = np.einsum("p,pu,pv->puv", at.weights, at.values, at.values)
+        points = at.points
+        if self.mesh.affine:  # the map's derivative is the same at all points
+            stiff, mass, points = stiff.sum(axis=0), mass.sum(axis=0), points[:, :1]
+        blocks = np.empty((len(cells), n * n), complex)
         step = 2_000  # cells together, which bounds the memory
         for some in (slice(i, i + step) for i in range(0, len(cells), step)):
-            inverse, sizes = self.jacobian(cells[some], quadrature.points)
-            at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
-            by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
-            blocks.real[some] = np.matmul(np.swapaxes(at, 1, 2), by * at)
-            mass = np.matmul(quadrature.values.T, (weights * sizes)[..., None] * quadrature.values)
-            blocks.imag[some] = c[some, None, None] * mass
+            inverse, sizes = self.jacobian(cells[some], points)
+            metric = np.einsum("iacp,jacp,ac,cp->cpij", inverse, inverse, k[:, some], sizes)
+            blocks.real[some] = metric.reshape(len(sizes), -1) @ stiff.reshape(-1, n * n)
+            blocks.imag[some] = c[some, None] * (sizes @ mass.reshape(-1, n * n))
         # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
-        blocks = (blocks + np.swapaxes(blocks, 1, 2)) / 2
-        return summed([of_blocks(blocks, self.dofs[:, cells].T)], self.size)
+        square = blocks.reshape(-1, n, n)
+        return summed([of_blocks((square + np.swapaxes(square, 1, 2)) / 2, self.dofs[:, cells].T)], self.size)
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """scikit-fem's rule of `_order`, and two orders more for each point."""
