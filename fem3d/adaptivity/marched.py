@@ -196,16 +196,15 @@ def hold(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot]) -> 
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
         return Base(heat, None, [], still, loads)
-    lift, driven = heat.inputs.at(0.0) @ heat.lifts, [v for v in conductor.voltages if v.any()]
-    potentials = [conductor.solve(lift, v) for v in driven]
-    patterns = independent(conductor, potentials)
+    rises = [heat.inputs.at(0.0) @ heat.lifts, *(heat.take(field) for field, _ in hot)]
+    driven = np.flatnonzero(conductor.voltages.any(axis=1))
+    potentials = [[conductor.solve(rise, v) for v in conductor.voltages[driven]] for rise in rises]
+    patterns = independent(conductor, potentials[0])
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
-    loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
-    for field, drive in hot:
-        rise = heat.take(field)
-        loads.append(conductor.joule_load(conductor.solve(rise, drive @ conductor.voltages).density, rise))
-        potentials += [conductor.solve(rise, v) for v in driven]
-    return Base(heat, conductor, independent(conductor, potentials), still, loads)
+    loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
+    for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
+        loads.append(conductor.joule_load(combined(each, drive[driven]), rise))
+    return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), still, loads)
 
 
 def searched(
