@@ -7,7 +7,7 @@ mean. All solutions share their cells, factors and quadratures, so that their ro
 error of space is estimated in the next lower space: the difference is a smooth function of the mesh, and converges as
 the quantities do. Steady quantities are differentiated in logarithms, which are straight for powers.
 
-Transients are projected on the same fields for all values of a key: Krylov fields of the loads, and of the dual
+Transients are projected on the fields of the base for all values of a key: Krylov fields of the loads, and of the dual
 problems of the traces. A trace is then off by the product of the errors of both solutions, and the change of the fields
 by the key matters to second order alone (Becker and Rannacher, Acta Numerica 10, 2001).
 """
@@ -23,7 +23,6 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array
 from threadpoolctl import threadpool_limits
 
 from fem3d.adaptivity import nested
@@ -32,12 +31,14 @@ from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
+from fem3d.problems.cholesky import Solver
+from fem3d.problems.current import Conductor
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
 from fem3d.results.probes import keep_places, reading
 from fem3d.runs.motion import move
 from fem3d.solution import transient
-from fem3d.solution.reduced import orthonormal
+from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState, Tangent
 from fem3d.solution.transient import Base, Krylov
 from fem3d.spaces import edge_exponents
@@ -204,12 +205,11 @@ class _Solver:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
-            self._fields = dict[int, np.ndarray]()
+            self._near = dict[int, tuple[Reduced, int, dict[str, Any]]]()
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
             self._edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-        self._extremes = dict[int, dict[str, Any]]()
         self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.response is not None and answer.steady is None:
             heat, conductor = self._own.heats[-2], self._own.conductors[-2]
@@ -256,10 +256,10 @@ class _Solver:
         if not np.array_equal(given.heat.order, self._own.heat.order):
             raise SceneError("other nodes have given temperatures when the scene changes")
         for heat, own in zip(given.heats, self._own.heats, strict=True):
-            heat.kept.update(solve_steady=own.solve_steady)
+            heat.kept.update(solve_steady=lambda load, own=own: own.solve_steady(load))
         for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
             if conductor is not None and known is not None:
-                solve = _corrected(known.solve_cold, conductor.system(conductor.matrix))
+                solve = _corrected(known.solve_cold, conductor)
                 # Supplied at these potentials are currents into electrodes, where they are exact, and residuals.
                 given_here, given_there = (c.given(c.voltages) for c in (conductor, known))
                 supplied = known.cold_potentials + given_here - given_there
@@ -287,20 +287,24 @@ class _Solver:
             base = Base.of_steady(state, study.accuracy)
         else:
             base = hold(given.heats[level], given.conductors[level], self._hot)
-        if level not in self._fields:
-            fewer, tolerance = (FEWER, study.accuracy**0.5) if level < -1 else (0, study.accuracy)
-            self._fields[level] = self._loads_and_duals(study, base, response.generations - fewer, tolerance)
-        if level not in self._extremes:
-            self._extremes[level] = keep_places(base.heat)
-        base.heat.kept.update(**self._extremes[level])
-        reduced = base.project(np.column_stack([base.fields, self._fields[level]]))
-        marched = transient.march(base, reduced, study.end, SHORT**2)
-        return replace(values, traces=study.traces(outputs.of_transient(marched, study.part, self.times)))
+        if level not in self._near:
+            self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
+        near, few, places = self._near[level]
+        base.heat.kept.update(**places)
+        reduced, sums = near.moved(few, base.heat, base.conductor, base.patterns)
+        coefficients = replace(reduced, basis=np.eye(reduced.states)).changed(sums)
+        # The answer itself has shown that the conductor resists.
+        marched = transient.march(replace(base, conductor=None), coefficients, study.end, SHORT**2)
+        states, rates = (each @ marched.reduced.basis.T for each in marched.states(self.times))
+        out = outputs.of_states(base, reduced, study.part, self.times, states, rates)
+        return replace(values, traces=study.traces(out))
 
-    def _loads_and_duals(self, study: Study, base: Base, generations: int, tolerance: float) -> np.ndarray:
-        """(free nodes, fields): the Krylov fields of the loads of a base, and of the dual problems of the traces."""
+    def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, int]:
+        """The problem of a base on its own fields, the Krylov fields of its loads, and of the dual problems of the
+        traces; and how many of them hold its response, which are the first."""
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None
+        fewer, tolerance = (FEWER, study.accuracy**0.5) if level < -1 else (0, study.accuracy)
         earliest, duals = min(study.earliest, study.end), list[np.ndarray | None]()
         # The place of an extreme moves: its dual problems are of its places at some times.
         rises = response.transient.rises(np.geomspace(earliest, study.end, 8))
@@ -313,14 +317,18 @@ class _Solver:
             cold, warm = 0 * base.heat.unit, base.heat.unit
             for a, b in combinations_with_replacement([p.density for p in base.patterns], 2):
                 duals.append(conductor.joule_load(a, warm, b) - conductor.joule_load(a, cold, b))
-        bare = replace(base, fields=base.fields[:, :0])
-        dual = replace(bare, loads=[row for row in duals if row is not None and row.any()])
+        loads = [row for row in duals if row is not None and row.any()]
+        dual, count = replace(base, fields=base.fields[:, :0], loads=loads), response.generations - fewer
         # The errors of both multiply: half as many generations of the dual fields suffice, and of these what matters.
-        halves = (bare, generations), (dual, generations // 2)
-        loads, rows = (Krylov(each, self._shift, earliest).fields(count) for each, count in halves)
+        halves = (base, count), (dual, count // 2)
+        fields, rows = (Krylov(each, self._shift, earliest).fields(generations) for each, generations in halves)
         # The residual of the moment matters too: the dual problems begin before the first time of interest.
         times = np.geomspace(earliest / 10, study.end, 2 + int(np.log2(10 * study.end / earliest)))
-        return orthonormal(base.heat, np.column_stack([loads, _essential(dual, rows, times, tolerance)]))
+        reduced = base.project(np.column_stack([fields, _essential(dual, rows, times, tolerance)]))
+        marched = transient.march(base, reduced, study.end, SHORT)
+        times = np.concatenate([step.start + step.length * np.linspace(0, 1, 25) ** 4 for step in marched.steps])
+        _, sizes, sums = np.linalg.svd(marched.states(times)[0])
+        return marched.reduced.changed(sums.T), int((sizes > SHORT**2 * sizes[0]).sum())
 
 
 def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: float) -> np.ndarray:
@@ -335,11 +343,12 @@ def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: flo
     return fields @ (modes @ sums[sizes > tolerance].T)
 
 
-def _corrected(solve: Callable[[np.ndarray], np.ndarray], matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a solver of a matrix by one of a matrix near it, with two corrections, to the cube of their difference."""
+def _corrected(solve: Solver, conductor: Conductor) -> Solver:
+    """Return a solver of a cold conductor by one of a conductor near it, with two corrections, to the cube of their
+    difference."""
 
     def solved(load: np.ndarray) -> np.ndarray:
-        solution = solve(load)
+        solution, matrix = solve(load), conductor.system(conductor.matrix)
         for _ in range(2):
             solution = solution + solve(load - (matrix @ solution.T).T)
         return solution

@@ -81,6 +81,24 @@ class Reduced:
             potentials={name: (shares, turned(drop)) for name, (shares, drop) in self.potentials.items()},
         )  # fmt: skip
 
+    def moved(
+        self, few: int, heat: HeatProblem, conductor: Conductor | None, patterns: Sequence[Potential]
+    ) -> tuple[Reduced, np.ndarray]:
+        """The problem of a moved mesh on the same fields, and sums (r, r) of these that are orthonormal there. The
+        response is of the first ``few``: how the others act on each other is of the second order, and left as it is."""
+        r, basis = self.states, self.basis
+        few = few if len(patterns) == len(self.resistance) else r
+
+        def whole(part: np.ndarray, rest: np.ndarray) -> np.ndarray:
+            return np.block([[part[:few], part[few:].T], [part[few:], rest[few:, few:]]])
+
+        new = project(heat, conductor, basis, patterns, few)
+        mass = whole(basis.T @ (heat.inner_mass @ basis[:, :few]), np.eye(r))
+        others = (self if few < r else new).heating[..., new.heating.shape[-1] :]
+        heating = np.concatenate([new.heating, others], axis=-1)
+        new = replace(new, stiffness=whole(new.stiffness, self.stiffness), heating=heating)
+        return new, np.linalg.inv(np.linalg.cholesky(mass)).T
+
     def currents(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g (..., channels); NaN
         where the resistances are not positive, as no current answers a voltage there.
@@ -113,26 +131,26 @@ def _at(parts: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, temperatures: np.ndarray, patterns: Sequence[Potential] = ()
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential], few: int
 ) -> Reduced:
-    """The reduced problem on temperature fields (free nodes, r) and current fields."""
-    basis = orthonormal(heat, temperatures)
-    n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
+    """The reduced problem on orthonormal temperature fields (free nodes, r) and current fields; of stiffness and
+    heating the parts by the states of a ``few`` first fields alone."""
+    n, channels = heat.free, heat.inputs.count
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
-    for c, lift in enumerate(lifts):
+    for c, lift in enumerate(heat.lifts):
         if lift.any():
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    stiffness = basis.T @ (heat.inner_stiffness @ basis)
+    stiffness = basis.T @ (heat.inner_stiffness @ basis[:, :few])
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
     drawn, given = _given_currents(conductor, patterns, channels)
-    joule = _joule(heat, conductor, basis, patterns)
+    joule = _joule(heat, conductor, basis, patterns, few)
     return Reduced(basis, stiffness, source, inertia, supply, drawn, given, **joule)
 
 
 def _joule(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential]
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential], few: int
 ) -> dict[str, Any]:
     """The Joule heat in `Reduced` by its names.
 
@@ -140,7 +158,7 @@ def _joule(
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
-    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + r))
+    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + few))
     in_box, at_held = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.held}
     potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
     parts = {
@@ -172,8 +190,9 @@ def _joule(
         for boundary, part in zip(held, parts_held, strict=True):
             at_held[boundary] += part
         for i, j in zip(*np.tril_indices(m), strict=True):
-            heating[i, j] += (warm * products[i, j] * v[channels:]) @ v.T
-            heating[i, j, :, 0] += v[channels:] @ (cold * products[i, j])
+            heats = warm * products[i, j] * v[: channels + few]
+            heats[0] += cold * products[i, j]
+            heating[i, j] += v[channels:] @ heats.T
             heating[j, i] = heating[i, j]
         for probe, (_, density, _) in conductor.influences.items():
             across = np.einsum("idx,dx->ix", currents, density[:, cells].reshape(density.shape[0], -1))

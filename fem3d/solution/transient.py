@@ -20,7 +20,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Potential
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
-from fem3d.solution.reduced import Reduced, independent_fields, project
+from fem3d.solution.reduced import Reduced, independent_fields, orthonormal, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
 
@@ -71,7 +71,8 @@ class Base:
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
-        return project(self.heat, self.conductor, fields, self.patterns)
+        basis = orthonormal(self.heat, fields)
+        return project(self.heat, self.conductor, basis, self.patterns, basis.shape[1])
 
 
 def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
@@ -209,7 +210,9 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
 
     def holds(time: float, state: np.ndarray) -> bool:
-        rise = base.heat.whole(modal.basis @ state) + inputs.at(time) @ base.heat.lifts
+        def rise() -> np.ndarray:
+            return base.heat.whole(modal.basis @ state) + inputs.at(time) @ base.heat.lifts
+
         return resists(base.conductor, time, rise)
 
     sources = partial(_source, base, modal)
@@ -217,7 +220,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     return Transient(base, modal, trajectory)
 
 
-def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
+def resists(conductor: Conductor | None, time: float, rise: Callable[[], np.ndarray]) -> bool:
     """Return whether a linear resistivity is within `LEAST` of its cold value everywhere, and below the inverse at a
     given current, at a rise (all nodes, K) and a time (s). A law has values at all temperatures.
 
@@ -226,7 +229,7 @@ def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
     """
     if conductor is None or conductor.following is not None or not conductor.warms:
         return True
-    ratio = conductor.resistivity(rise) / conductor.cold
+    ratio = conductor.resistivity(rise()) / conductor.cold
     if conductor.draws_current and ratio.max() > 1 / LEAST:
         return False
     used_up = (ratio <= LEAST).any(axis=1)
