@@ -57,25 +57,15 @@ def compact(
 
     Parameters
     ----------
-    scene : AnyScene
-        A scene of boxes or on a mesh file.
-    states : int or None
-        Number of states; None for as many as the accuracy takes.
-    accuracy : float
-        Largest error, relative to the same scales as the scene's accuracy.
-    say : callable
-        Takes progress messages.
-    seconds : float, optional
-        Processor time of an earlier 3D solution; by default the time of the first run.
-    rough : Result, optional
-        The earlier 3D solution, whose mesh the first run over time begins with.
+    scene : scene of boxes or on a mesh file
+    states : number of states; None for as many as the accuracy takes
+    accuracy : largest error, relative to the same scales as the scene's accuracy
+    say : takes progress messages
+    seconds : processor time of an earlier 3D solution; by default the time of the first run
+    rough : the earlier 3D solution, whose mesh the first run over time begins with
 
-    Returns
-    -------
-    dict
-        The document of `statespace.runtime.CompactModel`. It has "warnings" where the time or the memory ends before
-        the accuracy is reached.
-
+    Returns the document of `statespace.runtime.CompactModel`, with "warnings" where the time or the memory ends before
+    the accuracy is reached.
     Raises SceneError for a scene that has no compact model, and NumericsError where the scene has no solution.
     """
     check(scene)

@@ -205,7 +205,7 @@ class _Solver:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
-            self._near = dict[int, tuple[Reduced, int, dict[str, Any]]]()
+            self._near = dict[int, tuple[Reduced, int, np.ndarray | None, dict[str, Any]]]()
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
@@ -289,9 +289,9 @@ class _Solver:
             base = hold(given.heats[level], given.conductors[level], self._hot)
         if level not in self._near:
             self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
-        near, few, places = self._near[level]
+        near, few, at_points, places = self._near[level]
         base.heat.kept.update(**places)
-        reduced, sums = near.moved(few, base.heat, base.conductor, base.patterns)
+        reduced, sums = near.moved(few, at_points, base.heat, base.conductor, base.patterns)
         coefficients = replace(reduced, basis=np.eye(reduced.states)).changed(sums)
         # The answer itself has shown that the conductor resists.
         marched = transient.march(replace(base, conductor=None), coefficients, study.end, SHORT**2)
@@ -299,9 +299,9 @@ class _Solver:
         out = outputs.of_states(base, reduced, study.part, self.times, states, rates)
         return replace(values, traces=study.traces(out))
 
-    def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, int]:
+    def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, int, np.ndarray | None]:
         """The problem of a base on its own fields, the Krylov fields of its loads, and of the dual problems of the
-        traces; and how many of them hold its response, which are the first."""
+        traces; how many of them hold its response, which are the first; and their values in the conductor."""
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None
         fewer, tolerance = (FEWER, study.accuracy**0.5) if level < -1 else (0, study.accuracy)
@@ -328,7 +328,8 @@ class _Solver:
         marched = transient.march(base, reduced, study.end, SHORT)
         times = np.concatenate([step.start + step.length * np.linspace(0, 1, 25) ** 4 for step in marched.steps])
         _, sizes, sums = np.linalg.svd(marched.states(times)[0])
-        return marched.reduced.changed(sums.T), int((sizes > SHORT**2 * sizes[0]).sum())
+        reduced, few = marched.reduced.changed(sums.T), int((sizes > SHORT**2 * sizes[0]).sum())
+        return reduced, few, None if conductor is None else conductor.on.value(base.heat.field(reduced.basis.T))
 
 
 def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: float) -> np.ndarray:
@@ -344,8 +345,7 @@ def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: flo
 
 
 def _corrected(solve: Solver, conductor: Conductor) -> Solver:
-    """Return a solver of a cold conductor by one of a conductor near it, with two corrections, to the cube of their
-    difference."""
+    """Return a solver of a cold conductor by one of a conductor near it, to the cube of their difference."""
 
     def solved(load: np.ndarray) -> np.ndarray:
         solution, matrix = solve(load), conductor.system(conductor.matrix)

@@ -82,17 +82,18 @@ class Reduced:
         )  # fmt: skip
 
     def moved(
-        self, few: int, heat: HeatProblem, conductor: Conductor | None, patterns: Sequence[Potential]
+        self, few: int, values: Any, heat: HeatProblem, conductor: Conductor | None, patterns: Sequence[Potential]
     ) -> tuple[Reduced, np.ndarray]:
         """The problem of a moved mesh on the same fields, and sums (r, r) of these that are orthonormal there. The
-        response is of the first ``few``: how the others act on each other is of the second order, and left as it is."""
+        response is of the first ``few``: how the others act on each other is of the second order, and left as it is.
+        The fields' ``values`` (r, rows, points) in the conductor stay."""
         r, basis = self.states, self.basis
         few = few if len(patterns) == len(self.resistance) else r
 
         def whole(part: np.ndarray, rest: np.ndarray) -> np.ndarray:
             return np.block([[part[:few], part[few:].T], [part[few:], rest[few:, few:]]])
 
-        new = project(heat, conductor, basis, patterns, few)
+        new = project(heat, conductor, basis, patterns, few, values)
         mass = whole(basis.T @ (heat.inner_mass @ basis[:, :few]), np.eye(r))
         others = (self if few < r else new).heating[..., new.heating.shape[-1] :]
         heating = np.concatenate([new.heating, others], axis=-1)
@@ -131,10 +132,11 @@ def _at(parts: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential], few: int
-) -> Reduced:
-    """The reduced problem on orthonormal temperature fields (free nodes, r) and current fields; of stiffness and
-    heating the parts by the states of a ``few`` first fields alone."""
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential],
+    few: int, values: np.ndarray | None = None,
+) -> Reduced:  # fmt: skip
+    """The reduced problem on orthonormal temperature fields (free nodes, r), perhaps with their ``values`` in the
+    conductor, and current fields; of stiffness and heating the parts by the states of a ``few`` first fields alone."""
     n, channels = heat.free, heat.inputs.count
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(heat.lifts):
@@ -145,13 +147,14 @@ def project(
     stiffness = basis.T @ (heat.inner_stiffness @ basis[:, :few])
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
     drawn, given = _given_currents(conductor, patterns, channels)
-    joule = _joule(heat, conductor, basis, patterns, few)
+    joule = _joule(heat, conductor, basis, patterns, few, values)
     return Reduced(basis, stiffness, source, inertia, supply, drawn, given, **joule)
 
 
 def _joule(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential], few: int
-) -> dict[str, Any]:
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential],
+    few: int, values: np.ndarray | None,
+) -> dict[str, Any]:  # fmt: skip
     """The Joule heat in `Reduced` by its names.
 
     With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
@@ -168,7 +171,8 @@ def _joule(
         return parts
     on = conductor.on
     densities = np.array([p.density for p in patterns])
-    fields = on.value(heat.field(np.concatenate([heat.lifts, heat.whole(basis.T)])))
+    values = on.value(heat.field(basis.T)) if values is None else values
+    fields = np.concatenate([on.value(heat.field(heat.lifts)), values])
     held = {name: on.value(heat.field(u)) for name, u in heat.held.items()}
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
