@@ -7,6 +7,7 @@ proportion. Bricks stay bricks, and cells, functions and unknowns stay the same.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -45,8 +46,10 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     maps = [_displacements(part.scene, scene, axis) for axis in range(3)]
     if not isinstance(domain.space, BrickSpace):
         mesh = domain.space.mesh
-        points = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
-        return boxes(scene, replace(mesh, doflocs=points), domain.space.p)
+        moved = copy(mesh)  # with its facets and edges
+        moved.doflocs = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
+        vars(moved).pop("_cached_mapping", None)
+        return boxes(scene, moved, domain.space.p)
     grid = domain.space.grid
     breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
     return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))
