@@ -140,9 +140,8 @@ class Search:
         start = nested.carried(*self.before, problems.heat) if self.before else None
         fine = nested.solution(self.study, problems, start=start) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
-        space = problems.domain.space
-        if fine is not None and problems.follows and isinstance(space, BrickSpace):
-            self.before = space, fine.state.heat.field(fine.state.rise)
+        if fine is not None and problems.follows and isinstance(problems.domain.space, BrickSpace):
+            self.before = problems.domain.space, fine.state.heat.field(fine.state.rise)
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.enough):

@@ -54,7 +54,7 @@ class Meshes:
 
 @pytest.fixture(autouse=True)
 def _told(monkeypatch):
-    def solution(study: Any, given: Any) -> SimpleNamespace:
+    def solution(study: Any, given: Any, start: Any = None) -> SimpleNamespace:
         if isinstance(given.told, Exception):
             raise given.told
         return SimpleNamespace(state=None)
