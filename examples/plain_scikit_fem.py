@@ -1,13 +1,14 @@
 """The 3D model in one screen: the sink's steady state at 1 V by scikit-fem, on one mesh.
 
-A quarter of the sink: x from its middle across, y from its middle along the beam, z up from the oxide's top. The weak
-forms are the toolkit's own (`fem3d/spaces/element.py`); everything else is written out.
+A quarter of the sink: x from its middle across, y from its middle along the beam, z up from the oxide's top.
 """
 
 import numpy as np
-from skfem import Basis, ElementHex2, Functional, MeshHex, condense, solve
+from skfem import Basis, BilinearForm, ElementHex2, Functional, LinearForm, MeshHex, condense, solve
+from skfem.helpers import dot, grad
 
-from fem3d.spaces.element import conduction, joule_heat
+conduction = BilinearForm(lambda u, v, w: w.conductivity * dot(grad(u), grad(v)))
+joule_heat = LinearForm(lambda v, w: w.conductivity * dot(grad(w.potential), grad(w.potential)) * v)
 
 # Table 1 of the paper, in SI units; every length in m.
 SILICON, OXIDE = 130.0, 1.38  # thermal conductivity, W/(m K)

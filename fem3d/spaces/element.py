@@ -1,16 +1,14 @@
-"""The trunk (serendipity) hexahedron of any degree for scikit-fem, quadrature, and the weak forms of both problems.
+"""The trunk (serendipity) hexahedron of any degree for scikit-fem, its reference matrices, and quadrature.
 
 A basis function is a product of three 1D functions: 0 and 1 are linear, k >= 2 is the integral of the Legendre
 polynomial k - 1. Edges carry k = 2 ... p, facets pairs with j + k <= p, the interior triples with i + j + k <= p (Szabo
 and Babuska, Finite Element Analysis, 1991, section 6). All bricks of a grid are oriented alike, so that odd functions
 match. Functions of lower degrees span the lower spaces: leaving some out makes spaces of mixed and of nested degrees.
 
-The weak forms of both problems; the matrices of bricks are tested against these definitions:
+The matrices of bricks are tested against scikit-fem's assembly of the weak forms of both problems:
 
 Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
 Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).
-
-Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point).
 """
 
 from __future__ import annotations
@@ -23,9 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.sparse import csr_array
-from skfem import BilinearForm, LinearForm
 from skfem.element import ElementH1
-from skfem.helpers import dot, grad
 from skfem.refdom import RefHex
 
 Degrees = tuple[int, int, int]
@@ -116,8 +112,8 @@ def factors(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=512)
 def local(p: int, degrees: Degrees) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The reference matrices of the functions that are active for degrees along x, y, z: the forms
-    `conduction` and `capacity`, made of their 1D factors. The rows and columns (pairs,) among the functions whose
+    """The reference matrices of the functions that are active for degrees along x, y, z, made of their
+    1D factors. The rows and columns (pairs,) among the functions whose
     entries are not zero, and (4, pairs) the x, y, z stiffness and the mass of the unit cube."""
     if min(degrees) < p:  # a part of the matrices of the whole degree
         (rows, columns, entries), there = local(p, (p, p, p)), active(p, degrees)
@@ -138,26 +134,6 @@ def separate(p: int, degrees: Degrees) -> csr_array:
     (rows, columns, entries), n = local(p, degrees), len(modes(p))
     starts = np.append(0, np.tile(np.bincount(rows, minlength=n), 4).cumsum())
     return csr_array((entries.ravel(), np.tile(columns, 4), starts), shape=(4 * n, n))
-
-
-@BilinearForm
-def conduction(u: Any, v: Any, w: Any) -> Any:
-    """k grad u . grad v, or sigma grad u . grad v; k one for each axis where there are three."""
-    if np.ndim(w.conductivity) > 2:
-        return (w.conductivity * grad(u) * grad(v)).sum(axis=0)
-    return w.conductivity * dot(grad(u), grad(v))
-
-
-@BilinearForm
-def capacity(u: Any, v: Any, w: Any) -> Any:
-    """rho c u v."""
-    return w.heat_capacity * u * v
-
-
-@LinearForm
-def joule_heat(v: Any, w: Any) -> Any:
-    """sigma |grad phi|^2 v."""
-    return w.conductivity * dot(grad(w.potential), grad(w.potential)) * v
 
 
 class Rule(NamedTuple):

@@ -6,10 +6,10 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
-from skfem import Basis, FacetBasis, LinearForm, MeshHex
+from skfem import Basis, BilinearForm, FacetBasis, LinearForm, MeshHex
+from skfem.helpers import dot, grad
 
 from fem3d.results.extremes import Extreme
-from fem3d.spaces import element
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.element import ElementHexTrunk, modes
@@ -19,6 +19,8 @@ from scenes.model import Box, Material, Probe, Scene
 from scenes.sink import SILICON
 from tests.fem3d import grid_of
 
+conduction = BilinearForm(lambda u, v, w: w.conductivity * dot(grad(u), grad(v)))
+capacity = BilinearForm(lambda u, v, w: w.heat_capacity * u * v)
 CUBE = MeshHex.init_tensor(*3 * [np.array([0.0, 1.0])])
 
 
@@ -85,13 +87,13 @@ def differences(p, wrong=1.0):
     ones = np.ones(theirs.dx.shape)
     stiffness, mass = ours.matrices(wrong * k, c)
     found = {
-        "stiffness": far(stiffness, element.conduction.assemble(theirs, conductivity=k[:, None] * ones)),
-        "mass": far(mass, element.capacity.assemble(theirs, heat_capacity=c[:, None] * ones)),
+        "stiffness": far(stiffness, conduction.assemble(theirs, conductivity=k[:, None] * ones)),
+        "mass": far(mass, capacity.assemble(theirs, heat_capacity=c[:, None] * ones)),
     }
     some = np.arange(1, 4)
     part, cells = theirs.with_elements(some), ours.on(some)
     inner = np.ones(part.dx.shape)
-    of_part = element.conduction.assemble(part, conductivity=k[some][:, None] * inner)
+    of_part = conduction.assemble(part, conductivity=k[some][:, None] * inner)
     found["some cells"] = far(ours.stiffness(wrong * k[some], some), of_part)
     found["flow"] = far(cells.flow(wrong * k[some][:, None] * cells.gradient(u)), of_part @ u)
     found["load"] = far(cells.load(wrong * np.ones_like(cells.weights)), integral.assemble(part, density=1.0))
@@ -100,7 +102,7 @@ def differences(p, wrong=1.0):
     there = FacetBasis(ours.mesh, theirs.elem, facets=facets, intorder=2 * p + 1)
     h = rng.random(len(facets))[:, None]
     found["face load"] = far(faces.load(wrong * h), integral.assemble(there, density=h * np.ones(there.dx.shape)))
-    found["face mass"] = far(wrong * faces.mass_of(), element.capacity.assemble(there, heat_capacity=1.0))
+    found["face mass"] = far(wrong * faces.mass_of(), capacity.assemble(there, heat_capacity=1.0))
     found["flux"] = far(faces.flux(wrong * h), flux.assemble(there, conductivity=h * np.ones(there.dx.shape)))
     return found
 
