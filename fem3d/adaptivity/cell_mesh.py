@@ -62,9 +62,9 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
     part, larger = _fractions(record, history)
     before = history[-1].errors if history and not level.problems.follows else {}
     fell = {n for n, e in before.items() if level.errors[n] <= FELL * e}
-    most = AS_IT_IS if level.extrapolated else 1.0
     shares = dict[str, float]()
     for n, estimate in level.errors.items():
+        most = AS_IT_IS if n in level.extrapolated else 1.0
         share = max(min(part, most) if n in fell else most, level.least[n] / max(estimate, 1e-300))
         shares[n] = max(min(share, 1.0), larger.get(n, 0.0))
     errors = {n: shares[n] * estimate for n, estimate in level.errors.items()}

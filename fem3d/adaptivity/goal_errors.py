@@ -197,7 +197,7 @@ class Level:
     goals: indicators of the power and of each goal with the power, relative to the scales.
     least: lower limit of the errors, independent of other meshes: the deviation of the extrapolated change
         (`fem3d.adaptivity.nested`), the imbalance of heat and the error of the coupled iteration.
-    extrapolated: whether the fine quantities contain the expected change by later degrees.
+    extrapolated: the fine quantities to which the expected change by later degrees is added.
     record: the estimates before a correction by earlier meshes (`fem3d.adaptivity.cell_mesh`), on cells.
     """
 
@@ -208,7 +208,7 @@ class Level:
     errors: Errors
     goals: dict[str, np.ndarray]
     least: Errors
-    extrapolated: bool = False
+    extrapolated: frozenset[str] = frozenset()
     record: Record | None = None
 
     @property
@@ -262,7 +262,8 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
         doubts = {name: doubt + scales[name] * float(np.sum(torn.get(name, 0.0))) for name, doubt in doubts.items()}
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors, least = (_with_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
-    return Level(given, better, low, scales, errors, goals, least, better is not fine)
+    moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)
+    return Level(given, better, low, scales, errors, goals, least, moved)
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> Errors:
