@@ -42,8 +42,7 @@ from statespace.runtime import CompactModel
 
 FULL = "the full model"
 TRUTH, ROUGH = 0.5, 3.0
-"""Parts of the accuracy: for the runs of the full model and the mesh of the compact one, and for the mesh where its
-part is not reached."""
+"""Parts of the accuracy: for the runs and the mesh of the compact model, and for a mesh that does not reach it."""
 LONGEST, ALWAYS = 4.0, 30.0
 """Limit of the runs: this multiple of the processor time of the 3D solution, or at least these seconds."""
 MOST_PLACES = 12  # of an extreme

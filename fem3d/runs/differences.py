@@ -132,10 +132,7 @@ def sensitivities(
     keys : by key the function that makes the study of a scene next to the answer's
     rows : (places, functions) that sample the rise, for ``Sensitivities.profile``
 
-    Raises
-    ------
-    NumericsError
-        if the scene itself cannot be solved again
+    Raises NumericsError if the scene itself cannot be solved again.
     """
     solver = _Solver(study, answer, rows)
     steady, course = Table(), Course(solver.times, solver.base[0].traces, {}, {})
@@ -277,7 +274,8 @@ class _Solver:
         return Values(steady, profile), state
 
     def _values(self, study: Study, given: Problems, level: int) -> Values:
-        """Solve in one of the nested spaces; over time in the fields of the base."""
+        """Solve in one of the nested spaces; over time in the fields of the base, which has shown that the conductor
+        resists."""
         values, response = Values({}), self._answer.response
         if self._answer.steady is not None:
             values, state = self._steady(study, given, level)
@@ -291,9 +289,8 @@ class _Solver:
             self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
         near, few, at_points, places = self._near[level]
         base.heat.kept.update(**places)
-        reduced, sums = near.moved(few, at_points, base.heat, base.conductor, base.patterns)
+        reduced, sums = base.near(near, few, at_points)
         coefficients = replace(reduced, basis=np.eye(reduced.states)).changed(sums)
-        # The answer itself has shown that the conductor resists.
         marched = transient.march(replace(base, conductor=None), coefficients, study.end, SHORT**2)
         states, rates = (each @ marched.reduced.basis.T for each in marched.states(self.times))
         out = outputs.of_states(base, reduced, study.part, self.times, states, rates)

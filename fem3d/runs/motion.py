@@ -7,7 +7,6 @@ proportion. Bricks stay bricks, and cells, functions and unknowns stay the same.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -32,10 +31,8 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     domain : the domain of ``part``
     part, other : the parts of both scenes that are solved
 
-    Raises
-    ------
-    SceneError
-        if no such motion exists: faces in one plane move apart or past others, or a part or a symmetry is lost
+    Raises SceneError if no such motion exists: faces in one plane move apart or past others, or a part or a symmetry is
+    lost.
     """
     alike = [p[::2] for p in part.planes] == [p[::2] for p in other.planes]
     if not alike or _names(part.scene) != _names(other.scene):
@@ -46,10 +43,8 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     maps = [_displacements(part.scene, scene, axis) for axis in range(3)]
     if not isinstance(domain.space, BrickSpace):
         mesh = domain.space.mesh
-        moved = copy(mesh)  # with its facets and edges
-        moved.doflocs = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
-        vars(moved).pop("_cached_mapping", None)
-        return boxes(scene, moved, domain.space.p)
+        points = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
+        return boxes(scene, replace(mesh, doflocs=points), domain.space.p)
     grid = domain.space.grid
     breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
     return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))

@@ -69,13 +69,8 @@ class Projection:
         return self.heat.whole(a @ self.reduced.basis.T) + g @ lifts[1:] + lifts[0]
 
     def state_space(self, places: Mapping[str, np.ndarray]) -> StateSpace:
-        """Write the projection as a state space.
-
-        Parameters
-        ----------
-        places : Mapping
-            For each probe of an extreme the rows (places, all nodes) of its possible places.
-        """
+        """Write the projection as a state space; ``places`` are the rows (places, all nodes) of possible places of each
+        probe of an extreme."""
         heat, reduced = self.heat, self.reduced
         fields, channels = reduced.supply.shape[1], heat.inputs.count
         system = {

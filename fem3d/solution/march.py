@@ -257,7 +257,7 @@ class _March:
 
         def holds(time: float) -> bool:
             rise = step.at(time)[0]
-            return largest(rise) <= HOTTEST and resists(self._conductor, time, lambda: rise)
+            return largest(rise) <= HOTTEST and resists(self._conductor, time, rise)
 
         end = step.start + step.length
         if not holds(end):

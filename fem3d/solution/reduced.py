@@ -81,25 +81,6 @@ class Reduced:
             potentials={name: (shares, turned(drop)) for name, (shares, drop) in self.potentials.items()},
         )  # fmt: skip
 
-    def moved(
-        self, few: int, values: Any, heat: HeatProblem, conductor: Conductor | None, patterns: Sequence[Potential]
-    ) -> tuple[Reduced, np.ndarray]:
-        """The problem of a moved mesh on the same fields, and sums (r, r) of these that are orthonormal there. The
-        response is of the first ``few``: how the others act on each other is of the second order, and left as it is.
-        The fields' ``values`` (r, rows, points) in the conductor stay."""
-        r, basis = self.states, self.basis
-        few = few if len(patterns) == len(self.resistance) else r
-
-        def whole(part: np.ndarray, rest: np.ndarray) -> np.ndarray:
-            return np.block([[part[:few], part[few:].T], [part[few:], rest[few:, few:]]])
-
-        new = project(heat, conductor, basis, patterns, few, values)
-        mass = whole(basis.T @ (heat.inner_mass @ basis[:, :few]), np.eye(r))
-        others = (self if few < r else new).heating[..., new.heating.shape[-1] :]
-        heating = np.concatenate([new.heating, others], axis=-1)
-        new = replace(new, stiffness=whole(new.stiffness, self.stiffness), heating=heating)
-        return new, np.linalg.inv(np.linalg.cholesky(mass)).T
-
     def currents(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g (..., channels); NaN
         where the resistances are not positive, as no current answers a voltage there.

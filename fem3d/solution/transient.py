@@ -74,6 +74,19 @@ class Base:
         basis = orthonormal(self.heat, fields)
         return project(self.heat, self.conductor, basis, self.patterns, basis.shape[1])
 
+    def near(self, known: Reduced, few: int, values: np.ndarray | None) -> tuple[Reduced, np.ndarray]:
+        """The reduced problem on the fields of a ``known`` one that this is near, with ``values`` (r, rows, points) in
+        the conductor; and sums (r, r) of the fields that are orthonormal here. The response is of the ``few`` first
+        fields: how the others act on each other is of the second order, and left as it is."""
+        r, basis, patterns = known.states, known.basis, self.patterns
+        few = few if len(patterns) == len(known.resistance) else r
+        new = project(self.heat, self.conductor, basis, patterns, few, values)
+        parts = (basis.T @ (self.heat.inner_mass @ basis[:, :few]), np.eye(r)), (new.stiffness, known.stiffness)
+        mass, stiffness = (np.block([[a[:few], a[few:].T], [a[few:], b[few:, few:]]]) for a, b in parts)
+        others = (known if few < r else new).heating[..., new.heating.shape[-1] :]
+        heating = np.concatenate([new.heating, others], axis=-1)
+        return replace(new, stiffness=stiffness, heating=heating), np.linalg.inv(np.linalg.cholesky(mass)).T
+
 
 def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
     """The loads, and the loads of changing given temperatures."""
@@ -210,9 +223,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
 
     def holds(time: float, state: np.ndarray) -> bool:
-        def rise() -> np.ndarray:
-            return base.heat.whole(modal.basis @ state) + inputs.at(time) @ base.heat.lifts
-
+        rise = base.heat.whole(modal.basis @ state) + inputs.at(time) @ base.heat.lifts
         return resists(base.conductor, time, rise)
 
     sources = partial(_source, base, modal)
@@ -220,7 +231,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     return Transient(base, modal, trajectory)
 
 
-def resists(conductor: Conductor | None, time: float, rise: Callable[[], np.ndarray]) -> bool:
+def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
     """Return whether a linear resistivity is within `LEAST` of its cold value everywhere, and below the inverse at a
     given current, at a rise (all nodes, K) and a time (s). A law has values at all temperatures.
 
@@ -229,7 +240,7 @@ def resists(conductor: Conductor | None, time: float, rise: Callable[[], np.ndar
     """
     if conductor is None or conductor.following is not None or not conductor.warms:
         return True
-    ratio = conductor.resistivity(rise()) / conductor.cold
+    ratio = conductor.resistivity(rise) / conductor.cold
     if conductor.draws_current and ratio.max() > 1 / LEAST:
         return False
     used_up = (ratio <= LEAST).any(axis=1)
