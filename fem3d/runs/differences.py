@@ -137,6 +137,7 @@ def sensitivities(
     solver = _Solver(study, answer, rows)
     steady, course = Table(), Course(solver.times, solver.base[0].traces, {}, {})
     profile, left_out = dict[str, np.ndarray](), dict[str, str]()
+    near = np.abs(np.log2(course.times / course.times[:, None])) <= 1.0
     for key, found in solver.differences(keys):
         if isinstance(found, Exception):
             left_out[key] = str(found)
@@ -146,7 +147,8 @@ def sensitivities(
             profile[key] = found.steady(lambda values: values.profile)[0]
         traces = {name: found.of_trace(name) for name in course.traces}
         course.values[key] = {name: value for name, (value, _) in traces.items()}
-        course.errors[key] = {name: error for name, (_, error) in traces.items()}
+        # At some time both levels agree by chance: an error is the largest one between half and twice its time.
+        course.errors[key] = {name: np.where(near, error, 0.0).max(axis=1) for name, (_, error) in traces.items()}
     return Sensitivities(steady, dict(known), None if answer.response is None else course, profile, left_out)
 
 
