@@ -129,8 +129,7 @@ class Extreme:
             at = np.array(list(np.ndindex(*[along] * count)), int)
             for some in np.array_split(going, 1 + len(going) * max(known[0].size, at.size) // AT_ONCE):
                 near, values = np.clip(places[some][..., None] + around, 0.0, 1.0), known[whose[some]]
-                for side in range(count):
-                    table = legvander(2 * near[:, side] - 1, degree) @ to_legendre
+                for table in (legvander(2 * near - 1, degree) @ to_legendre).swapaxes(0, 1):
                     values = values.reshape(len(some), degree + 1, -1).swapaxes(1, 2) @ table.swapaxes(1, 2)
                 values, points = values.reshape(len(some), -1), near[:, np.arange(count), at]
                 inside, every = self._inside(points), np.arange(len(some))

@@ -85,10 +85,15 @@ class BrickSpace(Space):
         volume, energies, along = self.h.prod(axis=0), np.empty((len(v), 3, self.h.shape[1])), modes(self.p) > 1
         scale = np.concatenate([k * volume / self.h**2, [c * volume]])
         shares = np.where(along.any(axis=1), along.T / np.maximum(along.sum(axis=1), 1), 1 / 3)
+        present = v.any(axis=0)
         for cells in self._classes:
             at = self.dofs[:, cells]
-            flows = (separate(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape)
-            energies[..., cells] = shares @ ((scale[:, None, cells] * flows).sum(axis=0) * v[:, at])
+            flows, of_v = (
+                (separate(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape),
+                present[at].any(axis=1),
+            )
+            heats = np.einsum("dc,dfc->fc", scale[:, cells], flows[:, of_v])
+            energies[..., cells] = shares[:, of_v] @ (heats * v[:, at[of_v]])
         return energies
 
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
