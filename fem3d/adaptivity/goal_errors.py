@@ -80,7 +80,8 @@ class Duals:
         seen = []
         for upper, density, duals in zip(given.conductors[1:], densities, self.fields, strict=True):
             assert upper is not None
-            flows = [conductor.on.flow(conductor.on.value(dual) * density) for dual in duals - np.array(stills)]
+            pairs = zip(duals, stills, strict=True)
+            flows = [conductor.on.flow(conductor.on.value(dual - still) * density) for dual, still in pairs]
             seen.append(upper.respond(np.array(flows)))
         return dict(zip(self.rows, given.electric(seen, potentials), strict=True))
 
@@ -253,12 +254,12 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
         goals[name] = sum((estimator.indicators(each) for each in parts), torn.get(name, np.zeros_like(power.last)))
         # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
         # without a dual solution it may continue as slowly as beside the sharpest edge.
-        change, own = abs(float(value - low.quantities[name])) / scales[name], np.abs([p.last for p in parts]).sum()
+        change, own = abs(float(value - low.quantities[name])) / scales[name], sum(each.size for each in parts)
         rest = max(change - own, 0.0) * (1.0 if name in known else slowest)
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:
-        better, doubts = nested.extrapolated(study, given, fine, low, scales, (heat, current), estimator)
+        better, doubts = nested.extrapolated(study, given, fine, low, scales, heat, current, estimator)
         doubts = {name: doubt + scales[name] * float(np.sum(torn.get(name, 0.0))) for name, doubt in doubts.items()}
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors, least = (_with_others(study, fine, scales, each, unsettled) for each in (errors, doubts))

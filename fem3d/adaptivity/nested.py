@@ -128,14 +128,16 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Contributions:
         """Relative contributions of degrees p - 1 and p to the power of the cold conductor."""
-        conductor, total = self.conductor, np.zeros((2, 3, len(self.domain.body)))
+        conductor, nothing = self.conductor, np.zeros((3, len(self.domain.body)))
+        total = Contributions(nothing, nothing)
         if conductor is not None:
             powers = [max(float(np.sum(phi * (conductor.matrix @ phi.T).T)), 1e-300) for phi in self.cold_potentials]
             for channel in zip(*self.cold_potentials, strict=True):
                 # The power changes by the square of the change of the potential: no terms cancel.
                 pairs = zip(pairwise(channel), powers[1:], strict=True)
-                total += self.electric([(b - a)[None] / power for (a, b), power in pairs], channel, whole=True)[0]
-        return Contributions(*total)
+                (parts,) = self.electric([(b - a)[None] / power for (a, b), power in pairs], channel, whole=True)
+                total = Contributions(*(a + b for a, b in zip(total, parts, strict=True)))
+        return total
 
 
 def added(free: Sequence[np.ndarray], duals: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -236,27 +238,32 @@ def extrapolated(
     fine: Solution,
     low: Solution,
     scales: Mapping[str, float],
-    contributed: Sequence[Mapping[str, Contributions]],
+    heat: Mapping[str, Contributions],
+    current: Mapping[str, Contributions],
     estimator: Estimator,
 ) -> tuple[Solution, dict[str, float]]:
     """Return the fine solution with quantities extrapolated to later degrees, and the largest deviation of each.
 
     Quantities are not extrapolated where a study wants the fields' own values, nor where a law of the temperature
     causes errors away from edges: then return the solution as it is, and the largest change by later degrees, at least
-    the change by the last one. ``contributed`` by the heat and by the current are parts of the goals, relative to the
-    scales. The rest of a change comes by way of other quantities, and continues like all contributions together,
-    including the contributions to the power.
+    the change by the last one. ``heat`` and ``current`` are the contributions of the last degree to the goals on each
+    cell, relative to the scales. The rest of a change comes by way of other quantities, and continues like all
+    contributions together, including the contributions to the power.
     """
-    own = {n: [estimator.later(p[n], i) for i, p in enumerate(contributed) if n in p] for n in fine.quantities}
-    power = estimator.later(given.electric_parts, 1)
-    every = np.abs([power, *(part for parts in own.values() for part in parts)]).sum(axis=(0, 2))
+    signed = {
+        name: [(each[name].last.sum(axis=0), on) for each, on in ((heat, False), (current, True)) if name in each]
+        for name in fine.quantities
+    }
+    every = [(given.electric_parts.last.sum(axis=0), True), *(each for own in signed.values() for each in own)]
+    mean = np.sum([estimator.later(np.abs(part), electric) for part, electric in every], axis=0)
+    mean /= max(sum(float(np.abs(part).sum()) for part, _ in every), 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
     known = study.extrapolated and not given.follows
     for name, value in fine.quantities.items():
-        last = float(value - low.quantities[name])
-        parts = scales[name] * sum((part.sum(axis=1) for part in own[name]), np.zeros(3))
-        other = last - float(parts[0])
-        _, expected, doubt = (parts + every / max(every[0], 1e-300) * [other, other, abs(other)]).tolist()
+        last, own = float(value - low.quantities[name]), signed[name]
+        other = last - scales[name] * sum(float(part.sum()) for part, _ in own)
+        later = sum((scales[name] * estimator.later(*each) for each in own), mean * [other, abs(other)])
+        expected, doubt = later.tolist()
         quantities[name] = value + expected
         doubts[name] = doubt if known else max(doubt + abs(expected), abs(last))
     return replace(fine, quantities=quantities) if known else fine, doubts
