@@ -45,7 +45,7 @@ class Data:
     left_out: Mapping[str, str] = field(default_factory=dict)
     run: str = ""
     warnings: tuple[str, ...] = ()
-    others: Mapping[str, np.ndarray] = field(default_factory=dict)
+    others: Mapping[str, Any] = field(default_factory=dict)
     u: Mapping[str, np.ndarray] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
     curve: tuple[str, np.ndarray] | None = None

@@ -73,7 +73,8 @@ def _list(claims: Sequence[Check]) -> str:
     said = [_size(each) for each in shown]
     if others:
         limit = bound(max(abs(each.difference) + each.u_num for each in others))
-        places = " and ".join(each.title for each in others) if len(others) <= SHOWN else f"{len(others)} others"
+        many = f"{len(others)} {'others' if shown else 'quantities'}"
+        places = " and ".join(each.title for each in others) if len(others) <= SHOWN else many
         said.append(f"within {limit} of 3D at {places}")
     return " and ".join(said) + next((f": {each.because}" for each in shown if each.because), "")
 

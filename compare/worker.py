@@ -131,20 +131,27 @@ def pool(count: int) -> Iterator[list[Worker]]:
 
 
 def share(
-    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf
-) -> Iterator[tuple[Task, Future[Any]]]:
+    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf,
+    attempts: int = 1,
+) -> Iterator[tuple[Task, Future[Any]]]:  # fmt: skip
     """Yield the arguments of each task with its value, or its exception as `Worker.run` has it, as they come.
 
-    Each task may take some seconds.
+    Each task may take some seconds. A task whose process dies is tried again, up to some attempts.
     """
     idle = SimpleQueue[Worker]()
     for worker in workers:
         idle.put(worker)
 
     def perform(task: Task) -> object:
-        worker = idle.get()
+        worker, attempt = idle.get(), 1
         try:
-            return worker.run(seconds, function, *task)
+            while True:
+                try:
+                    return worker.run(seconds, function, *task)
+                except EndedError:
+                    if attempt >= attempts:
+                        raise
+                    attempt += 1
         finally:
             idle.put(worker)
 
@@ -154,6 +161,7 @@ def share(
             for future in as_completed(list(running)):
                 yield running.pop(future), future
         finally:
+            attempts = 0
             for future in running:
                 future.cancel()
             for worker in workers if running else ():

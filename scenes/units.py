@@ -49,8 +49,10 @@ _SPELLINGS = str.maketrans({
 _POWERS = "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"
 _SUPERSCRIPTS = str.maketrans(_POWERS, "-123")
 _SUPERSCRIPT = re.compile(f"(?<=[A-Za-z])[{_POWERS}]+")
-WORDS = {"c": "degC", "deg c": "degC", "celsius": "degC", "kelvin": "K", "siemens": "S", "micron": "um", "mu": "um",
-         "sec": "s", "second": "s", "minute": "min", "volt": "V", "amp": "A", "watt": "W"}  # fmt: skip
+WORDS = {"c": "degC", "deg c": "degC", "degrees c": "degC", "degree celsius": "degC", "degrees celsius": "degC",
+         "celsius": "degC", "kelvin": "K", "siemens": "S", "micron": "um", "mu": "um", "sec": "s", "msec": "ms",
+         "usec": "us", "second": "s", "minute": "min", "min": "min", "volt": "V", "amp": "A", "ampere": "A",
+         "watt": "W", "ohm": "ohm"}  # fmt: skip
 """Common words for units, in lower case, that this module spells differently."""
 _LONGEST = 100  # characters of a quantity
 _SHOWN = ((0, ""), (-3, "m"), (-6, "u"), (-9, "n"))

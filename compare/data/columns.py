@@ -117,6 +117,7 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
 
 
 def find_times(columns: Sequence[Column]) -> list[Column]:
-    """Return the columns of times: those in a unit of time, else those that are called so and have no unit."""
-    timed = [c for c in columns if c.powers == TIME.powers]
-    return timed or [c for c in columns if c.unit is None and c.name.lower() in ("time", "zeit", "t")]
+    """Return the columns of times: by their names, else by a unit of time."""
+    timed = [c for c in columns if c.powers in (None, TIME.powers)]
+    named = [c for c in timed if c.plain.lower() in ("time", "zeit", "t")]
+    return named or [c for c in timed if c.unit is not None]

@@ -60,13 +60,13 @@ class Target:
 
         node = re.sub(r"^[vi]\((.*)\)$|^(.*)#branch$", r"\1\2", column.name, flags=re.IGNORECASE)
         spellings = {plain(text) for text in (column.name, column.plain, node)}
-        spellings |= {re.sub("^fem3d | rise$", "", text) for text in spellings}
+        spellings |= {re.sub(r"^fem3d | rise$| #\d+$", "", text) for text in spellings}
         found = [name for word, name in self.quantities.names.items() if {plain(word), plain(name)} & spellings]
         return found[0] if len(found) == 1 else self._find_point(column)
 
     def _find_point(self, column: Column) -> str:
         """Return the probe at the point in the name of a column, in m, mm or um, as COMSOL's tables have it; or ""."""
-        number, units = r"([-+]?[\d.]+(?:e[-+]?\d+)?)", self.quantities.units
+        number, units = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)", self.quantities.units
         match = re.search(rf"\({number}, *{number}, *{number}\)", column.name, re.IGNORECASE)
         for factor in (1.0, 1e-3, 1e-6) if match and not self._is_sink else ():
             at = factor * np.array([float(each) for each in match.groups()]) if match else np.empty(3)
@@ -89,11 +89,15 @@ class Target:
             return item.group if hasattr(item, "group") else (item.lower, item.upper)
 
         place = place_of(next(probe for probe in self.scene.probes if probe.name == key))
-        # A given current is larger than the zero of the other electrode, too.
         drives = [b for b in self.scene.boundaries if b.kind == "voltage"]
         largest = {place_of(b): max(values_of(b.value), key=abs) for b in drives}
+        given = [place_of(b) for b in drives if b.series_resistance == np.inf]  # a current in place of a voltage
+        if place in given:
+            return float(np.sign(largest[place]))
         here, others = largest.pop(place, None), largest.values()
-        return 0.0 if here is None or not others else float((here > max(others)) - (here < min(others)))
+        if here is None or not others or given:
+            return 0.0
+        return float((here > max(others)) - (here < min(others)))
 
 
 def assign(columns: Sequence[Column], target: Target, given: Sequence[str]) -> list[Column]:
@@ -189,9 +193,11 @@ def _make_absolute(target: Target, key: str, column: Column) -> tuple[np.ndarray
         return column.differences + initial, "a rise"
     values, zero = np.where(column.differences < -initial, np.nan, column.si), column.values == 0
     known = values[~np.isnan(values) & ~zero]
-    if not known.size or not (known > initial / 2).all():
+    starts = known.size and abs(known[0] - initial) <= 0.05 * initial
+    celsius = column.unit is not None and column.unit.celsius
+    if not known.size or not (starts or celsius or (known > initial / 2).all()):
         return values + initial, f"a rise, for it starts at {values[~np.isnan(values)][0]:.4g} K"
-    zero &= column.unit is not None and not column.unit.celsius
+    zero &= column.unit is not None and not celsius
     return np.where(zero, np.nan, values), f"{zero.sum()} placeholder rows of zeros" * bool(zero.any())
 
 
@@ -259,9 +265,9 @@ def _find_time(columns: Sequence[Column], steady: bool) -> Run:
     same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values, equal_nan=True)]
     if not times or len(same) != len(times):
         names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
-        problem = "several columns are the time" if times else "no column is the time with its unit"
-        such = 'such as "Time (s)" with 90, not 00:01:30'
-        raise SceneError(f'{problem}, {such} (or --column "time (s)=NAME"): there are {names}')
+        such = 'no column is the time with its unit, such as "Time (s)" with 90, not 00:01:30'
+        problem = "several columns are the time" if times else such
+        raise SceneError(f'{problem} (give --column "time (s)=NAME"): there are {names}')
     clock, bare = times[0], times[0].unit is None and not times[0].role
     if not bare and clock.powers != TIME.powers:
         raise SceneError(f'--column: {quoted(clock.name)} has no unit of time: say it, --column "time (s)=NAME"')

@@ -78,8 +78,8 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     notes = (f"{(~full).sum()} of {len(full)} rows are left out, for {names} has no number there",) if names else ()
     values = {key: each[full] for key, each in values.items()}
     time = np.repeat(AT_REST, full.sum()) if catalogue.steady else run.time[full]
-    # Other columns in SI units may be uncertainties: of temperatures they are differences.
-    others = {c.name: c.differences[full] for c in run.columns if c.unit and c.name not in headers.values()}
+    # Other columns may be uncertainties: of temperatures they are differences.
+    others = {c.name: c.at(full) for c in run.columns if c.name not in headers.values()}
     return Data(
         name, kind, time, values, headers, {key: note for key, note in how.items() if note}, notes, run.left_out,
         run.words, others=others, words=catalogue.words, curve=run.curve and (run.curve[0], run.curve[1][full]),
@@ -150,7 +150,7 @@ def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) ->
             size = value if equals else entry.strip()
             each = {key: u for key in keys if (u := _read_size(catalogue, data, key, size)) is not None}
             if not each:
-                raise SceneError(f"it is one of no quantity of {data.name}: {form}")
+                raise SceneError(f"it is none, with its unit, of a quantity of {data.name}: {form}")
             if any((u <= 0).any() or not np.isfinite(u).all() for u in each.values()):
                 raise SceneError(f"an uncertainty must be more than nothing: {form}")
         uncertainties |= each
@@ -162,7 +162,8 @@ def _read_size(catalogue: Quantities, data: Data, key: str, size: str) -> np.nda
     if key not in data.values:
         return None
     if size in data.others:
-        return data.others[size]
+        column = data.others[size]
+        return column.differences if column.powers == parse_unit(catalogue.units[key]).powers else None
     try:
         number, unit = parse_quantity(size)
     except UnitError:

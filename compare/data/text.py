@@ -23,7 +23,7 @@ LIST = "list of values"
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
-_HEADERS = r",(?! )", r"\t+|\s{2,}", r"\s+", r"[,;]"
+_HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"\s+", r"[,;]"
 """Separators of names in a header; inside a name without quotes a space follows the comma."""
 
 
@@ -47,7 +47,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         elif line.strip(" \t,;\r") and not (number == 1 and line.startswith("sep=")):
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
-    if of_comsol and any(" @ " in remark or remark in ("Data", "Grid", "X") for remark in remarks):
+    if of_comsol and any(re.search(r" @ .*=", remark) or remark in ("Data", "Grid", "X") for remark in remarks):
         raise SceneError(
             "it has times or runs beside one another, as data exports of COMSOL (spreadsheet, sectionwise, grid) do: "
             "export a table of point evaluations, with a row for each time"

@@ -87,7 +87,7 @@ def test_a_key_is_fitted_in_3d(at_rest, steady, transient, ran):
     ("tip, 400 K\n", [], "a list of steady values, and the scene is solved over time: give traces"),
     ("time (ms),tip (K)\n0,350\n0.2,390\n0.4,395\n", [], "--set scene.initial_temperature=350"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--calibrate", KEY], "give --data-uncertainty"),
-    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--data-uncertainty", "1A"], "is one of no quantity"),
+    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--data-uncertainty", "1A"], "is none, with its unit, of"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
      ["--data-uncertainty", "1K", "--calibrate", "film.conductivity"], "names no number"),
 ])  # fmt: skip
