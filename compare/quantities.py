@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.course import Course
+from compare.course import Course, ascending
 from compare.verdict import Check, compared
 from scenes import physics
 from scenes.checks import FIRST_TIME
@@ -126,8 +126,8 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
 
 def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
     """Compare at the largest difference over time, at the times at which 3D's error bound holds."""
-    time, base = in_3d.time, catalogue.base(name)
-    three, one = (traces.values[name] - base for traces in (in_3d, in_1d))
+    time, base = in_1d.time, catalogue.base(name)
+    three, one = np.interp(time, ascending(in_3d.time), in_3d.values[name]) - base, in_1d.values[name] - base
     course, rows = Course(time, three, one, catalogue.sure(time)), three[in_3d.sure(time)]
     scale = Estimate(float(rows[np.argmax(np.abs(rows))]), in_3d.errors[name])
     error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
+from compare.course import ascending
 from compare.data.columns import refusing
 from compare.models.model import Answer, Model, Question
 from compare.verdict import unit_of
@@ -95,8 +96,9 @@ def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
     return answer
 
 
-def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], None]) -> Result:
-    """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's.
+def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], None], parts: int) -> Result:
+    """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's, whose steps are
+    cut in ``parts``, as a model may bend or jump between two rows of 3D.
 
     The details list the quantities that are "silent". Raises SceneError where the model has none of the quantities.
     """
@@ -107,13 +109,14 @@ def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], 
         answer = ask(model, question, None)
         steady = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
     if over_time is not None:
-        # Of two equal times, between which something jumps, the first is taken a hair earlier: the later value holds.
-        times = over_time.time.copy()
-        doubled = np.flatnonzero(np.diff(times) <= 0)
-        times[doubled] = np.nextafter(times[doubled], -np.inf)
+        rows = np.arange(len(over_time.time))
+        times = np.interp(np.arange(parts * rows[-1] + 1) / parts, rows, ascending(over_time.time))
+        times = times if parts == 1 else np.unique(times)
         answer = ask(model, question, times)
         values = dict(answer.at(times).values)
-        traces = Traces(over_time.time, values, {name: answer.errors.get(name, 0.0) for name in values})
+        traces = Traces(
+            over_time.time if parts == 1 else times, values, {name: answer.errors.get(name, 0.0) for name in values}
+        )
     answered = {*steady, *(() if traces is None else traces.values)}
     if not answered:
         raise SceneError(f"--model {model.name} says nothing of {listed(list(names))}: give at least one of them")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.course import ascending
 from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
@@ -141,8 +142,10 @@ def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
     traces, reduced1d = outcome.solved.traces, outcome.reduced1d
     if traces is None:
         return {}
-    columns, own = {"time_s": traces.time}, None if reduced1d is None else reduced1d.traces
+    own = None if reduced1d is None else reduced1d.traces
+    times = traces.time if own is None else own.time
+    columns = {"time_s": times}
     for name, values in traces.values.items():
-        columns[name] = values
+        columns[name] = values if own is None else np.interp(times, ascending(traces.time), values)
         columns |= {f"reduced1d {name}": own.values[name]} if own is not None and name in own.values else {}
     return columns
