@@ -6,11 +6,11 @@ scene itself and for a step of each input alone, on meshes of their own.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
+from threading import Lock
 from time import thread_time
 from typing import Any
 
@@ -84,7 +84,7 @@ def _compact(
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
-    inputs, start, spent = channels(scene), thread_time(), list[float]()
+    inputs, start, spent, lock = channels(scene), thread_time(), dict[str, float](), Lock()
     tried = scenarios(scene, inputs)
     own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough=rough)
     # A step of the only drive may be the scene itself.
@@ -105,14 +105,17 @@ def _compact(
             return *_problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
 
     def compared(name: str) -> list[Reference] | None:
-        if first + sum(spent) + max(spent, default=0.0) >= limit:
-            return None
+        with lock:  # a run under way counts as long as the longest one
+            spent[name] = max(spent.values(), default=first)
+            if first + sum(spent.values()) >= limit:
+                del spent[name]
+                return None
         begun = thread_time()
         found = _references(tried[name], inputs, truth * accuracy, say, own)
-        spent.append(thread_time() - begun)
+        spent[name] = thread_time() - begun
         return found
 
-    with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threadpool_limits(1), ThreadPoolExecutor(2) as pool:  # two at once, which bounds the memory
         problem = pool.submit(meshed)
         runs = dict(zip(tried, pool.map(compared, tried), strict=True))
         say("compact model: mesh and fields")
