@@ -17,7 +17,7 @@ from benchmarks import bars, extremes, invariants, mesh_files, random_scenes
 from benchmarks.rows import Row, at_most, failed
 from compare.processes import TimeIsUpError, limited
 from compare.worker import DIED, map_tasks
-from scenes.errors import ConvergenceError, NumericsError
+from scenes.errors import NumericsError
 from scenes.model import Scene
 from scenes.result import Result
 
@@ -106,7 +106,7 @@ def examine(seed: int, kind: str, limit: int = LIMIT) -> Outcome:
     except TimeIsUpError:
         outcome.ended = "out of time"
     except Exception as error:
-        refused = isinstance(error, NumericsError) and not isinstance(error, ConvergenceError)
+        refused = isinstance(error, NumericsError)
         outcome.ended = "refused by name" if refused else "error"
         outcome.why = str(error) if refused else f"{type(error).__name__}: {error}"
     outcome.seconds = time.process_time() - started

@@ -139,10 +139,6 @@ def listed(names: Sequence[str], most: int = _MOST) -> str:
     return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
 
 
-class ConvergenceError(NumericsError):
-    """An iteration that does not converge, for no reason in the scene."""
-
-
 def check_regular(path: Path, called: str) -> None:
     """Refuse a pipe, a device or a socket, ``called`` so in the message.
 

@@ -141,7 +141,9 @@ class Search:
         fine = nested.solution(self.study, problems, start=start) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
         if fine is not None and problems.follows and isinstance(problems.domain.space, BrickSpace):
-            self.before = problems.domain.space, fine.state.heat.field(fine.state.rise)
+            # Behind a fold the state may be one that finer grids reach at a larger drive alone.
+            found = problems.domain.space, fine.state.heat.field(fine.state.rise)
+            self.before = None if fine.state.folded else found
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.enough):
@@ -186,7 +188,8 @@ class Search:
         if confirmed and SURELY * max(change, before) + off <= 0.02 * runaway.limit:
             runaway.error = SURELY * max(change, before) + off
             return None
-        below = max(BELOW, 1 - (SURELY * change + off) / runaway.limit)
+        near = (SURELY * change + off) / max(runaway.limit, 1e-300)
+        below = min(max(BELOW, 1 - near), 1 - ON_PATH)
         fraction = below * runaway.limit / runaway.whole
         given = mesh.problems().driven(fraction, not runaway.unit)
         try:

@@ -20,7 +20,7 @@ LEAF = 120
 SMALLEST = 0.3
 
 Solver = Callable[[np.ndarray], np.ndarray]
-"""The solutions (..., n) for right-hand sides (..., n)."""
+"""The solutions (n,) or (k, n) for right-hand sides of the same shape."""
 Cut = tuple[float, np.ndarray, np.ndarray]
 """The size of a separator, the criterion of cuts; its nodes, on one side with neighbours on the other; and the nodes on
 the right."""

@@ -61,10 +61,12 @@ class Point:
 
 
 class Newton:
-    """Newton's method for one problem. ``steps`` counts its steps; ``factors`` solve an earlier linearization."""
+    """Newton's method for one problem. ``steps`` counts its steps, ``factors`` solve an earlier
+    linearization, and ``folded`` says whether a path of its states has turned back."""
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, factors: Solver) -> None:
         self.heat, self.conductor, self.factors, self.steps = heat, conductor, factors, 0
+        self.folded = False
         self.nonlinear = bool(heat.terms) or (conductor is not None and conductor.following is not None)
         self.electric = conductor is not None and bool(conductor.voltages[0].any())
         # The drive does not scale the heat sources beside a current.
@@ -152,7 +154,7 @@ class Newton:
             except VanishedError:
                 raise BeyondLawError from None
             change = linearization.solve(other.residual, self.along_mu if row is None else row)
-            changes = [self.size(change, point) if row is None else abs(float(change[-1])) / point.mu]
+            changes = [self.size(change, point) if row is None else abs(float(change[-1])) / max(point.mu, 1e-300)]
             if row is None and self.conductor is not None and finer.conductor is not None:
                 currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
                 made, again = (float(self.heat.unit @ p.driven) for p in (point, other))

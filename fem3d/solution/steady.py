@@ -53,7 +53,8 @@ class SteadyState:
 
     ``rise`` (all nodes, K) and the ``source`` (all nodes, W) that it answers; ``joule`` (W) of each box and
     ``currents`` (A) of electrodes and probes; ``power`` (W); the ``potential`` (functions, V) and the current's
-    ``density`` (A/m2). ``unsettled`` is the relative error of iteration and quadrature. The ``heat`` problem is
+    ``density`` (A/m2). ``unsettled`` is the relative error of iteration and quadrature, and
+    ``folded`` whether the path to the state turns back on its way. The ``heat`` problem is
     linearized about the state where a law makes it nonlinear.
     """
 
@@ -66,6 +67,7 @@ class SteadyState:
     power: float = 0.0
     potential: np.ndarray | None = None
     unsettled: float = 0.0
+    folded: bool = False
     density: np.ndarray = field(default_factory=lambda: np.zeros((3, 0, 0)))
 
 
@@ -97,11 +99,11 @@ def solve_steady(
 
     Returns the `SteadyState`.
 
-    Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, or
-    where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message names the case. Raises
-    BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law lie between the points of
-    its quadrature, and other NumericsError if conditions vary in time, if heat has no exit, or if the path takes too
-    many points.
+    Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, after
+    too many points, or where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message
+    names the case. Raises BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law
+    lie between the points of its quadrature, and other NumericsError if conditions vary in time, or if heat has no
+    exit.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -125,6 +127,7 @@ def solve_steady(
             if unseen <= accuracy:
                 break  # the coarser quadrature stands, with its error
             point, unsettled = _search(finer, drive, INNER * accuracy)
+        finer.folded |= newton.folded
         newton = finer
     if unseen > accuracy:
         raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
@@ -168,6 +171,7 @@ class Path:
         self._size = newton.heat.norm(self._answer) ** 2 or 1.0
         self._hottest = float(newton.heat.domain.scene.initial_temperature) + HOTTEST
         self._off = 0.0  # relative error of the largest mu by quadratures of laws
+        self._jagged = False  # whether the path turned forward again below its largest mu
 
     def solve(self, enough: float) -> tuple[Point, float]:
         """The first state at the whole drive. Raises as `solve_steady` does."""
@@ -195,15 +199,18 @@ class Path:
                 if step < 1e-6 * max(length, first):
                     raise self._end(top, point, isinstance(failure, VanishedError)) from None
                 continue
-            if new.mu <= 0.0:
-                break
+            self._off = off if folds or highest.mu > top else self._off
+            self._jagged |= before.mu > point.mu < new.mu < top
+            newton.folded |= folds
             if largest(new.rise) > HOTTEST:
                 raise self._too_hot(top, point, new)
-            self._off = off if highest.mu > top else self._off
             top = max(top, highest.mu)
+            if new.mu <= 0.0:
+                raise self._runaway(top)
             length += step
             before, point, ahead = point, new, self._unit(new.x - point.x)
             step = 2 * step if newton.steps - count <= 3 else step
+        self._jagged = True
         raise self._end(top, point, False)
 
     def _row(self, direction: np.ndarray) -> np.ndarray:
@@ -268,7 +275,7 @@ class Path:
         # Where a resistivity that falls with the temperature is used up, the path ends without a fold.
         if vanished and c is not None and (c.by_current or not (c.warm < 0).any()):
             return BeyondLawError()
-        if vanished or top > point.mu:
+        if vanished or (top > point.mu and not self._jagged):
             return self._runaway(top)
         beyond = f"no steady state is found beyond {self._fraction(top):.3g} times what drives the scene"
         return self._ends_at(top, f"{beyond}, which need not be a runaway")
@@ -312,7 +319,8 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
     else:
         problem, rise = heat, heat.improve(rise, source)
     return SteadyState(
-        problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, unsettled, density,
+        problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, unsettled,
+        newton.folded, density,
     )  # fmt: skip
 
 

@@ -85,7 +85,7 @@ class BrickSpace(Space):
         volume, energies, along = self.h.prod(axis=0), np.empty((len(v), 3, self.h.shape[1])), modes(self.p) > 1
         scale = np.concatenate([k * volume / self.h**2, [c * volume]])
         shares = np.where(along.any(axis=1), along.T / np.maximum(along.sum(axis=1), 1), 1 / 3)
-        present = v.any(axis=0)
+        present = np.asarray(v.any(axis=0))
         for cells in self._classes:
             at = self.dofs[:, cells]
             flows, of_v = (
