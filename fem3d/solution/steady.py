@@ -277,6 +277,7 @@ class Path:
             return BeyondLawError()
         if vanished or (top > point.mu and not self._jagged):
             return self._runaway(top)
+        self._off = math.inf if self._jagged else self._off  # a finer mesh may show where such a path leads
         beyond = f"no steady state is found beyond {self._fraction(top):.3g} times what drives the scene"
         return self._ends_at(top, f"{beyond}, which need not be a runaway")
 
@@ -294,7 +295,7 @@ class Path:
     def _ends_at(self, mu: float, message: str, limited: str = "") -> RunawayError:
         limit = self._fraction(mu) * self._whole
         error = RunawayError(message, limit, limited, self._measure, self._whole)
-        error.error = self._off * limit
+        error.error = self._off * limit if limit else 0.0
         return error
 
 
