@@ -29,7 +29,7 @@ class Data:
     values, u : (n,) by quantity, SI units, and their standard uncertainties where they are given
     headers, how : the columns' own names, with the time's, and how they were read where that is not plain
     notes, run : remarks on reading, and the chosen one of several runs
-    left_out, others : why other columns are not read, and their values (SI)
+    left_out, others : why other columns are not read, and these columns by name
     warnings : signs of another scene
     words : the user's word for a quantity where that is not its name
     curve : a key and its values (SI), where the rows are steady states at these

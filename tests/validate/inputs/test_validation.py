@@ -9,6 +9,7 @@ import pytest
 from compare import quantities
 from compare.against import Data
 from compare.analyses.against import Statement, Validation, validate
+from compare.data.columns import make_column
 from compare.data.read import read_uncertainty
 from compare.fitting import Fit, Modelled, fit_scene, keys_of
 from compare.outcome import Outcome
@@ -37,9 +38,8 @@ def measured(truth: Sink, noise: float, seed: int = 0, off: float = 0.0, times: 
     traces = solve(truth, times=times).over_time
     drawn = np.random.default_rng(seed).standard_normal((2, len(times))) * noise
     values = {"peak_K": traces.values["peak_K"] + drawn[0], "end_K": traces.values["end_K"] + drawn[1] + off}
-    return Data(
-        "mine.csv", "CSV", times, values, dict.fromkeys(values, "x"), others={"u (K)": np.full_like(times, 0.2)}
-    )
+    others = {"u (K)": make_column("u (K)", np.full_like(times, 0.2))}
+    return Data("mine.csv", "CSV", times, values, dict.fromkeys(values, "x"), others=others)
 
 
 def known(data: Data, *given: str) -> Data:
