@@ -155,18 +155,18 @@ class Krylov:
     def __init__(self, base: Base, *shifts: float) -> None:
         self._base, self._mass, n = base, base.heat.inner_mass, base.heat.free
         self._solves: list[Callable[[np.ndarray], np.ndarray]] = [base.heat.solve_shifted(shift) for shift in shifts]
-        self._next = self._solves[0](np.array([load[:n] for load in base.loads]).reshape(-1, n)).T
-        if not base.fields.shape[1] and not self._next.any():
-            self._next = base.heat.unit[:n, None]  # nothing warms anything: one field to stay at rest in
         self._made = self._loads = np.empty((n, 0))
+        self._next = np.array([load[:n] for load in base.loads]).reshape(-1, n).T
         self._ends = [0]  # after each generation, how many fields there are
 
     def fields(self, generations: int) -> np.ndarray:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
-        while len(self._ends) <= generations:
-            self._made, self._loads = independent_fields(self._next, self._mass, self._made, self._loads)
-            solve = self._solves[len(self._ends) % len(self._solves)]
-            self._next = solve(self._loads[:, self._ends[-1] :].T).T
+        for number in range(len(self._ends) - 1, generations):
+            fields = self._solves[number % len(self._solves)](self._next.T).T
+            if not number and not self._base.fields.shape[1] and not fields.any():
+                fields = self._base.heat.unit[: len(fields), None]  # nothing warms anything: one field at rest
+            self._made, self._loads = independent_fields(fields, self._mass, self._made, self._loads)
+            self._next = self._loads[:, self._ends[-1] :]
             self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 
