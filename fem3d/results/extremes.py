@@ -82,8 +82,7 @@ class Extreme:
             step = max(1, AT_ONCE // local[0].size)
             for start in range(0, len(weights), step):
                 functions = np.tensordot(weights[start : start + step], local, (1, 0))
-                times, cell = self._reaching(functions, cells[0], points, shapes)
-                known = functions[times, :, cell] @ shapes.T
+                times, cell, known = self._reaching(functions, cells[0], points, shapes)
                 times, cell, at, tops, gains = self._climb(times, cell, known, len(sides))
                 for n in np.argsort(tops, kind="stable").tolist():
                     if tops[n] > values[when := start + int(times[n])]:
@@ -94,20 +93,25 @@ class Extreme:
     def _reaching(
         self, functions: np.ndarray, cell: int, points: np.ndarray, shapes: np.ndarray
     ) -> tuple[np.ndarray, ...]:
-        """Times and cells whose functions (times, functions of a cell, cells) may reach the extreme; all cells are like
-        one ``cell``.
+        """Times and cells (n,) whose functions (times, functions of a cell, cells) may reach the extreme, and their
+        values (n, points) at a lattice with these ``shapes`` (points, functions of a cell); all cells are like one
+        ``cell``.
 
-        With ``shapes`` (points, functions of a cell) at a lattice, a function is at most its largest coefficient of a
-        vertex plus the sum of its other coefficients times the largest sizes of their shapes; the extreme is at least
-        the largest value at the corners.
+        A function is at most its largest coefficient of a vertex plus the sum of its other coefficients times the
+        largest sizes of their shapes; the extreme is at least the largest value on the lattice.
         """
-        points, shapes = (each[self._inside(points)] for each in (points, shapes))
-        sizes, vertices = np.abs(shapes).max(axis=0), self._space.unit[self._space.dofs[:, cell]] == 1.0
+        inside = self._inside(points)
+        sizes, vertices = np.abs(shapes[inside]).max(axis=0), self._space.unit[self._space.dofs[:, cell]] == 1.0
         highest = functions[:, vertices & (sizes > 0)].max(axis=1)
         bounds = highest + np.tensordot(np.abs(functions[:, ~vertices]), sizes[~vertices], (1, 0))
-        at_corners = shapes[np.isin(points, (0, 1)).all(axis=1)]
+        at_corners = shapes[inside & np.isin(points, (0, 1)).all(axis=1)]
         attained = np.tensordot(functions, at_corners, (1, 1)).max(axis=(1, 2))
-        return np.nonzero(bounds >= attained[:, None])
+        times, cells = np.nonzero(bounds >= attained[:, None])
+        known = functions[times, :, cells] @ shapes.T
+        top, least = known[:, inside].max(axis=1), known[:, inside].min(axis=1)
+        np.maximum.at(attained, times, top)
+        reach = top + MISSED * (top - least) >= attained[times]
+        return times[reach], cells[reach], known[reach]
 
     def _climb(self, times: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
         """Times and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the

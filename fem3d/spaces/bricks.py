@@ -9,7 +9,6 @@ from __future__ import annotations
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
-from scipy.sparse import csc_array
 from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
@@ -28,7 +27,7 @@ from fem3d.spaces.element import (
     separate,
     side,
 )
-from fem3d.spaces.integrals import AT_ONCE, Space, entities, summed
+from fem3d.spaces.integrals import AT_ONCE, Entries, Space, entities
 from meshes.grid import Grid
 
 
@@ -96,14 +95,16 @@ class BrickSpace(Space):
             energies[..., cells] = shares[:, of_v] @ (heats * v[:, at[of_v]])
         return energies
 
-    def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
+    def _entries(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> list[Entries]:
         h, entries, scale = self.h[:, cells], [], np.zeros((4, self.h.shape[1]))
         scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):
             (rows, columns, one), at = local(self.p, self._highest(alike)), self.dofs[:, alike]
+            upper = rows <= columns
+            rows, columns, one = rows[upper], columns[upper], one[:, upper] / (1 + (rows == columns)[upper])
             both = one[:3].T @ scale[:3, alike] + 1j * np.outer(one[3], scale[3, alike])
             entries.append((both.ravel(), at[rows].ravel(), at[columns].ravel()))
-        return summed(entries, self.size)
+        return entries
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
         chosen = np.zeros(self.h.shape[1], bool)

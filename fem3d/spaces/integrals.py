@@ -101,13 +101,16 @@ class Space(ABC):
         (functions,) and v (n, functions), k (cells,) or (3, cells) along the axes, and c (cells,)."""
 
     @abstractmethod
-    def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        """The integrals of `matrices` over n cells, the second as the imaginary part: both have one pattern."""
+    def _entries(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> list[Entries]:
+        """The integrals of `matrices` over n cells, the second as the imaginary part: both have one pattern. Of each
+        cell's symmetric matrix the upper triangle, with half of its diagonal."""
 
     def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
         """The integrals of k grad u . grad v and of c u v over all or some cells, for k (n,), or (3, n) along the axes,
         and c (n,)."""
-        return halves(self._summed(np.arange(len(c)) if cells is None else cells, k, c))
+        upper = summed(self._entries(np.arange(len(c)) if cells is None else cells, k, c), self.size)
+        # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
+        return halves((upper + upper.T).tocsc())
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         """The integral of k grad u . grad v over some cells, for k (n,), or (3, n) along the axes."""

@@ -28,7 +28,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
-from fem3d.spaces.integrals import Faces, Space, entities, of_blocks, summed
+from fem3d.spaces.integrals import Entries, Faces, Space, entities, summed
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
@@ -80,23 +80,24 @@ class MappedSpace(Space):
             energy[:] = whole * np.where(total > 0, sizes / np.maximum(total, 1e-300), 1 / 3)
         return energies
 
-    def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        k, n, at = np.broadcast_to(k, (3, len(cells))), len(self.dofs), self.rule(cells, 0)
-        stiff = np.einsum("p,ipu,jpv->pijuv", at.weights, at.slopes, at.slopes)
-        mass = np.einsum("p,pu,pv->puv", at.weights, at.values, at.values)
+    def _entries(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> list[Entries]:
+        k, at = np.broadcast_to(k, (3, len(cells))), self.rule(cells, 0)
+        u, v = np.triu_indices(len(self.dofs))
+        stiff = np.einsum("p,ipn,jpn->pijn", at.weights, at.slopes[..., u], at.slopes[..., v])
+        mass = np.einsum("p,pn,pn->pn", at.weights, at.values[:, u], at.values[:, v])
         points = at.points
         if self.mesh.affine:  # the map's derivative is the same at all points
             stiff, mass, points = stiff.sum(axis=0), mass.sum(axis=0), points[:, :1]
-        blocks = np.empty((len(cells), n * n), complex)
+        blocks = np.empty((len(cells), len(u)), complex)
         step = 2_000  # cells together, which bounds the memory
         for some in (slice(i, i + step) for i in range(0, len(cells), step)):
             inverse, sizes = self.jacobian(cells[some], points)
             metric = np.einsum("iacp,jacp,ac,cp->cpij", inverse, inverse, k[:, some], sizes)
-            blocks.real[some] = metric.reshape(len(sizes), -1) @ stiff.reshape(-1, n * n)
-            blocks.imag[some] = c[some, None] * (sizes @ mass.reshape(-1, n * n))
-        # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
-        square = blocks.reshape(-1, n, n)
-        return summed([of_blocks((square + np.swapaxes(square, 1, 2)) / 2, self.dofs[:, cells].T)], self.size)
+            blocks.real[some] = metric.reshape(len(sizes), -1) @ stiff.reshape(-1, len(u))
+            blocks.imag[some] = c[some, None] * (sizes @ mass.reshape(-1, len(u)))
+        blocks[:, u == v] /= 2
+        dofs = self.dofs[:, cells].T.astype(np.int32)
+        return [(blocks.ravel(), dofs[:, u].ravel(), dofs[:, v].ravel())]
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """scikit-fem's rule of `_order`, and two orders more for each point."""
