@@ -35,9 +35,9 @@ class TooLargeError(NumericsError):
 class RunawayError(NumericsError):
     """Thermal runaway: the heating grows with temperature faster than the losses.
 
-    No steady state below 100,000 K is found above the ``limit``: a voltage (V), for a given current a current (A),
-    without either a fraction of the heating. ``whole`` is the drive itself in the same unit. ``error`` estimates the
-    error of the limit; zero where it is not estimated. ``named`` is the limit in words, or "", and ``unit`` its unit.
+    No steady state below 100,000 K is found above the ``limit``: a voltage (V), for a given current a current (A), else
+    a fraction of the heating. ``whole`` is the drive itself in the same ``unit``. ``error`` estimates the error of the
+    limit: 0 if unknown, infinite if a finer mesh may have states above. ``named`` is the limit in words, or "".
     """
 
     def __init__(self, message: str, limit: float, named: str = "", unit: str = "", whole: float = 1.0) -> None:

@@ -129,8 +129,8 @@ class HeatProblem:
 
     @property
     def solve_steady(self) -> Solver:
-        """Solver of K rise = load at the free nodes, by one factorization; without an exit
-        for heat, the mean over the run's time with the capacity of the whole run in its place."""
+        """Solver of K rise = load at the free nodes, by one factorization; without an exit for heat, of
+        (K + M / end_time) rise = load."""
 
         def made() -> Solver:
             matrix = self.inner_stiffness
@@ -182,8 +182,7 @@ class HeatProblem:
         return solve
 
     def let_go(self, steady: bool = False) -> None:
-        """Release the factors of the last shift, and of the ``steady`` problem too; later calls make them
-        anew."""
+        """Release the factors of the last shift, and of the ``steady`` problem too; later calls make them anew."""
         for name in ["solve_shifted", *["solve_steady"] * steady]:
             self.kept.pop(name, None)
 
@@ -230,9 +229,8 @@ class HeatProblem:
         return np.array([t for t in self.inputs.knots(end) if (self.inputs.jumps(t) * held).any()])
 
     def disputed(self, names: Sequence[str]) -> np.ndarray:
-        """(k, all nodes): fields like ``held``. The heat that enters at some boundaries together may be off by
-        the sum of the sizes of these fields, because boundaries share edges at an angle: there each part is only a
-        leading term.
+        """(k, all nodes): fields like ``held``. The heat that enters at some boundaries together may be off by the sum
+        of their sizes, because boundaries share edges at an angle: there each part is only a leading term.
 
         With a flux like r^(s - 1) on both, the true part of a boundary with the share t is t^s / (t^s + (1 - t)^s): off
         by 0.79 t (1 - t) at most for s = 2/3, of a re-entrant edge, between intervals whose lengths differ by a layer

@@ -94,10 +94,9 @@ class Section:
 
 
 class Paths:
-    """Integrals over cells and crossings, as in `Cells`: rows are the cells, then the facets of each crossing,
-    with points of no weight where there are fewer. `value` and `load` use the temperature's functions, `gradient`
-    and `flow` the potential's.
-    ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
+    """Integrals over cells and crossings, as in `Cells`: rows are the cells, then the facets of each crossing, with
+    points of no weight where there are fewer. `value` and `load` use the temperature's functions, `gradient` and `flow`
+    the potential's. ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
 
     def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray) -> None:
         self.warmed, self._electric, self._crossings = warmed, electric, crossings
@@ -162,8 +161,7 @@ class Paths:
         return flow
 
     def beside(self, rows: np.ndarray, count: int) -> np.ndarray:
-        """(``count`` of all cells,): values on the facets of crossings (rows,), in equal parts for the cells on
-        their sides."""
+        """(``count`` of all cells,): values on the facets of crossings (rows,), in equal parts for the cells beside."""
         parts, start = np.zeros(count), len(self.warmed.weights)
         for crossing in self._crossings:
             own = rows[start : start + crossing.cells.shape[1]] / len(crossing.cells)

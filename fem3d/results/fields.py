@@ -35,8 +35,8 @@ def choose(
     jumps: Sequence[float] = (),
     instants: Sequence[float] = (),
 ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, float]]:
-    """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace,
-    the traces there, and the interpolation errors.
+    """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace, the
+    traces there, and the interpolation errors.
 
     The steps of the response, between their ``ends`` (s), are halved until a line is close enough at a quarter, a half
     and three quarters of each.

@@ -215,9 +215,9 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
 def _problem(
     scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own: list[Reference]
 ) -> tuple[Problems, Symmetry]:
-    """The problems with a channel for each input, and the part that is solved. They hold
-    ``accuracy`` for inputs that together make rises of the size of the scene's ``own``, relative to its scales or more,
-    as such rises may cancel out in a probe."""
+    """The problems with a channel for each input, and the part that is solved. They hold ``accuracy`` for inputs that
+    together make rises of the size of the scene's ``own``, relative to its scales or more, as such rises may cancel out
+    in a probe."""
     scales, named, mixed = own[0].scales, apart(scene, inputs), _mixed(scene, inputs, _rise(scene, own))
 
     def with_mixed(scene: Any) -> Any:

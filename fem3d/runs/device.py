@@ -100,8 +100,8 @@ class Model:
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
     ) -> tuple[DeviceResult, DeviceResult]:
-        """Traces of a device of this structure under its controllers, as of `reduced1d.device.schemes` in 1D;
-        and the traces of the lower space.
+        """Traces of a device of this structure under its controllers, as of `reduced1d.device.schemes` in 1D; and the
+        traces of the lower space.
 
         Raises ArithmeticError where the powers between two samples do not converge.
         """

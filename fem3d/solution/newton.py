@@ -61,8 +61,8 @@ class Point:
 
 
 class Newton:
-    """Newton's method for one problem. ``steps`` counts its steps, ``factors`` solve an earlier
-    linearization, and ``folded`` says whether a path of its states has turned back."""
+    """Newton's method for one problem. ``steps`` counts its steps, ``factors`` solve an earlier linearization, and
+    ``folded`` says whether a path of its states has turned back."""
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, factors: Solver) -> None:
         self.heat, self.conductor, self.factors, self.steps = heat, conductor, factors, 0

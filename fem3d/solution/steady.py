@@ -51,11 +51,15 @@ TIGHT = 1e-2  # part of the accuracy to which changes of states are solved
 class SteadyState:
     """The converged state of one mesh.
 
-    ``rise`` (all nodes, K) and the ``source`` (all nodes, W) that it answers; ``joule`` (W) of each box and
-    ``currents`` (A) of electrodes and probes; ``power`` (W); the ``potential`` (functions, V) and the current's
-    ``density`` (A/m2). ``unsettled`` is the relative error of iteration and quadrature, and
-    ``folded`` whether the path to the state turns back on its way. The ``heat`` problem is
-    linearized about the state where a law makes it nonlinear.
+    Attributes
+    ----------
+    heat, conductor : the problems; ``heat`` is linearized about the state where a law makes it nonlinear
+    rise, source : (all nodes,), the rise (K), and the heat sources with the Joule heat (W) that cause it
+    joule, power : the Joule heat of each box, and of all (W)
+    currents : entering at electrodes, and through probes (A)
+    potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
+    unsettled : relative error of iteration and quadrature
+    folded : whether the path of states to this one has turned back
     """
 
     heat: HeatProblem

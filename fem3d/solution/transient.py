@@ -175,10 +175,10 @@ class Krylov:
         return self._ends[generations] - self._ends[max(generations - fewer, 0)]
 
 
-# Of the cold resistivity, below which the heating counts as run away: where current has a way round,
-# it grows beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity.
-# A given current heats the more the hotter the conductor is, and the heat grows by the same factor in equal times, to
-# numbers that no computer has: above the inverse fraction of the cold resistivity it counts as run away.
+# Fraction of the cold resistivity below which the heating counts as run away: where current has a way round, it grows
+# beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity. A given
+# current heats a hotter conductor more, and the heat grows by the same factor in equal times until numbers overflow:
+# above the inverse fraction it counts as run away.
 LEAST = 1e-2
 
 

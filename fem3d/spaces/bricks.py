@@ -59,8 +59,8 @@ class BrickSpace(Space):
 
     @cached_property
     def position(self) -> np.ndarray:
-        """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even numbers
-        are the grid's breakpoints, odd numbers its intervals."""
+        """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even numbers are
+        the grid's breakpoints, odd numbers its intervals."""
         return self._of_functions(2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(modes(self.p), 2)][:, None])
 
     @cached_property

@@ -106,8 +106,7 @@ class Domain(ABC):
         return None if self.potentials is None else replace(self, space=self.potentials, potentials=None)
 
     def per_cell(self, key: str) -> np.ndarray:
-        """(cells,): a property of the materials at the initial temperature; (3, cells) where any material
-        is anisotropic."""
+        """(cells,), or (3, cells) with an anisotropic material: a property at the initial temperature."""
         given = [getattr(m.at(self.scene.initial_temperature), key) for m in self.materials]
         if any(isinstance(each, tuple) for each in given):
             return np.array([laws.along(each) for each in given], float).T[:, self.body]

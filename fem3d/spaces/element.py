@@ -112,9 +112,9 @@ def factors(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=512)
 def local(p: int, degrees: Degrees) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The reference matrices of the functions that are active for degrees along x, y, z, made of their
-    1D factors. The rows and columns (pairs,) among the functions whose
-    entries are not zero, and (4, pairs) the x, y, z stiffness and the mass of the unit cube."""
+    """The reference matrices of the functions that are active for degrees along x, y, z, made of their 1D factors. The
+    rows and columns (pairs,) among the functions whose entries are not zero, and (4, pairs) the x, y, z stiffness and
+    the mass of the unit cube."""
     if min(degrees) < p:  # a part of the matrices of the whole degree
         (rows, columns, entries), there = local(p, (p, p, p)), active(p, degrees)
         kept = np.flatnonzero(there[rows] & there[columns])

@@ -44,10 +44,10 @@ def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np
 class Space(ABC):
     """Functions on the cells of scikit-fem's ``mesh``.
 
-    A function is a vector of coefficients (functions,); a field has values at quadrature points, as (cells,
-    points), or (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's
-    numbering, ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each
-    function belongs to, and ``places`` (entities, 3) are their places.
+    A function is a vector of coefficients (functions,); a field has values at quadrature points, as (cells, points), or
+    (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's numbering,
+    ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each function belongs
+    to, and ``places`` (entities, 3) are their places.
 
     Functions may jump across the facets ``torn`` (`fem3d.spaces.mapped`), ``origin`` (functions,) being its number
     before the split. Functions that belong to no cell are ``beyond`` a face: by name, the functions of the face and
