@@ -35,7 +35,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.following import Conduction, Rest, Storage, Term, following
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Entries, Faces, halves, summed
+from fem3d.spaces.integrals import Entries, Faces, halves, marked, summed
 from fem3d.spaces.mapped import Interface
 from scenes import faces
 from scenes.model import Schedule, Value, bends
@@ -50,10 +50,8 @@ def assemble(domain: Domain) -> HeatProblem:
     order = _numbering(domain, held)
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
     conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
-    # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
-    # imaginary one beside each entry keeps it.
-    with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
-    stiffness = halves(csc_array(with_ones + films))[0] if films.nnz else conduction
+    # Stiffness and mass must have one pattern.
+    stiffness = halves(csc_array(marked(conduction) + films))[0] if films.nnz else conduction
     stiffness, mass = part(stiffness, order), part(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
@@ -245,9 +243,7 @@ def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
         if isinstance(term, Surface):
             for b in term.boundaries:
                 still, per_kelvin = term.entering(u, heat.domain.faces(b))
-                entering = np.zeros(heat.inputs.count)
-                entering[0] = still
-                films[b.name] = Film(entering, heat.take(per_kelvin))
+                films[b.name] = Film(heat.inputs.split(still), heat.take(per_kelvin))
     return replace(heat, films=films)
 
 

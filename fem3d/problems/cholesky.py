@@ -11,10 +11,9 @@ from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.sparse import csc_array
 
+from fem3d.spaces.size import LEAF
 from scenes.errors import NumericsError
 
-# Pieces of up to this many unknowns are not dissected further: such small dense blocks take next to no time.
-LEAF = 120
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST = 0.3

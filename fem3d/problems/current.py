@@ -24,7 +24,7 @@ from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
 from fem3d.problems.following import MOST_GMRES, OfCells, at_faces, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths, Potential, Section, Terminal
-from fem3d.spaces.integrals import Faces, halves
+from fem3d.spaces.integrals import Faces, halves, marked
 from scenes.errors import NumericsError
 
 SOLVED = 1e-12  # relative error of a potential, unless a looser bound is given
@@ -183,9 +183,7 @@ class Conductor:
         """(unknowns, unknowns): a matrix (functions, functions) with the terminals and their resistances."""
         if not self.terminals:
             return part(matrix, self.free)
-        # Products of sparse matrices drop zeros, and the pattern must not depend on values: imaginary ones keep it.
-        with_ones = csc_array((matrix.data + 1j, matrix.indices, matrix.indptr), matrix.shape)
-        return halves(csc_array(self._basis.T @ with_ones @ self._basis + diags_array(self._leak)))[0]
+        return halves(csc_array(self._basis.T @ marked(matrix) @ self._basis + diags_array(self._leak)))[0]
 
     def _solver(self, matrix: csc_array) -> Solver:
         entities = self.space.entity[self.free]

@@ -19,7 +19,6 @@ from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Faces
 from scenes.model import Schedule, bends
 from statespace import channels
 
@@ -89,8 +88,9 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     row, entering = nothing, still
     for b, on, shared in within:
         if bends(b) and heat.about is not None:
-            into, per_kelvin = _bent(heat, heat.about, b, domain.seen(shared))
-            row, entering = row + heat.take(per_kelvin), entering + into
+            term = next(term for term in _surfaces(heat.exact or heat) if b in term.boundaries)
+            into, per_kelvin = term.entering(heat.about, domain.seen(shared))
+            row, entering = row + heat.take(per_kelvin), entering + heat.inputs.split(into)
         elif b.kind != "temperature":
             area = domain.seen(shared).load()
             entering = (
@@ -111,17 +111,6 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
 def _surfaces(heat: HeatProblem) -> list[Surface]:
     """The terms of faces with a flux nonlinear in temperature."""
     return [term for term in heat.terms if isinstance(term, Surface)]
-
-
-def _bent(heat: HeatProblem, about: np.ndarray, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
-    """The heat that enters through some faces of a boundary with a flux nonlinear in temperature, by the tangent at
-    the state (functions,) of a problem's linearization: at zero rise (channels,) in W, and per kelvin
-    (functions,)."""
-    term = next(term for term in _surfaces(heat.exact or heat) if boundary in term.boundaries)
-    still, per_kelvin = term.entering(about, on)
-    entering = np.zeros(heat.inputs.count)
-    entering[0] = still
-    return entering, per_kelvin
 
 
 def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:

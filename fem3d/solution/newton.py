@@ -158,10 +158,7 @@ class Newton:
             if row is None and self.conductor is not None and finer.conductor is not None:
                 currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
                 made, again = (float(self.heat.unit @ p.driven) for p in (point, other))
-                changes += [
-                    largest(others - currents) / (largest(currents) or 1.0),
-                    abs(again - made) / (made or 1.0),
-                ]
+                changes += [largest(others - currents) / (largest(currents) or 1.0), abs(again - made) / (made or 1.0)]
             off += max(changes)
         return off
 

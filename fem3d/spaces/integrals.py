@@ -26,6 +26,11 @@ def halves(both: csc_array) -> tuple[csc_array, csc_array]:
     return real, imaginary
 
 
+def marked(matrix: csc_array) -> csc_array:
+    """A matrix with an imaginary one beside each entry, which keeps its place where scipy drops zeros of results."""
+    return csc_array((matrix.data + 1j, matrix.indices, matrix.indptr), matrix.shape)
+
+
 def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
     where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""

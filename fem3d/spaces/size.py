@@ -17,7 +17,8 @@ from meshes.grid import Grid
 from scenes.model import Scene
 
 LEAF, AT_LEAF = 120.0, 40.0
-"""Unknowns of a piece that is not dissected any more (`fem3d.problems.cholesky.LEAF`), and those that join two such."""
+"""Unknowns of a piece that `fem3d.problems.cholesky` dissects no more, as so small a dense block takes next to no time;
+and of a separator of two such pieces."""
 # These constants were measured on plates with 0 to 10 pads beside a meander, on rows of 100 and 300 boxes and on cubes
 # with 2 and 3 boxes inside: a run's peak memory is predicted to within 30 % from 0.15 to 2.6 GB.
 START_UP = 75e6  # bytes of a process before it has a mesh: interpreter and libraries
