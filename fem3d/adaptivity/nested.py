@@ -25,6 +25,7 @@ from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
+from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import SteadyState, solve_steady
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
@@ -177,10 +178,16 @@ def contributions(
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
-    """Return the problems of a domain, to be solved for a relative accuracy."""
+    """Return the problems of a domain, to be solved for a relative accuracy.
+
+    Raises CoarseMeshError where all nodes of heated cells are fixed: no equation then contains their heat.
+    """
     heat = assemble(domain)
     # Powers see the square of the error of potentials.
     conductor = conductors.find(heat, 1e-8 * accuracy)
+    heated, free = [*(cells for _, cells in domain.sources), np.flatnonzero(domain.live)], heat.order[: heat.free]
+    if physics.heat(domain.scene) and not all(domain.space.of(cells)[free].any() for cells in heated if len(cells)):
+        raise CoarseMeshError("all nodes of a heated part have given temperatures")
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
     return Problems(
         domain, (*lower, heat), (*(conductor and conductor.lower(k, h) for k, h in enumerate(lower)), conductor)

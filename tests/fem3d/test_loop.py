@@ -93,16 +93,14 @@ def test_a_mesh_is_refined_raised_or_accepted(told, way):
     assert answer.errors == {"probe": told[-1]}
 
 
-def test_a_runaway_is_one_where_another_mesh_confirms_it():
-    with pytest.raises(RunawayError) as caught:
-        solved([fold(0.90), fold(0.91), 0.009])
-    assert caught.value.limit == 0.91
-
-
-@pytest.mark.parametrize("told", [[fold(0.9)], [RunawayInTimeError("runs away", 1e-3)]])
-def test_a_runaway_on_the_last_mesh_there_is(told):
-    with pytest.raises(RunawayError, match="run"):
+@pytest.mark.parametrize(
+    ("told", "limit"),
+    [([fold(0.9), fold(0.91), 0.009], 0.91), ([fold(0.9)], 0.9), ([RunawayInTimeError("runs", 1e-3)], float("inf"))],
+)
+def test_runaway_is_confirmed_by_another_mesh_unless_mesh_is_last(told, limit):
+    with pytest.raises(RunawayError, match="run") as caught:
         solved(told)
+    assert caught.value.limit == limit
 
 
 def test_a_transient_runs_away_where_two_meshes_say_so():

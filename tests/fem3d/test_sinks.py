@@ -15,7 +15,7 @@ from reduced1d import ladder
 from reduced1d.ladder.plate import below
 from scenes.model import Boundary, Box, Probe, Scene
 from scenes.sink import SUBSTRATE, Sink
-from tests.fem3d import gap, plain_grid, silicon, state_on
+from tests.fem3d import drawn, gap, plain_grid, silicon, state_on
 from validate.verify.second_path import SecondPath
 
 TERMS = 800
@@ -172,6 +172,11 @@ def test_quarter_has_values_of_whole(sink):
     quarter, whole = solve(scene), solve(scene, whole=True)
     assert (quarter.details["symmetry"], whole.details["symmetry"]) == ("the quarter", "the whole")
     assert gap(quarter, whole) <= 1
+
+
+def test_heated_cube_without_free_node_on_first_grid_has_values_of_eighth():
+    scene = drawn("cold cube")
+    assert gap(solve(scene), solve(scene, whole=True)) <= 1
 
 
 @pytest.mark.long
