@@ -64,10 +64,10 @@ class Contributions(NamedTuple):
         return float(np.abs(self.last).sum())
 
 
-def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Return the error after degree p over the contribution of degree p, for an error p^-a."""
-    remaining: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
-    return remaining
+def tail(p: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the sum of the contributions of all degrees above p over the contribution of p, for an error p^-a."""
+    ratio: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
+    return ratio
 
 
 def rate_at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -116,7 +116,7 @@ class Estimator:
         slowest, fastest = np.minimum(rate_at_edge(p, smallest), SLOWEST), np.minimum(4 * smallest, FASTEST)
         later = None
         if exponents is not None:
-            theory, at_edge = left(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
+            theory, at_edge = tail(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
             later = np.where(at_edge, EXPECTED * theory, 0.0), np.where(at_edge, LATER * theory, AWAY)
         degrees, slowest, fastest, pools = (np.tile(each, (3, 1)) for each in (p, slowest, fastest, np.arange(cells)))
         return cls(degrees, slowest, fastest, pools, later)
@@ -142,8 +142,8 @@ class Estimator:
         """
         p, before, last = self.degrees, self._pooled(goal.before), self._pooled(goal.last)
         a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), self.fastest).clip(self.slowest)
-        continued = before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a
-        error = np.maximum(last * left(p, a), np.where(p > 2, continued, 0.0))
+        continued = before * tail(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a
+        error = np.maximum(last * tail(p, a), np.where(p > 2, continued, 0.0))
         return error * (np.abs(goal.before) + np.abs(goal.last)) / np.maximum(before + last, 1e-300)
 
     def _pooled(self, parts: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.estimator import Contributions, Estimator, left
+from fem3d.adaptivity.estimator import Contributions, Estimator, tail
 from fem3d.adaptivity.nested import Problems, Solution, solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -245,7 +245,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     current = duals.joule(warmed(given, fine.state)) | electric
     power, torn = given.electric_parts, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
-    known, slowest = {*heat, *electric, *study.ratios}, float(left(estimator.degrees, estimator.slowest).max())
+    known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
         # A given current does not follow the resistance.
         fixed = name not in electric and given.conductor is not None and given.conductor.by_current

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fem3d.adaptivity import reach
-from fem3d.adaptivity.estimator import left
+from fem3d.adaptivity.estimator import tail
 from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import problems
 from fem3d.runs.device_model import DEPARTS, Structure, projected, structures
@@ -158,7 +158,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             }  # fmt: skip
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
-            edges = max(float(left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
+            edges = max(float(tail(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
             return Model(device, fine, low, fewer, missed, nodes, edges, details, nested[0])
         if space > 0.75 * accuracy:
             grid = grading.raised(grid)

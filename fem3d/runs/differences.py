@@ -26,7 +26,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.estimator import left
+from fem3d.adaptivity.estimator import tail
 from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.marched import hold, searched
 from fem3d.adaptivity.mesh import Answer
@@ -208,7 +208,7 @@ class _Solver:
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
-            self._edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+            self._edges = max(1.0, float(tail(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
         self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.response is not None and answer.steady is None:
             heat, conductor = self._own.heats[-2], self._own.conductors[-2]
