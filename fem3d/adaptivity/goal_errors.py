@@ -85,7 +85,7 @@ class Duals:
             seen.append(upper.respond(np.array(flows)))
         return dict(zip(self.rows, given.electric(seen, potentials), strict=True))
 
-    def contradictions(self, judge: Estimator) -> dict[str, np.ndarray]:
+    def contradictions(self, estimator: Estimator) -> dict[str, np.ndarray]:
         """Return indicators of each goal at edges where given temperatures contradict each other; empty without them.
 
         At any degree the jump is spread over the first interval or cell beside the edge. The error is the jump times
@@ -93,12 +93,12 @@ class Duals:
         to the intervals that end there, or to the cells around it.
         """
         heat, indicators = self.given.heat, {}
-        nodes = np.flatnonzero(heat.torn)
+        nodes = np.flatnonzero(heat.contradiction)
         for i, (name, row) in enumerate(self.rows.items() if len(nodes) else ()):
             dual = heat.take(self.fields[-1][i])
             stored = 0.0 if self.time is None else heat.mass @ dual / self.time
-            parts = (heat.torn * (row - heat.turned(dual) - stored))[nodes]
-            indicators[name] = judge.at_vertices(self.given.domain.space, heat.order[nodes], parts)
+            parts = (heat.contradiction * (row - heat.turned(dual) - stored))[nodes]
+            indicators[name] = estimator.at_vertices(self.given.domain.space, heat.order[nodes], parts)
         return indicators
 
 
@@ -243,7 +243,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     thermal, electric = duals.thermal(), _potentials(given, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}
     current = duals.joule(warmed(given, fine.state)) | electric
-    power, torn = given.electric_parts, duals.contradictions(estimator)
+    power, clash = given.electric_parts, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
     known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
@@ -251,7 +251,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
         fixed = name not in electric and given.conductor is not None and given.conductor.by_current
         warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
         parts = [each for each in (heat.get(name, warm), current.get(name, power)) if each is not None]
-        goals[name] = sum((estimator.indicators(each) for each in parts), torn.get(name, np.zeros_like(power.last)))
+        goals[name] = sum((estimator.indicators(each) for each in parts), clash.get(name, np.zeros_like(power.last)))
         # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
         # without a dual solution it may continue as slowly as beside the sharpest edge.
         change, own = abs(float(value - low.quantities[name])) / scales[name], sum(each.size for each in parts)
@@ -260,7 +260,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:
         better, doubts = nested.extrapolated(study, given, fine, low, scales, heat, current, estimator)
-        doubts = {name: doubt + scales[name] * float(np.sum(torn.get(name, 0.0))) for name, doubt in doubts.items()}
+        doubts = {name: doubt + scales[name] * float(np.sum(clash.get(name, 0.0))) for name, doubt in doubts.items()}
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors, least = (_with_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
     moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)

@@ -53,15 +53,15 @@ def respond(
     given: Problems,
     bases: Sequence[Base],
     shift: float,
-    judge: Estimator,
+    estimator: Estimator,
     steady: Level | None,
     generations: int = 0,
     as_it_is: bool = False,
 ) -> Response:
     """Return the response of the first of two ``bases``, with errors by comparison with the lower space of the second.
 
-    Scales come from the outputs of the ``steady`` level, else of the response; ``generations`` of fields are the first
-    trial; ``judge`` estimates errors, ``as_it_is`` accepts the response in any case."""
+    Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s),
+    and so many ``generations`` at first. ``as_it_is`` accepts the response in any case."""
     steady_errors: Mapping[str, float] = {}
     if steady is not None:
         steady_errors = steady.relative
@@ -85,7 +85,7 @@ def respond(
         if not bases[0].follows:
             raise
         raise CoarseMeshError("a lower space runs away over time, and the fine one does not") from runaway
-    errors, goals = _errors(study, given, judge, march, low, steady_errors)
+    errors, goals = _errors(study, given, estimator, march, low, steady_errors)
     answer, scales = march.answer, march.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
@@ -113,7 +113,7 @@ def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
 
 
 def _errors(
-    study: Study, given: Problems, judge: Estimator, march: Marched, low: AnyResponse, steady: Mapping[str, float]
+    study: Study, given: Problems, estimator: Estimator, march: Marched, low: AnyResponse, steady: Mapping[str, float]
 ) -> tuple[dict[str, float], list[np.ndarray]]:
     """Return the error of each trace in its unit by comparison with the response ``low`` of the next lower space, and
     the indicators of the power and of all goals.
@@ -124,15 +124,15 @@ def _errors(
     """
     lower = study.traces(outputs.of_transient(low, study.part, march.checked))
     changes, goals = distance(march.traces, lower), dict[str, np.ndarray]()
-    power, current, errors = judge.indicators(given.electric_parts), dict[str, np.ndarray](), dict[str, float]()
+    power, current, errors = estimator.indicators(given.electric_parts), dict[str, np.ndarray](), dict[str, float]()
     largest = max(change / march.scales[name] for name, change in changes.items())
     if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
-        goals = _indicators(study, given, judge, march, lower)
+        goals = _indicators(study, given, estimator, march, lower)
     if not steady:
         # The Joule heat is as if the largest voltages acted always.
         potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
         joule = _duals(study, given, march, study.end, study.end).joule(potentials)
-        current = {name: judge.indicators(joule.get(name, given.electric_parts)) for name in march.scales}
+        current = {name: estimator.indicators(joule.get(name, given.electric_parts)) for name in march.scales}
     for name, scale in march.scales.items():
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady.items() if study.goals.get(q, q) == goal]
@@ -151,7 +151,7 @@ def _duals(study: Study, given: Problems, march: Marched, at: float, since: floa
 
 
 def _indicators(
-    study: Study, given: Problems, judge: Estimator, march: Marched, lower: Quantities
+    study: Study, given: Problems, estimator: Estimator, march: Marched, lower: Quantities
 ) -> dict[str, np.ndarray]:
     """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or jump
     of the inputs: the first and the last time, and the times of the largest change of each rise and of the trace that
@@ -168,9 +168,9 @@ def _indicators(
     knots, goals = np.append(0.0, given.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
     for time in march.checked[sorted({0, *at, len(march.checked) - 1})].tolist():
         duals = _duals(study, given, march, time, time - float(knots[knots < time].max()))
-        torn = duals.contradictions(judge)
+        clash = duals.contradictions(estimator)
         for name, parts in duals.thermal().items():
-            remains = judge.indicators(parts) + torn.get(name, 0.0)
+            remains = estimator.indicators(parts) + clash.get(name, 0.0)
             if name in rises:
                 size = max(float(np.abs(part).sum()) for part in parts) * march.scales[name]
                 remains *= max(changes[name] / max(size, 1e-300), 1.0)

@@ -49,7 +49,7 @@ class HeatProblem:
     unit : (all nodes,), coefficients of the constant 1
     groups, ordering : (all nodes,), number of the vertex, edge, facet or cell of each node; their elimination order
     order : (all nodes,), index of each node among the functions of the domain's space
-    torn : (all nodes,), difference between contradictory given temperatures (K)
+    contradiction : (all nodes,), difference between contradictory given temperatures (K)
     terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
     about, rest, exact : only of a linearized problem (`fem3d.problems.assembly`): the field (functions,) of the
         linearization, the part of the tangent beside the stiffness, and the exact problem
@@ -72,7 +72,7 @@ class HeatProblem:
     ordering: Ordering
     domain: Domain
     order: np.ndarray
-    torn: np.ndarray
+    contradiction: np.ndarray
     terms: tuple[Term, ...] = ()
     storage: Storage | None = None
     rest: Rest | None = None
@@ -103,7 +103,7 @@ class HeatProblem:
             held={name: share[kept] for name, share in self.held.items()}, edges=part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
-            torn=self.torn[kept], rest=None if self.rest is None else self.rest.part(kept),
+            contradiction=self.contradiction[kept], rest=None if self.rest is None else self.rest.part(kept),
             exact=None if self.exact is None else self.exact.lower(level),
         )  # fmt: skip
 
