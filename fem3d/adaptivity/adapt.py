@@ -18,7 +18,7 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.trace_errors import ROW_SHARE, Response, respond
+from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse, respond
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
 from fem3d.solution.newton import CoarseMeshError
@@ -104,7 +104,7 @@ def adapt(
     raise not_reached(study.accuracy)
 
 
-def indicators(level: Level | None, response: Response | None = None) -> Indicators:
+def indicators(level: Level | None, response: BoundedResponse | None = None) -> Indicators:
     """Return the indicators to refine by, of a steady level, of a response, or of both."""
     goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
     relative = response.relative if response else level.relative if level else {}
@@ -152,7 +152,7 @@ class Search:
         relative = response.relative if response else level.relative if level else {}
         return Answer(mesh, problems.heat, problems.conductor, steady, errors, relative, response, number), level
 
-    def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
+    def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> BoundedResponse:
         """Solve the transient in Krylov fields about the steady state; without it, shifted by the slowest time constant
         of the mesh before."""
         study = self.study

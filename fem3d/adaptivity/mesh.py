@@ -20,7 +20,7 @@ from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.trace_errors import Response
+from fem3d.adaptivity.trace_errors import BoundedResponse
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
@@ -143,7 +143,7 @@ class Answer:
     steady: Solution | None
     errors: dict[str, float]
     relative: dict[str, float]
-    response: Response | None
+    response: BoundedResponse | None
     levels: int
     field: float = np.inf
 

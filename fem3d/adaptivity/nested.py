@@ -81,23 +81,23 @@ class Problems:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
-    def steps(self, rise: np.ndarray, time: float | None = None) -> list[np.ndarray]:
+    def increments(self, rise: np.ndarray, time: float | None = None) -> list[np.ndarray]:
         """Return (all nodes,) the parts of a ``rise`` that each upper space adds to the next lower one, lowest first.
 
         They are orthogonal in the energy product of the steady problem, or of a step of ``time`` (s).
         """
-        heat, steps = self.heat, list[np.ndarray]()
+        heat, increments = self.heat, list[np.ndarray]()
         for lower in self.heats[-2::-1]:
-            step = rise.copy()
-            step[np.isin(heat.order, lower.order, kind="table")] = 0.0
-            load = lower.take(heat.field(self.energetic(step, time)))[: lower.free]
+            increment = rise.copy()
+            increment[np.isin(heat.order, lower.order, kind="table")] = 0.0
+            load = lower.take(heat.field(self.load_of(increment, time)))[: lower.free]
             solved = lower.solve_steady(load) if time is None else lower.solve_shifted(time)(time * load)
-            step = step - heat.take(lower.field(solved))
-            steps.insert(0, step)
-            rise = rise - step
-        return steps
+            increment = increment - heat.take(lower.field(solved))
+            increments.insert(0, increment)
+            rise = rise - increment
+        return increments
 
-    def energetic(self, rise: np.ndarray, time: float | None) -> np.ndarray:
+    def load_of(self, rise: np.ndarray, time: float | None) -> np.ndarray:
         """(all nodes,): the load that a ``rise`` balances in the steady problem, or in a step of ``time`` (s)."""
         load: np.ndarray = self.heat.stiffness @ rise
         return load if time is None else load + self.heat.mass @ rise / time
@@ -105,12 +105,12 @@ class Problems:
     def thermal(self, rise: np.ndarray, duals: Sequence[np.ndarray], time: float | None) -> list[Contributions]:
         """Return the contributions to goals by conduction at the initial temperature, and for a step of ``time`` (s) by
         the stored heat, of a ``rise`` (all nodes,) in the highest space; ``duals`` as for `added`."""
-        heat, domain, steps = self.heat, self.domain, self.steps(rise, time)
+        heat, domain, parts = self.heat, self.domain, self.increments(rise, time)
         weights = added([h.order[: h.free] for h in self.heats], duals)
         capacity = np.zeros(len(domain.body)) if time is None else domain.per_cell("heat_capacity") / time
         properties = domain.per_cell("thermal_conductivity"), capacity
-        residuals = [heat.field(self.energetic(step, time)) for step in steps]
-        return contributions(domain.space, properties, [heat.field(step) for step in steps], weights, residuals)
+        residuals = [heat.field(self.load_of(part, time)) for part in parts]
+        return contributions(domain.space, properties, [heat.field(part) for part in parts], weights, residuals)
 
     def electric(
         self, duals: Sequence[np.ndarray], potentials: Sequence[np.ndarray], whole: bool = False

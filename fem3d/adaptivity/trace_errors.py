@@ -13,8 +13,7 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import Marched, distance, jumps, spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import fields, outputs, probes
-from fem3d.results.outputs import Quantities, Study
-from fem3d.results.outputs import Response as AnyResponse
+from fem3d.results.outputs import Quantities, Response, Study
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.transient import Base, Transient
 from scenes.errors import RunawayInTimeError
@@ -23,7 +22,7 @@ ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between ro
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class BoundedResponse:
     """Traces with errors (in their units) and heat balance; ``goals`` are the indicators of the power and of each goal
     with the power."""
 
@@ -32,7 +31,7 @@ class Response:
     errors: dict[str, float]
     accepted: bool  # whether the errors are within the accuracy
     imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
-    transient: AnyResponse
+    transient: Response
     generations: int  # of fields
     goals: list[np.ndarray] = field(default_factory=list)
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
@@ -57,7 +56,7 @@ def respond(
     steady: Level | None,
     generations: int = 0,
     as_it_is: bool = False,
-) -> Response:
+) -> BoundedResponse:
     """Return the response of the first of two ``bases``, with errors by comparison with the lower space of the second.
 
     Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s),
@@ -89,17 +88,19 @@ def respond(
     answer, scales = march.answer, march.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return Response(march.checked, march.traces, errors, False, np.nan, answer, march.generations, goals, relative)
+        return BoundedResponse(
+            march.checked, march.traces, errors, False, np.nan, answer, march.generations, goals, relative
+        )
     times, rows, between = _rows(study, answer, scales)
     errors = {name: error + between[name] + outputs.ROUNDING * scales[name] for name, error in errors.items()}
     early = _early(study, march, low) if study.from_start else {}
-    return Response(
+    return BoundedResponse(
         times, rows, errors, True, _imbalance(study, answer), answer, march.generations, goals, relative, scales,
         max(between[name] / scales[name] for name in errors), {name: errors[name] + e for name, e in early.items()},
     )  # fmt: skip
 
 
-def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
+def _early(study: Study, march: Marched, low: Response) -> dict[str, float]:
     """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: twice
     the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
     first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
@@ -113,7 +114,7 @@ def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
 
 
 def _errors(
-    study: Study, given: Problems, estimator: Estimator, march: Marched, low: AnyResponse, steady: Mapping[str, float]
+    study: Study, given: Problems, estimator: Estimator, march: Marched, low: Response, steady: Mapping[str, float]
 ) -> tuple[dict[str, float], list[np.ndarray]]:
     """Return the error of each trace in its unit by comparison with the response ``low`` of the next lower space, and
     the indicators of the power and of all goals.
@@ -178,9 +179,7 @@ def _indicators(
     return goals
 
 
-def _rows(
-    study: Study, answer: AnyResponse, scales: dict[str, float]
-) -> tuple[np.ndarray, Quantities, dict[str, float]]:
+def _rows(study: Study, answer: Response, scales: dict[str, float]) -> tuple[np.ndarray, Quantities, dict[str, float]]:
     """Return the times of as many rows as the accuracy takes, the traces there, and the errors of straight lines
     between them."""
     times, rows, between = fields.choose(
@@ -198,7 +197,7 @@ def _rows(
     return times, rows, between
 
 
-def _imbalance(study: Study, answer: AnyResponse) -> float:
+def _imbalance(study: Study, answer: Response) -> float:
     """Return the largest |stored + lost - supplied| from the earliest time of interest on, over the larger of the heats
     that entered and left until then.
 

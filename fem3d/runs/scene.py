@@ -16,7 +16,7 @@ from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.marched import BEFORE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
-from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
+from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
 from fem3d.results.outputs import Study
@@ -95,7 +95,7 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
     return choose(study, every, over_time=not scene.steady)
 
 
-def _refined(scene: AnyScene, mesh: Mesh, response: Response) -> tuple[Study, Mesh]:
+def _refined(scene: AnyScene, mesh: Mesh, response: BoundedResponse) -> tuple[Study, Mesh]:
     """Return the study of a whole scene, and the ``mesh`` of a less accurate response refined for it."""
     study = probe_quantities.study(scene, part_of(scene, True))
     mesh = mesh.with_scene(study.part.scene)
@@ -142,7 +142,7 @@ def _of_field(off: float, enough: float) -> list[str]:
     ]
 
 
-def _of_rows(study: Study, response: Response | None) -> list[str]:
+def _of_rows(study: Study, response: BoundedResponse | None) -> list[str]:
     if response is None or response.between <= ROW_SHARE * study.accuracy:
         return []
     return [
