@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.random_scenes import AT_PLUS, ROOM, of_materials, scaled
-from fem3d.runs.compact import compact, instants
+from fem3d.runs.compact import compact, comparison_rows
 from fem3d.runs.scene import solve
 from scenes.errors import NumericsError, SceneError
 from scenes.model import Probe, Scene
@@ -129,7 +129,7 @@ def reduced(scene: Scene, result: Result) -> float:
     model, (bounds, *_) = CompactModel(document), document["error"].values()
     times, kind = np.empty(0), "steady"
     if not scene.steady:
-        times, kind = result.over_time.time[instants(scene, result.over_time.time)], "over time"
+        times, kind = result.over_time.time[comparison_rows(scene, result.over_time.time)], "over time"
     found = model.steady() if scene.steady else model.simulate(times)
     return max(
         float(np.abs(found[name] - values).max()) / (bounds[kind][name]["error"] + error)

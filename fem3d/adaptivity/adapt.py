@@ -165,8 +165,8 @@ class Search:
             bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
             if not bases[0].follows:  # hot states are searched in the lower space alone
                 lower = problems.heats[-2], problems.conductors[-2]
-                low, hot = marched.searched(*lower, shift, study.end, study.accuracy)
-                bases = [marched.hold(problems.heat, problems.conductor, hot), low]
+                low, hot = marched.search_hot_states(*lower, shift, study.end, study.accuracy)
+                bases = [marched.make_base(problems.heat, problems.conductor, hot), low]
         response = respond(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
         if level is None:
             self.slowest, self.generations = response.slowest, response.generations

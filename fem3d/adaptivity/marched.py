@@ -63,10 +63,10 @@ class Marched:
         study: Study, answer: Response, worse: Response, steady_out: Outputs | None, part: float, generations: int = 0
     ) -> Marched:
         """Return a response with this ``part`` of its distance from a worse one as its errors."""
-        checked = instants(study, answer.heat)
+        checked = comparison_times(study, answer.heat)
         out, other = (outputs.of_transient(each, study.part, checked) for each in (answer, worse))
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
-        gaps = {name: part * gap for name, gap in distance(traces, study.traces(other)).items()}
+        gaps = {name: part * gap for name, gap in largest_differences(traces, study.traces(other)).items()}
         return Marched(answer, worse, generations, checked, out, traces, scales, gaps)
 
     def enough(self, accuracy: float) -> bool:
@@ -138,7 +138,7 @@ def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
     return at_films(linearized(heat, conductor, rises[hottest], density), heat.field(rises[hottest]))
 
 
-def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
+def respond_in_lower_space(study: Study, base: Base, shift: float, fine: Marched) -> Response:
     """Return the response of a lower space in as many generations of fields as the fine response; or with the same
     steps, and quadratures of laws with a point fewer along each axis, so that the change shows their error too."""
     tolerance = TIME_SHARE * study.accuracy
@@ -149,7 +149,7 @@ def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
     return transient.march(base, reduced, study.end, tolerance)
 
 
-def instants(study: Study, heat: HeatProblem) -> np.ndarray:
+def comparison_times(study: Study, heat: HeatProblem) -> np.ndarray:
     """Return the times (s) at which meshes and spaces are compared: early and late, after bends and jumps of the
     inputs, and requested times. Times after a jump begin at the earliest time of interest, as after the start, or
     sooner if requested."""
@@ -157,13 +157,13 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     knots = heat.inputs.knots(end)
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
     wanted = np.array([t for t in study.instants if first <= t <= end])
-    groups.append(wanted[spread(wanted, 200)])  # each costs a state of every space
-    for knot in knots[spread(knots, KNOTS)]:
+    groups.append(wanted[thin_out(wanted, 200)])  # each costs a state of every space
+    for knot in knots[thin_out(knots, KNOTS)]:
         following = knots[knots > knot]
         gap = (following[0] if len(following) else end) - knot
         groups.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(groups))
-    at = jumps(heat.inputs, end)
+    at = jump_times(heat.inputs, end)
     for jump, gap in zip(at, np.diff(np.append(at, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
         sooner = wanted[(wanted >= jump + SOONEST * first) & (wanted < jump + min(first, gap / 2))]
@@ -171,27 +171,27 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     return times
 
 
-def jumps(inputs: Inputs, end: float) -> np.ndarray:
+def jump_times(inputs: Inputs, end: float) -> np.ndarray:
     """Return the times (s) before an end at which inputs jump."""
     knots = inputs.knots(end)
     return np.asarray(knots[np.any(inputs.jumps(knots), axis=1)])
 
 
-def spread(times: np.ndarray, most: int) -> np.ndarray:
+def thin_out(times: np.ndarray, most: int) -> np.ndarray:
     """Return the indices of at most ``most`` times, spread over all."""
     return np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
 
 
-def distance(a: Quantities, b: Quantities) -> dict[str, float]:
+def largest_differences(a: Quantities, b: Quantities) -> dict[str, float]:
     """Return the largest difference of each quantity."""
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
 
 
-Hot = tuple[np.ndarray, np.ndarray]
+HotState = tuple[np.ndarray, np.ndarray]
 """A state at which heating changes the currents: the rise (functions,), and the inputs (channels,)."""
 
 
-def hold(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot]) -> Base:
+def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotState]) -> Base:
     """Return the base with the currents at the initial temperature and in ``hot`` states."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
@@ -207,18 +207,18 @@ def hold(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[Hot]) -> 
     return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), still, loads)
 
 
-def searched(
+def search_hot_states(
     heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
-) -> tuple[Base, list[Hot]]:
+) -> tuple[Base, list[HotState]]:
     """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
     rough response, some just before changes of the inputs, the worst joins until none matters."""
-    hot: list[Hot] = []
-    base = hold(heat, conductor, hot)
+    hot: list[HotState] = []
+    base = make_base(heat, conductor, hot)
     if conductor is None or not conductor.warms or not conductor.voltages.any():
         return base, hot
     drive, size = heat.inputs, 1e-300
     knots = drive.knots(end)
-    times = np.union1d(np.geomspace(end / 100, end, 4), knots[spread(knots, 4)] * (1 - 1e-9))
+    times = np.union1d(np.geomspace(end / 100, end, 4), knots[thin_out(knots, 4)] * (1 - 1e-9))
     for _ in range(ROUNDS):
         reduced = base.project(Krylov(base, shift).fields(FIELDS))
         try:
@@ -241,5 +241,5 @@ def searched(
         if worst is None:
             break
         hot.append(worst)
-        base = hold(heat, conductor, hot)
+        base = make_base(heat, conductor, hot)
     return base, hot

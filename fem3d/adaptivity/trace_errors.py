@@ -10,7 +10,7 @@ import numpy as np
 from fem3d.adaptivity import goal_errors, marched
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.marched import Marched, distance, jumps, spread
+from fem3d.adaptivity.marched import Marched, jump_times, largest_differences, thin_out
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import fields, outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
@@ -79,7 +79,7 @@ def respond(
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:
-        low = marched.beside(study, bases[1], shift, march)
+        low = marched.respond_in_lower_space(study, bases[1], shift, march)
     except RunawayInTimeError as runaway:
         if not bases[0].follows:
             raise
@@ -104,12 +104,12 @@ def _early(study: Study, march: Marched, low: Response) -> dict[str, float]:
     """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: twice
     the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
     first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
-    starts = np.append(0.0, jumps(inputs, study.end))
+    starts = np.append(0.0, jump_times(inputs, study.end))
     since = np.append(0.0, np.geomspace(marched.SOONEST * first, first, 10))
-    times = np.unique(np.minimum((starts[spread(starts, marched.KNOTS), None] + since).ravel(), study.end))
+    times = np.unique(np.minimum((starts[thin_out(starts, marched.KNOTS), None] + since).ravel(), study.end))
     responses = march.answer, low, march.worse
     fine, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in responses)
-    apart = [distance(fine, other) for other in others]
+    apart = [largest_differences(fine, other) for other in others]
     return {name: 2 * sum(each[name] for each in apart) for name in fine}
 
 
@@ -124,7 +124,7 @@ def _errors(
     estimated only to refine the mesh, and steady errors include the error of the current.
     """
     lower = study.traces(outputs.of_transient(low, study.part, march.checked))
-    changes, goals = distance(march.traces, lower), dict[str, np.ndarray]()
+    changes, goals = largest_differences(march.traces, lower), dict[str, np.ndarray]()
     power, current, errors = estimator.indicators(given.electric_parts), dict[str, np.ndarray](), dict[str, float]()
     largest = max(change / march.scales[name] for name, change in changes.items())
     if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
@@ -162,7 +162,7 @@ def _indicators(
     the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of either degree,
     at least 1. One of two degrees does not change an even solution.
     """
-    probes, changes = given.domain.probes, distance(march.traces, lower)
+    probes, changes = given.domain.probes, largest_differences(march.traces, lower)
     rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
     worst = max(changes, key=lambda n: changes[n] / march.scales[n])
     at = {int(np.abs(march.traces[n] - lower[n]).argmax()) for n in (*rises, worst)}
@@ -186,7 +186,7 @@ def _rows(study: Study, answer: Response, scales: dict[str, float]) -> tuple[np.
         [*(step.start for step in answer.steps), answer.end],
         lambda times: study.traces(outputs.of_transient(answer, study.part, times)),
         {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()},
-        jumps(answer.heat.inputs, study.end).tolist(),
+        jump_times(answer.heat.inputs, study.end).tolist(),
         study.instants,
     )
     for probe in study.part.scene.probes if answer.heat.lifts.any() else ():
@@ -205,7 +205,7 @@ def _imbalance(study: Study, answer: Response) -> float:
     full equations, so the figure includes the error of the reduced space. At a jump of a given temperature the heat
     that its nodes store enters at that instant. Less heat than the rounding of temperatures counts as none.
     """
-    heat, sudden = answer.heat, [0.0, *jumps(answer.heat.inputs, study.end)]
+    heat, sudden = answer.heat, [0.0, *jump_times(answer.heat.inputs, study.end)]
     points, weights = np.polynomial.legendre.leggauss(12)
     edges = np.array([*(step.start for step in answer.steps), answer.end])
     # After a jump the loss starts like a power of t below any step: such a step is graded towards its start.

@@ -183,7 +183,7 @@ def _references(
     at: Any = slice(None)
     if not scene.steady:
         results.append(scene_run.solve(finer, rough=rough))
-        at = instants(scene, results[-1].over_time.time, inputs)
+        at = comparison_rows(scene, results[-1].over_time.time, inputs)
     runs = [Reference.of_result(inputs, result, result.details["scales"], at) for result in results]
     if own is None:
         return runs
@@ -201,7 +201,7 @@ def _rise(scene: AnyScene, runs: list[Reference]) -> float:
     return max(rises, default=0.0)
 
 
-def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
+def comparison_rows(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
     """Choose up to 60 times for the comparison of a model, where the accuracy holds, also after a jump."""
     first = earliest(scene)
     drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
@@ -266,8 +266,8 @@ def _rich(
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
     shift = transient.shift(min(slow, end), first)
-    _, hot = marched.searched(given.heats[-2], given.conductors[-2], shift, end, accuracy)
-    base = marched.hold(heat, conductor, hot)
+    _, hot = marched.search_hot_states(given.heats[-2], given.conductors[-2], shift, end, accuracy)
+    base = marched.make_base(heat, conductor, hot)
     loads, times = [*base.loads, *projection.joule_loads(base)], None if scene.steady else (first, min(slow, end))
     fields = heat.solve_steady(np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)).T
     if times is not None:

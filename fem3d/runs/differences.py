@@ -28,7 +28,7 @@ from threadpoolctl import threadpool_limits
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import tail
 from fem3d.adaptivity.goal_errors import goal_row
-from fem3d.adaptivity.marched import hold, searched
+from fem3d.adaptivity.marched import make_base, search_hot_states
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.cholesky import Solver
@@ -212,7 +212,7 @@ class _Solver:
         self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.response is not None and answer.steady is None:
             heat, conductor = self._own.heats[-2], self._own.conductors[-2]
-            _, self._hot = searched(heat, conductor, self._shift, study.end, study.accuracy)
+            _, self._hot = search_hot_states(heat, conductor, self._shift, study.end, study.accuracy)
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
@@ -286,7 +286,7 @@ class _Solver:
         if self._answer.steady is not None:
             base = Base.of_steady(state, study.accuracy)
         else:
-            base = hold(given.heats[level], given.conductors[level], self._hot)
+            base = make_base(given.heats[level], given.conductors[level], self._hot)
         if level not in self._near:
             self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
         near, few, at_points, places = self._near[level]
