@@ -67,6 +67,7 @@ class Mesh(ABC):
     scene: Any
     accuracy: float
     whole = True  # whether the mesh is of the whole scene, not of its symmetric part
+    levels: int | None = None  # how many times tetrahedra and hexahedra were refined
 
     @property
     def last(self) -> bool:
@@ -191,7 +192,6 @@ class Bricks(Mesh):
     as_far_as_it_goes: bool = False
 
     whole = False
-    levels = None
 
     @staticmethod
     def of(study: Study, over_time: bool = False) -> Bricks:

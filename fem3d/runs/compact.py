@@ -84,17 +84,14 @@ def _compact(
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
-    inputs, start, spent, lock = channels(scene), thread_time(), dict[str, float](), Lock()
+    inputs, start = channels(scene), thread_time()
     tried = scenarios(scene, inputs)
     own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough=rough)
     # A step of the only drive may be the scene itself.
     references = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
     tried = {name: each for name, each in tried.items() if name not in references}
-    first = thread_time() - start
-    limit = max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
-    # Where the runs of all inputs would take more than two thirds of the time, later runs are less accurate.
-    room = max(limit * 2 / 3 - first, 0.1 * first)
-    truth = TRUTH * max(1.0, len(tried) * first / room)
+    budget = _Budget(thread_time() - start, seconds)
+    truth = TRUTH * budget.looser(len(tried))
     # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
     part = ROUGH if isinstance(scene, MeshScene) else min(truth, ROUGH)
 
@@ -105,15 +102,7 @@ def _compact(
             return *_problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
 
     def compared(name: str) -> list[Reference] | None:
-        with lock:  # a run under way counts as long as the longest one
-            spent[name] = max(spent.values(), default=first)
-            if first + sum(spent.values()) >= limit:
-                del spent[name]
-                return None
-        begun = thread_time()
-        found = _references(tried[name], inputs, truth * accuracy, say, own)
-        spent[name] = thread_time() - begun
-        return found
+        return budget.spend(name, lambda: _references(tried[name], inputs, truth * accuracy, say, own))
 
     with threadpool_limits(1), ThreadPoolExecutor(2) as pool:  # two at once, which bounds the memory
         problem = pool.submit(meshed)
@@ -141,6 +130,32 @@ def _compact(
     ]
     estimated = {"runs": len(references), "more_states": space.states, "with_more_states": reached, "text": text}
     return made | {"estimated": estimated}
+
+
+class _Budget:
+    """The processor time (s) for the runs of all inputs after a ``first`` run: a multiple of the 3D solution's
+    ``seconds``, if given, which `LONGEST` and `ALWAYS` define."""
+
+    def __init__(self, first: float, seconds: float | None) -> None:
+        self._first, self._spent, self._lock = first, dict[str, float](), Lock()
+        self._limit = max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
+
+    def looser(self, runs: int) -> float:
+        """Return the factor on the tolerance with which so many runs take two thirds of the time at most."""
+        room = max(self._limit * 2 / 3 - self._first, 0.1 * self._first)
+        return max(1.0, runs * self._first / room)
+
+    def spend(self, name: str, run: Callable[[], list[Reference]]) -> list[Reference] | None:
+        """Return the result of a run; None where the time is spent."""
+        with self._lock:  # a run under way counts as long as the longest one
+            self._spent[name] = max(self._spent.values(), default=self._first)
+            if self._first + sum(self._spent.values()) >= self._limit:
+                del self._spent[name]
+                return None
+        begun = thread_time()
+        result = run()
+        self._spent[name] = thread_time() - begun
+        return result
 
 
 def check(scene: AnyScene) -> None:

@@ -86,11 +86,11 @@ def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:
 
 def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
     """Return the study of the solved part of a scene, and the first mesh."""
-    from fem3d.adaptivity.cell_mesh import choose
+    from fem3d.adaptivity.cell_mesh import choose, mesh_of
 
     study = probe_quantities.study(scene, part_of(scene, whole))
     if isinstance(scene, MeshScene):
-        return study, on_file(scene)
+        return study, mesh_of(probe_quantities.to_solve(scene))
     every = probe_quantities.study(scene, part_of(scene, True))
     return choose(study, every, over_time=not scene.steady)
 
@@ -101,13 +101,6 @@ def _refined(scene: AnyScene, mesh: Mesh, response: BoundedResponse) -> tuple[St
     mesh = mesh.with_scene(study.part.scene)
     indicators = Indicators(response.goals, max(response.relative.values()))
     return study, mesh.refine(indicators, (1 - ROW_SHARE) * scene.accuracy) or mesh
-
-
-def on_file(scene: MeshScene) -> Any:
-    """Return the mesh of a scene's file."""
-    from fem3d.adaptivity.cell_mesh import mesh_of
-
-    return mesh_of(probe_quantities.to_solve(scene))
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
@@ -175,23 +168,25 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
+def plan(scene: AnyScene, whole: bool = False, mesh: Mesh | None = None) -> tuple[Step, ...]:
     """Return the plan of `solve` beforehand; with the last ``mesh`` the plan as carried out."""
-    laid, before = mesh or start(scene, whole)[1], tuple[Step, ...]()
+    on, before = mesh or start(scene, whole)[1], tuple[Step, ...]()
     if isinstance(scene, MeshScene):
-        graph: CellGraph = laid.domain.placed
+        domain: Any = on.domain
+        graph: CellGraph = domain.placed
         reached = f"errors estimated, and compared with {scene.accuracy:g}"
     else:
         part = symmetry.reduce(clipped(scene))
         line, graph = part.step, grid.graph(part.scene)
-        if part.planes and laid.whole:
+        if part.planes and on.whole:
             line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")
         elif part.planes and whole:
             line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
         before = *(Step(what, "done", text) for what, text in structure.described(scene)), line
         reached = f"refined until every estimated error is below {scene.accuracy:g}"
-        reached += ", or memory ends it" * laid.whole
-    steps = *before, *laid.steps(mesh and mesh.levels), heat_step(scene, not scene.steady), electric_step(graph)
+        reached += ", or memory ends it" * on.whole
+    refinements = None if mesh is None else mesh.levels
+    steps = *before, *on.steps(refinements), heat_step(scene, not scene.steady), electric_step(graph)
     if scene.steady:
         only = "only the steady state was asked for"
         return *steps, Step("steady state", "done", reached), Step("transient", "skipped", only)
