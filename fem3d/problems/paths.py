@@ -57,9 +57,8 @@ def crossings(domain: Domain) -> list[Crossing]:
             ))  # fmt: skip
     for b in domain.scene.boundaries:
         if b.name in electric.space.beyond:
-            near = electric.seen(domain.on(b), domain.live)
             warmed_by = domain.seen(domain.on(b), domain.live)
-            potential = Interface(electric.faces(b), near)
+            potential = Interface(electric.faces(b), electric.seen(domain.on(b), domain.live))
             crossings.append(Crossing(b.name, b.contact_resistance, potential, (warmed_by,), warmed_by.cells[None]))
     return crossings
 

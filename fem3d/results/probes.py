@@ -59,50 +59,57 @@ def keep_places(heat: HeatProblem) -> dict[str, Any]:
 
 
 def _reading(heat: HeatProblem, probe: Any) -> Reading:
-    domain, still = heat.domain, np.zeros(heat.inputs.count)
-    nothing = np.zeros(heat.size)
+    domain, nothing, still = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     if probe.quantity == "temperature":
         if probe.reduce == "mean":
             return Reading(heat.take(domain.mean(probe)), still)
         return Reading(nothing, still, extreme=extreme(domain, probe))
     if probe.quantity == "current":
-        names, sign = _electrodes(domain, probe)
-        return Reading(nothing, still, names, sign)
+        return Reading(nothing, still, *_electrodes(domain, probe))
     facets = domain.facets(probe)
-    within = [
+    conditions = [
         (b, on, shared)
         for b in domain.scene.boundaries
         if b.kind != "voltage" and len(shared := np.intersect1d(on := domain.on(b), facets))
     ]
-    cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
-    conditions = domain.conditions_first and within
-    if not conditions and (cut or not domain.exposed(facets).any()):
-        cold, about = domain.per_cell("thermal_conductivity"), heat.about
+    cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in conditions)
+    if not (domain.conditions_first and conditions) and (cut or not domain.exposed(facets).any()):
+        return _of_gradient(heat, probe)
+    return _of_conditions(heat, conditions)
 
-        def at(u: np.ndarray) -> np.ndarray:
-            return gradient(domain, probe, lambda faces: at_faces(domain, "thermal_conductivity", u, faces))
 
-        row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None]) if about is None else at(about)
-        follows = about is None and any(isinstance(term, Conduction) for term in heat.terms)
-        return Reading(heat.take(row), still, by_law=(lambda heat, u: heat.take(at(u) - row)) if follows else None)
-    row, entering = nothing, still
-    for b, on, shared in within:
+def _of_gradient(heat: HeatProblem, probe: Any) -> Reading:
+    """The heat flow through a flat probe by the gradient of the temperature."""
+    domain, cold, about = heat.domain, heat.domain.per_cell("thermal_conductivity"), heat.about
+
+    def at(u: np.ndarray) -> np.ndarray:
+        return gradient(domain, probe, lambda faces: at_faces(domain, "thermal_conductivity", u, faces))
+
+    row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None]) if about is None else at(about)
+    follows = about is None and any(isinstance(term, Conduction) for term in heat.terms)
+    by_law = (lambda heat, u: heat.take(at(u) - row)) if follows else None
+    return Reading(heat.take(row), np.zeros(heat.inputs.count), by_law=by_law)
+
+
+def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np.ndarray]]) -> Reading:
+    """The heat flow through the ``shared`` facets of conditions (condition, its facets, shared) by their laws."""
+    domain, row, entering = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
+    for b, on, shared in conditions:
         if bends(b) and heat.about is not None:
             term = next(term for term in _surfaces(heat.exact or heat) if b in term.boundaries)
             into, per_kelvin = term.entering(heat.about, domain.seen(shared))
             row, entering = row + heat.take(per_kelvin), entering + heat.inputs.split(into)
         elif b.kind != "temperature":
             area = domain.seen(shared).load()
-            entering = (
-                entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
-            )
+            part = float(area @ domain.space.unit / domain.seen(on).areas.sum())
+            entering = entering + part * heat.films[b.name].entering
             if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
                 row = row - (film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
-    held = tuple(b.name for b, _, _ in within if b.kind == "temperature")
-    bent = heat.about is None and any(bends(b) for b, _, _ in within)
+    held = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
+    bent = heat.about is None and any(bends(b) for b, _, _ in conditions)
 
     def by_law(heat: HeatProblem, u: np.ndarray) -> np.ndarray:
-        terms = [(term, on) for term in _surfaces(heat) for b, _, on in within if b in term.boundaries]
+        terms = [(term, shared) for term in _surfaces(heat) for b, _, shared in conditions if b in term.boundaries]
         return -heat.take(sum((term.through(term.on_one(on), u) for term, on in terms), np.zeros(len(u))))
 
     return Reading(row, entering, held, by_law=by_law if bent else None)
@@ -131,12 +138,8 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
     """The electrodes that a flat probe covers, and the sign of their entering currents; none where current only passes
     the probe."""
-    facets = domain.facets(probe)
-    names = [
-        b.name
-        for b in domain.scene.boundaries
-        if b.kind == "voltage" and len(on := domain.on(b)) and np.isin(on, facets).all()
-    ]
+    facets, electrodes = domain.facets(probe), [b for b in domain.scene.boundaries if b.kind == "voltage"]
+    names = [b.name for b in electrodes if len(on := domain.on(b)) and np.isin(on, facets).all()]
     if names and domain.conditions_first:
         return tuple(names), 1.0
     pairs = domain.space.mesh.f2t[:, facets]

@@ -185,8 +185,7 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Mesh | None = None) -> tupl
         before = *(Step(what, "done", text) for what, text in structure.described(scene)), line
         reached = f"refined until every estimated error is below {scene.accuracy:g}"
         reached += ", or memory ends it" * on.whole
-    refinements = None if mesh is None else mesh.levels
-    steps = *before, *on.steps(refinements), heat_step(scene, not scene.steady), electric_step(graph)
+    steps = *before, *on.steps(mesh.levels if mesh else None), heat_step(scene, not scene.steady), electric_step(graph)
     if scene.steady:
         only = "only the steady state was asked for"
         return *steps, Step("steady state", "done", reached), Step("transient", "skipped", only)

@@ -215,8 +215,3 @@ def count_step(trials: int, time: float) -> int:
             f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
         )
     return trials + 1
-
-
-def too_short(time: float) -> NumericsError:
-    """Return the error of a response of which no step is short enough at a time (s)."""
-    return NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")

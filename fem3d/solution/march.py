@@ -34,10 +34,11 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.paths import Potential
-from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, step_at, too_short
+from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, step_at
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
+from scenes.units import TIME
 
 A = np.array([
     [0, 0, 0, 0, 0, 0],
@@ -216,7 +217,7 @@ class _March:
                 ends = [each for each in ends if each > time * (1 + 1e-12)]
                 length = min([length, *(each - time for each in ends[:1])])
                 if length < SHORTEST * end:
-                    raise too_short(time)
+                    raise NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
                 at_stop = length >= (stop - time) * (1 - 1e-9)
                 taken = stop - time if at_stop else length
                 fresh = self._linearization is None
