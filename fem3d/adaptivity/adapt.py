@@ -191,9 +191,9 @@ class Search:
         near = (SURELY * change + off) / max(runaway.limit, 1e-300)
         below = min(max(BELOW, 1 - near), 1 - ON_PATH)
         fraction = below * runaway.limit / runaway.whole
-        given = mesh.problems().driven(fraction, not runaway.unit)
+        problems = mesh.problems().driven(fraction, not runaway.unit)
         try:
-            level = mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
+            level = mesh.examine(self.study, problems, nested.solution(self.study, problems)) if fraction > 0 else None
         except NumericsError:
             level = None
         if level is None:

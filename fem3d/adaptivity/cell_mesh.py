@@ -161,8 +161,8 @@ class CellMesh(Mesh):
         exponents = edge_exponents.of_cells(self.cells, self.at_vertices) if self.simplex else None
         return Estimator.of_cells(exponents, self.size.cells, self.degree)
 
-    def examine(self, study: Study, given: Problems, fine: Solution) -> Level:
-        return corrected(super().examine(study, given, fine), self.history)
+    def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:
+        return corrected(super().examine(study, problems, fine), self.history)
 
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""

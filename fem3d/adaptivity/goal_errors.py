@@ -39,23 +39,23 @@ class Duals:
     """
 
     def __init__(
-        self, goals: Mapping[str, str], given: Problems, rise: np.ndarray, scales: Mapping[str, float],
+        self, goals: Mapping[str, str], problems: Problems, rise: np.ndarray, scales: Mapping[str, float],
         time: float | None = None, others: Mapping[str, np.ndarray] | None = None,
     ) -> None:  # fmt: skip
-        self.given, self.rise, self.time = given, rise, time
+        self.problems, self.rise, self.time = problems, rise, time
         self.scales = scales
-        self.probes = {name: given.domain.probes[probe] for name, probe in goals.items()}
-        rows = {name: goal_row(given.heat, probe, rise) for name, probe in self.probes.items()}
+        self.probes = {name: problems.domain.probes[probe] for name, probe in goals.items()}
+        rows = {name: goal_row(problems.heat, probe, rise) for name, probe in self.probes.items()}
         self.rows = {name: row / scales[name] for name, row in rows.items() if row is not None} | dict(others or {})
         loads = (time or 1.0) * np.array([*self.rows.values()])
-        uppers = given.heats[1:] if self.rows else ()
+        uppers = problems.heats[1:] if self.rows else ()
         self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
 
     def thermal(self) -> dict[str, Contributions]:
         """Return the contributions of degrees p - 1 and p to each goal by the heat."""
         if not self.rows:
             return {}
-        return dict(zip(self.rows, self.given.thermal(self.rise, self.fields, self.time), strict=True))
+        return dict(zip(self.rows, self.problems.thermal(self.rise, self.fields, self.time), strict=True))
 
     def joule(self, potentials: Sequence[np.ndarray]) -> dict[str, Contributions]:
         """Return the contributions of degrees p - 1 and p to each goal by way of the Joule heat.
@@ -67,23 +67,23 @@ class Duals:
         = 1, changes by the square of the change of the potential (`electric_parts`). If z is sensitive to heat away
         from the error of the potential, the goal changes in proportion to the change of the current.
         """
-        given, conductor = self.given, self.given.conductor
+        problems, conductor = self.problems, self.problems.conductor
         if conductor is None or not self.rows or not any(phi.any() for phi in potentials):
             return {}
-        heat = given.heat
+        heat = problems.heat
         densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
         stills = []
         for name in self.rows:
             held = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
-            still = sum((heat.field(heat.held[b]) for b in held), np.zeros(given.domain.space.size))
+            still = sum((heat.field(heat.held[b]) for b in held), np.zeros(problems.domain.space.size))
             stills.append(still / self.scales.get(name, 1.0))
         seen = []
-        for upper, density, duals in zip(given.conductors[1:], densities, self.fields, strict=True):
+        for upper, density, duals in zip(problems.conductors[1:], densities, self.fields, strict=True):
             assert upper is not None
             pairs = zip(duals, stills, strict=True)
             flows = [conductor.on.flow(conductor.on.value(dual - still) * density) for dual, still in pairs]
             seen.append(upper.respond(np.array(flows)))
-        return dict(zip(self.rows, given.electric(seen, potentials), strict=True))
+        return dict(zip(self.rows, problems.electric(seen, potentials), strict=True))
 
     def contradictions(self, estimator: Estimator) -> dict[str, np.ndarray]:
         """Return indicators of each goal at edges where given temperatures contradict each other; empty without them.
@@ -92,22 +92,22 @@ class Duals:
         the residual of the dual problem at its node, whose functions carry the dual heat of both sides: in equal parts
         to the intervals that end there, or to the cells around it.
         """
-        heat, indicators = self.given.heat, {}
+        heat, indicators = self.problems.heat, {}
         nodes = np.flatnonzero(heat.contradiction)
         for i, (name, row) in enumerate(self.rows.items() if len(nodes) else ()):
             dual = heat.take(self.fields[-1][i])
             stored = 0.0 if self.time is None else heat.mass @ dual / self.time
             parts = (heat.contradiction * (row - heat.turned(dual) - stored))[nodes]
-            indicators[name] = estimator.at_vertices(self.given.domain.space, heat.order[nodes], parts)
+            indicators[name] = estimator.at_vertices(self.problems.domain.space, heat.order[nodes], parts)
         return indicators
 
 
-def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
+def warmed(problems: Problems, state: SteadyState) -> list[np.ndarray]:
     """Scale the potential (functions,) of the cold conductor in each space to the power of a state; empty without a
     heat problem."""
-    if state.conductor is None or not physics.heat(given.domain.scene):
+    if state.conductor is None or not physics.heat(problems.domain.scene):
         return []
-    potentials = [phi[0] for phi in given.cold_potentials]
+    potentials = [phi[0] for phi in problems.cold_potentials]
     power = float(potentials[-1] @ (state.conductor.matrix @ potentials[-1]))
     return [phi * np.sqrt(max(state.power, 0.0) / max(power, 1e-300)) for phi in potentials]
 
@@ -124,7 +124,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 
 def by_temperature(
-    study: Study, given: Problems, state: SteadyState, scales: Mapping[str, float], electric: Rows
+    study: Study, problems: Problems, state: SteadyState, scales: Mapping[str, float], electric: Rows
 ) -> Rows:
     """Return load vectors (all nodes,) by which a change v of the temperature changes electric quantities.
 
@@ -132,7 +132,7 @@ def by_temperature(
     D is the current of its influence in the cold conductor (`Conductor.influence`), which is near that in the hot one.
     """
     conductor, density = state.conductor, state.density
-    if conductor is None or not conductor.warms or not state.power or not physics.heat(given.domain.scene):
+    if conductor is None or not conductor.warms or not state.power or not physics.heat(problems.domain.scene):
         return {}
     steep = conductor.steepness(state.rise) * conductor.resistivity(state.rise)
 
@@ -142,24 +142,24 @@ def by_temperature(
     power = float((conductor.on.weights * conductor.heating(density, density, state.rise)).sum())
     rows = {BY_TEMPERATURE: row(density) / power}
     for name, at in electric.items():
-        if given.domain.electric.probes[study.goals[name]].quantity == "potential":
+        if problems.domain.electric.probes[study.goals[name]].quantity == "potential":
             rows[BY_TEMPERATURE + name] = -row(conductor.influence(at)[1]) / scales[name]
     return rows
 
 
-def _potentials(given: Problems, scales: Mapping[str, float], rows: Rows) -> dict[str, Contributions]:
+def _potentials(problems: Problems, scales: Mapping[str, float], rows: Rows) -> dict[str, Contributions]:
     """Return the contributions to potentials inside the conductor and to currents across its contacts, at the initial
     temperature."""
     if not rows:
         return {}
-    potentials, loads = [phi.sum(axis=0) for phi in given.cold_potentials], [r / scales[n] for n, r in rows.items()]
-    duals = [upper.respond(np.array(loads)) for upper in given.conductors[1:] if upper is not None]
-    return dict(zip(rows, given.electric(duals, potentials), strict=True))
+    potentials, loads = [phi.sum(axis=0) for phi in problems.cold_potentials], [r / scales[n] for n, r in rows.items()]
+    duals = [upper.respond(np.array(loads)) for upper in problems.conductors[1:] if upper is not None]
+    return dict(zip(rows, problems.electric(duals, potentials), strict=True))
 
 
-def _electric_rows(study: Study, given: Problems) -> Rows:
+def _electric_rows(study: Study, problems: Problems) -> Rows:
     """Return the functionals (functions,) of the potential for potentials and for currents across contacts."""
-    domain, conductor, rows = given.domain.electric, given.conductor, dict[str, np.ndarray]()
+    domain, conductor, rows = problems.domain.electric, problems.conductor, dict[str, np.ndarray]()
     if conductor is None:
         return rows
     crossing = {p for p, section in conductor.sections.items() if section.jumps.any()}
@@ -170,7 +170,7 @@ def _electric_rows(study: Study, given: Problems) -> Rows:
         elif probe.quantity == "potential" and probe.reduce == "mean":
             rows[name] = domain.mean(probe, domain.live)
         elif probe.quantity == "potential":
-            potential = given.cold_potentials[-1].sum(axis=0)
+            potential = problems.cold_potentials[-1].sum(axis=0)
             rows[name] = extreme(domain, probe, domain.live).where(potential).row(domain.space)
     return rows
 
@@ -223,32 +223,32 @@ class Level:
         return max(self.relative.values(), default=0.0)
 
 
-def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level:
+def examined(study: Study, problems: Problems, fine: Solution, estimator: Estimator) -> Level:
     """Bound the errors of a fine solution; raise CoarseMeshError where a lower space has no steady state.
 
     Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
     quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
     """
-    given = given.about(fine.state.heat)
+    problems = problems.about(fine.state.heat)
     try:
-        low = solution(study, given, -2)
+        low = solution(study, problems, -2)
     except BeyondLawError:
         raise
     except NumericsError as error:
         raise CoarseMeshError("the mesh is too coarse for a steady state in each of its spaces") from error
     scales = study.steady_scales(fine.out)
-    rows, part_scales = _electric_rows(study, given), of_part(study.part, study.goals, scales)
-    others = by_temperature(study, given, fine.state, scales, rows)
-    duals = Duals(study.goals, given, fine.state.rise, part_scales, others=others)
-    thermal, electric = duals.thermal(), _potentials(given, scales, rows)
+    rows, part_scales = _electric_rows(study, problems), of_part(study.part, study.goals, scales)
+    others = by_temperature(study, problems, fine.state, scales, rows)
+    duals = Duals(study.goals, problems, fine.state.rise, part_scales, others=others)
+    thermal, electric = duals.thermal(), _potentials(problems, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}
-    current = duals.joule(warmed(given, fine.state)) | electric
-    power, clash = given.electric_parts, duals.contradictions(estimator)
+    current = duals.joule(warmed(problems, fine.state)) | electric
+    power, clash = problems.electric_parts, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
     known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
         # A given current does not follow the resistance.
-        fixed = name not in electric and given.conductor is not None and given.conductor.by_current
+        fixed = name not in electric and problems.conductor is not None and problems.conductor.by_current
         warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
         parts = [each for each in (heat.get(name, warm), current.get(name, power)) if each is not None]
         goals[name] = sum((estimator.indicators(each) for each in parts), clash.get(name, np.zeros_like(power.last)))
@@ -259,12 +259,12 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:
-        better, doubts = nested.extrapolated(study, given, fine, low, scales, heat, current, estimator)
+        better, doubts = nested.extrapolated(study, problems, fine, low, scales, heat, current, estimator)
         doubts = {name: doubt + scales[name] * float(np.sum(clash.get(name, 0.0))) for name, doubt in doubts.items()}
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors, least = (_with_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
     moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)
-    return Level(given, better, low, scales, errors, goals, least, moved)
+    return Level(problems, better, low, scales, errors, goals, least, moved)
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> Errors:

@@ -91,11 +91,11 @@ class Mesh(ABC):
 
     def problems(self) -> Problems:
         """Return the problems in nested spaces."""
-        return nested.problems(self.domain, self.accuracy)
+        return nested.discretize(self.domain, self.accuracy)
 
-    def examine(self, study: Study, given: Problems, fine: Solution) -> Level:
+    def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:
         """Bound the errors of a fine solution; raises CoarseMeshError (`goal_errors.examined`)."""
-        return goal_errors.examined(study, given, fine, self.estimator)
+        return goal_errors.examined(study, problems, fine, self.estimator)
 
     @abstractmethod
     def refine(self, indicators: Indicators, target: float) -> Mesh | None:
@@ -219,12 +219,12 @@ class Bricks(Mesh):
 
     def problems(self) -> Problems:
         self._checked()
-        given = super().problems()
+        problems = super().problems()
         if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
             # The power of the cold conductor is available before any other solution.
-            power = self.estimator.indicators(given.electric_parts)
+            power = self.estimator.indicators(problems.electric_parts)
             reach.check_edges(self.grid, self.marks, [power], self.accuracy)
-        return given
+        return problems
 
     def refine(self, indicators: Indicators, target: float) -> Bricks | None:
         goals = [self.grid.spread(goal) for goal in indicators.goals]

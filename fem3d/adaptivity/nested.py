@@ -177,7 +177,7 @@ def contributions(
     return [Contributions(*each) for each in zip(before, last, strict=True)]
 
 
-def problems(domain: Domain, accuracy: float) -> Problems:
+def discretize(domain: Domain, accuracy: float) -> Problems:
     """Return the problems of a domain, to be solved for a relative accuracy.
 
     Raises CoarseMeshError where all nodes of heated cells are fixed: no equation then contains their heat.
@@ -203,25 +203,25 @@ class Solution:
     quantities: Quantities
 
 
-def solution(study: Study, given: Problems, level: int = -1, start: np.ndarray | None = None) -> Solution:
+def solution(study: Study, problems: Problems, level: int = -1, start: np.ndarray | None = None) -> Solution:
     """Solve the steady state in one of the nested spaces, by default the highest.
 
     Newton's method begins at the fine state, else at ``start`` (functions,), a rise (K), if given.
     """
-    level = range(len(given.heats))[level]
-    if level not in given.states:
-        heat, conductor = given.heats[level], given.conductors[level]
-        fine = given.states.get(len(given.heats) - 1)
+    level = range(len(problems.heats))[level]
+    if level not in problems.states:
+        heat, conductor = problems.heats[level], problems.conductors[level]
+        fine = problems.states.get(len(problems.heats) - 1)
         if fine is not None:
             start = fine.heat.field(fine.rise)
             if heat.exact is not None:
                 # Use the quadrature of laws of the fine state.
                 conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
         at = None if start is None else heat.take(start)
-        thermal = physics.heat(given.domain.scene)
+        thermal = physics.heat(problems.domain.scene)
         potential = None if fine is None else fine.potential
-        given.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, at, thermal, potential)
-    state = given.states[level]
+        problems.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, at, thermal, potential)
+    state = problems.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 
@@ -241,7 +241,7 @@ def carried(space: BrickSpace, u: np.ndarray, heat: HeatProblem) -> np.ndarray:
 
 def extrapolated(
     study: Study,
-    given: Problems,
+    problems: Problems,
     fine: Solution,
     low: Solution,
     scales: Mapping[str, float],
@@ -261,11 +261,11 @@ def extrapolated(
         name: [(each[name].last.sum(axis=0), on) for each, on in ((heat, False), (current, True)) if name in each]
         for name in fine.quantities
     }
-    every = [(given.electric_parts.last.sum(axis=0), True), *(each for own in signed.values() for each in own)]
+    every = [(problems.electric_parts.last.sum(axis=0), True), *(each for own in signed.values() for each in own)]
     mean = np.sum([estimator.later(np.abs(part), electric) for part, electric in every], axis=0)
     mean /= max(sum(float(np.abs(part).sum()) for part, _ in every), 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
-    known = study.extrapolated and not given.follows
+    known = study.extrapolated and not problems.follows
     for name, value in fine.quantities.items():
         last, own = float(value - low.quantities[name]), signed[name]
         other = last - scales[name] * sum(float(part.sum()) for part, _ in own)

@@ -49,7 +49,7 @@ class BoundedResponse:
 
 def respond(
     study: Study,
-    given: Problems,
+    problems: Problems,
     bases: Sequence[Base],
     shift: float,
     estimator: Estimator,
@@ -65,7 +65,7 @@ def respond(
     if steady is not None:
         steady_errors = steady.relative
         # A response about a steady state does not need the factors of the lower spaces.
-        for heat, conductor in zip(given.heats[:-1], given.conductors[:-1], strict=True):
+        for heat, conductor in zip(problems.heats[:-1], problems.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
                 conductor.kept.pop("solve_cold", None)
@@ -73,7 +73,7 @@ def respond(
     steady_out = None if steady is None else steady.fine.out
     if bases[0].follows:
         march = marched.march_nonlinear(study, bases[0], steady_out)
-        given = given.about(marched.tangent(bases[0], march.answer, march.checked))
+        problems = problems.about(marched.tangent(bases[0], march.answer, march.checked))
     else:
         march = marched.march_linear(study, bases[0], shift, steady_out, generations)
     # One space's factors at a time: these have made all their fields.
@@ -84,7 +84,7 @@ def respond(
         if not bases[0].follows:
             raise
         raise CoarseMeshError("a lower space runs away over time, and the fine one does not") from runaway
-    errors, goals = _errors(study, given, estimator, march, low, steady_errors)
+    errors, goals = _errors(study, problems, estimator, march, low, steady_errors)
     answer, scales = march.answer, march.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
@@ -114,7 +114,7 @@ def _early(study: Study, march: Marched, low: Response) -> dict[str, float]:
 
 
 def _errors(
-    study: Study, given: Problems, estimator: Estimator, march: Marched, low: Response, steady: Mapping[str, float]
+    study: Study, problems: Problems, estimator: Estimator, march: Marched, low: Response, steady: Mapping[str, float]
 ) -> tuple[dict[str, float], list[np.ndarray]]:
     """Return the error of each trace in its unit by comparison with the response ``low`` of the next lower space, and
     the indicators of the power and of all goals.
@@ -125,15 +125,15 @@ def _errors(
     """
     lower = study.traces(outputs.of_transient(low, study.part, march.checked))
     changes, goals = largest_differences(march.traces, lower), dict[str, np.ndarray]()
-    power, current, errors = estimator.indicators(given.electric_parts), dict[str, np.ndarray](), dict[str, float]()
+    power, current, errors = estimator.indicators(problems.electric_parts), dict[str, np.ndarray](), dict[str, float]()
     largest = max(change / march.scales[name] for name, change in changes.items())
     if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
-        goals = _indicators(study, given, estimator, march, lower)
+        goals = _indicators(study, problems, estimator, march, lower)
     if not steady:
         # The Joule heat is as if the largest voltages acted always.
-        potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
-        joule = _duals(study, given, march, study.end, study.end).joule(potentials)
-        current = {name: estimator.indicators(joule.get(name, given.electric_parts)) for name in march.scales}
+        potentials = [problems.heat.inputs.largest(study.end) @ phi for phi in problems.cold_potentials]
+        joule = _duals(study, problems, march, study.end, study.end).joule(potentials)
+        current = {name: estimator.indicators(joule.get(name, problems.electric_parts)) for name in march.scales}
     for name, scale in march.scales.items():
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady.items() if study.goals.get(q, q) == goal]
@@ -145,14 +145,14 @@ def _errors(
     return errors, [power, *(goal + current.get(name, power) for name, goal in goals.items())]
 
 
-def _duals(study: Study, given: Problems, march: Marched, at: float, since: float) -> goal_errors.Duals:
+def _duals(study: Study, problems: Problems, march: Marched, at: float, since: float) -> goal_errors.Duals:
     """Return the dual problems of the traces at a time (s), of a step of the time ``since`` the last knot."""
     scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
-    return goal_errors.Duals(study.trace_goals, given, march.answer.rises(np.array([at]))[0], scales, since)
+    return goal_errors.Duals(study.trace_goals, problems, march.answer.rises(np.array([at]))[0], scales, since)
 
 
 def _indicators(
-    study: Study, given: Problems, estimator: Estimator, march: Marched, lower: Quantities
+    study: Study, problems: Problems, estimator: Estimator, march: Marched, lower: Quantities
 ) -> dict[str, np.ndarray]:
     """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or jump
     of the inputs: the first and the last time, and the times of the largest change of each rise and of the trace that
@@ -162,13 +162,13 @@ def _indicators(
     the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of either degree,
     at least 1. One of two degrees does not change an even solution.
     """
-    probes, changes = given.domain.probes, largest_differences(march.traces, lower)
+    probes, changes = problems.domain.probes, largest_differences(march.traces, lower)
     rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
     worst = max(changes, key=lambda n: changes[n] / march.scales[n])
     at = {int(np.abs(march.traces[n] - lower[n]).argmax()) for n in (*rises, worst)}
-    knots, goals = np.append(0.0, given.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
+    knots, goals = np.append(0.0, problems.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
     for time in march.checked[sorted({0, *at, len(march.checked) - 1})].tolist():
-        duals = _duals(study, given, march, time, time - float(knots[knots < time].max()))
+        duals = _duals(study, problems, march, time, time - float(knots[knots < time].max()))
         clash = duals.contradictions(estimator)
         for name, parts in duals.thermal().items():
             remains = estimator.indicators(parts) + clash.get(name, 0.0)

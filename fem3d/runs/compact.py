@@ -105,14 +105,14 @@ def _compact(
         return budget.spend(name, lambda: _references(tried[name], inputs, truth * accuracy, say, own))
 
     with threadpool_limits(1), ThreadPoolExecutor(2) as pool:  # two at once, which bounds the memory
-        problem = pool.submit(meshed)
+        meshing = pool.submit(meshed)
         runs = dict(zip(tried, pool.map(compared, tried), strict=True))
         say("compact model: mesh and fields")
-        given, symmetric, because = problem.result()
+        problems, symmetric, because = meshing.result()
     references |= {name: found for name, found in runs.items() if found}
     left = [name for name, found in runs.items() if not found]
     steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
-    rich, times = _rich(scene, inputs, given, symmetric, accuracy)
+    rich, times = _rich(scene, inputs, problems, symmetric, accuracy)
     space = rich.state_space(_places(scene, rich, references))
     reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
@@ -267,10 +267,10 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
 
 
 def _rich(
-    scene: AnyScene, inputs: tuple[Channel, ...], given: Problems, part: Symmetry, accuracy: float
+    scene: AnyScene, inputs: tuple[Channel, ...], problems: Problems, part: Symmetry, accuracy: float
 ) -> tuple[Projection, Times]:
     """Project the problem on more fields than are needed, for some times (s)."""
-    heat, conductor = given.heat, given.conductor
+    heat, conductor = problems.heat, problems.conductor
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         assert conductor is not None
@@ -281,7 +281,7 @@ def _rich(
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
     shift = transient.shift(min(slow, end), first)
-    _, hot = marched.search_hot_states(given.heats[-2], given.conductors[-2], shift, end, accuracy)
+    _, hot = marched.search_hot_states(problems.heats[-2], problems.conductors[-2], shift, end, accuracy)
     base = marched.make_base(heat, conductor, hot)
     loads, times = [*base.loads, *projection.joule_loads(base)], None if scene.steady else (first, min(slow, end))
     fields = heat.solve_steady(np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)).T

@@ -17,7 +17,7 @@ import numpy as np
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import tail
 from fem3d.adaptivity.marched import TIME_SHARE
-from fem3d.adaptivity.nested import problems
+from fem3d.adaptivity.nested import discretize
 from fem3d.runs.device_model import DEPARTS, Structure, projected, structures
 from fem3d.runs.differences import STEP, Difference, Table, Values
 from fem3d.runs.motion import move
@@ -141,18 +141,18 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     grid = grading.graded(rough, part.scene, device.control.sample_time)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
-    given = problems(boxes(part.scene, grid), accuracy)
+    problems = discretize(boxes(part.scene, grid), accuracy)
     judged = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
     generations, nodes = 10, 4
     for number in range(1, 13):
-        say(f"level {number}: {given.heat.size} unknowns")
-        nested = structures(device, given, part.copies)
+        say(f"level {number}: {problems.heat.size} unknowns")
+        nested = structures(device, problems, part.copies)
         (fine, fewer), (low, _) = (projected(structure, generations, accuracy) for structure in nested[:2])
         distances = _judged(device, fine, low, fewer, nodes)
         space, fields, between = (max(distances[name][q] for q in judged) for name in ("low", "fewer", "nodes"))
         if space + fields + between <= accuracy:
             details = {
-                "unknowns": given.heat.size, "states": fine.count, "responses": fine.responses,
+                "unknowns": problems.heat.size, "states": fine.count, "responses": fine.responses,
                 "levels": number, "symmetry": part.part, "nodes": nodes, "degrees": [d.tolist() for d in grid.degrees],
             }  # fmt: skip
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
@@ -161,7 +161,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             return Model(device, fine, low, fewer, missed, nodes, edges, details, nested[0])
         if space > 0.75 * accuracy:
             grid = grading.raised(grid)
-            given = problems(boxes(part.scene, grid), accuracy)
+            problems = discretize(boxes(part.scene, grid), accuracy)
         generations += 2 * (fields > accuracy / 8)
         nodes += 2 * (between > accuracy / 8)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
@@ -251,9 +251,9 @@ def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -
 
     def levels(key: str, step: float) -> tuple[Values, Values]:
         other = neighbour(device, key, step) if key else device
-        given = problems(move(domain, part, symmetry.reduce(other.scene())), accuracy)
+        problems = discretize(move(domain, part, symmetry.reduce(other.scene())), accuracy)
         values = []
-        for structure in structures(other, given, part.copies)[:2]:
+        for structure in structures(other, problems, part.copies)[:2]:
             base = structure.base()
             state = steady(structure.modal(base.project(base.fields), base.patterns, accuracy), other)
             values.append(Values({q: float(getattr(state, q)) for q in FOLLOWED}))

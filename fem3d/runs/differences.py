@@ -209,7 +209,7 @@ class _Solver:
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
             self._edges = max(1.0, float(tail(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-        self._own, self._tangents = nested.problems(answer.heat.domain, study.accuracy), dict[int, Tangent]()
+        self._own, self._tangents = nested.discretize(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.response is not None and answer.steady is None:
             heat, conductor = self._own.heats[-2], self._own.conductors[-2]
             _, self._hot = search_hot_states(heat, conductor, self._shift, study.end, study.accuracy)
@@ -251,7 +251,7 @@ class _Solver:
     def _moved(self, study: Study) -> Problems:
         """The problems of a scene on the mesh of the answer, moved, with the factors of the answer's own scene."""
         domain = move(self._answer.heat.domain, self._part, study.part)
-        given = nested.problems(domain, study.accuracy)
+        given = nested.discretize(domain, study.accuracy)
         if not np.array_equal(given.heat.order, self._own.heat.order):
             raise SceneError("other nodes have given temperatures when the scene changes")
         for heat, own in zip(given.heats, self._own.heats, strict=True):

@@ -254,7 +254,7 @@ def middle(voltage, intervals, degree):
     judge = Estimator.of_grid(bar_grid(scene, intervals, degree), marks)
 
     def solved(intervals, degree):
-        given = nested.problems(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
+        given = nested.discretize(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
         return given, nested.solution(study, given)
 
     given, fine = solved(intervals, degree)

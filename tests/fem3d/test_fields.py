@@ -233,7 +233,7 @@ def test_field_far_from_probes_has_an_error(plate):
     grid = state.heat.domain.space.grid
     for _ in range(3):
         grid = grading.raised(grid)
-    best = nested.solution(study, nested.problems(boxes(study.part.scene, grid), 1e-6)).state
+    best = nested.solution(study, nested.discretize(boxes(study.part.scene, grid), 1e-6)).state
     assert 0.01 * found.field < distance(state, best) <= found.field
     assert swings(state) <= found.field
 
