@@ -15,7 +15,7 @@ import numpy as np
 
 from fem3d.adaptivity import marched, nested
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate
+from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate_field_error
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse, respond
@@ -92,10 +92,11 @@ def adapt(
                 raise failure if isinstance(failure, BeyondLawError) else not_reached(study.accuracy) from None
         else:
             response = answer.response
-            if response.accepted if response else max(answer.relative.values(), default=0.0) <= search.enough:
-                field = study.field is not None and level is not None and not with_transient
-                return replace(answer, field=estimate(level)) if field and level else answer
-            finer = mesh.refine(indicators(level, response), search.enough)
+            if response.accepted if response else max(answer.relative.values(), default=0.0) <= search.tolerance:
+                if study.field_accuracy is None or level is None or with_transient:
+                    return answer
+                return replace(answer, field_error=estimate_field_error(level))
+            finer = mesh.refine(indicators(level, response), search.tolerance)
             if finer is None:
                 return answer
             # The next level's matrices take the place of these.
@@ -130,7 +131,7 @@ class Search:
     before: tuple[BrickSpace, np.ndarray] | None = None
 
     @property
-    def enough(self) -> float:
+    def tolerance(self) -> float:
         """The largest relative error of an accepted level; the rows of traces take their share of the accuracy."""
         return self.study.accuracy * (1 - ROW_SHARE) if self.with_transient else self.study.accuracy
 
@@ -146,7 +147,7 @@ class Search:
             self.before = None if fine.state.folded else found
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
-        if self.with_transient and (level is None or level.worst <= self.enough):
+        if self.with_transient and (level is None or level.worst <= self.tolerance):
             response = self._respond(mesh, problems, level)
         steady, errors = (level.fine, level.errors) if level else (None, {})
         relative = response.relative if response else level.relative if level else {}
@@ -213,7 +214,7 @@ class Search:
             return self.refine_for_runaway(mesh, steady)
         except NumericsError:
             level = None  # inputs vary, or heat does not leave
-        if level is not None and level.worst > self.enough:
-            return mesh.refine(indicators(level), self.enough)
+        if level is not None and level.worst > self.tolerance:
+            return mesh.refine(indicators(level), self.tolerance)
         before, self.ran_away = self.ran_away, True
         return None if before else mesh.refine_all()

@@ -69,7 +69,7 @@ class Marched:
         gaps = {name: part * gap for name, gap in largest_differences(traces, study.traces(other)).items()}
         return Marched(answer, worse, generations, checked, out, traces, scales, gaps)
 
-    def enough(self, accuracy: float) -> bool:
+    def converged(self, accuracy: float) -> bool:
         """Return whether fields and steps cause a small part of the allowed error."""
         return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= LOOSER * TIME_SHARE * accuracy
 
@@ -98,7 +98,7 @@ def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | N
             continue
         march = Marched.compared(study, answer, fewer, steady_out, 1.0, count)
         # Generations that add no states are nearly linear combinations of earlier generations.
-        if march.enough(accuracy) or count >= MOST_FIELDS or not dropped or reduced.states <= states:
+        if march.converged(accuracy) or count >= MOST_FIELDS or not dropped or reduced.states <= states:
             return march
         count, states = count + 4, reduced.states
 
@@ -119,7 +119,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Mar
         whole, tolerance = answer, tolerance / LOOSER
         answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, ends=whole.ends(2))
         march = Marched.compared(study, answer, whole, steady_out, 1 / 3)
-        if march.enough(study.accuracy):
+        if march.converged(study.accuracy):
             break
     return march
 

@@ -136,7 +136,7 @@ class Answer:
     relative: the errors over their scales; over time those without the errors between rows.
     response: the response over time.
     levels: how many meshes were solved.
-    field: error of the steady field over its largest rise; infinite where unknown.
+    field_error: of the steady field over its largest rise; infinite where unknown.
     """
 
     mesh: Mesh
@@ -147,7 +147,7 @@ class Answer:
     relative: dict[str, float]
     response: BoundedResponse | None
     levels: int
-    field: float = np.inf
+    field_error: float = np.inf
 
     @property
     def fine(self) -> Solution:
@@ -164,7 +164,7 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
     return [f"probes are less accurate than the {study.accuracy:g} asked for {found}, on {reason}"] * bool(over)
 
 
-def estimate(level: Level) -> float:
+def estimate_field_error(level: Level) -> float:
     """Return the largest error of the fine steady field over its largest rise."""
     space, heats = level.problems.domain.space, level.problems.heats[-2:]
     # Inside of cells, so that each point is of one cell alone.

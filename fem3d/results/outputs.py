@@ -46,7 +46,7 @@ class Study:
     ``trace_goals`` name the probe of a steady quantity, or of a trace; ``ratios`` map quantities to the goal with the
     same relative error.
     ``extrapolated``: whether steady quantities include the estimated change by higher degrees, where available.
-    ``field``: tolerance of the steady field at any point, over its largest rise; None where the field is not used.
+    ``field_accuracy``: of the steady field at any point, over its largest rise; None where the field is not used.
     Times in s: the ``end``, the ``earliest`` time at which the accuracy of traces holds, and ``instants`` that must be
     among the rows. ``voltage`` names the drive in messages.
     ``from_start``: whether errors before ``earliest`` are needed, too.
@@ -65,7 +65,7 @@ class Study:
     traces: Callable[[Outputs], Quantities]
     steady_scales: Callable[[Outputs], dict[str, float]]
     trace_scales: Callable[[Outputs], dict[str, float]]
-    field: float | None = None
+    field_accuracy: float | None = None
     extrapolated: bool = True
     from_start: bool = False
 

@@ -245,7 +245,7 @@ def _problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(alike, out, {}).items()}
 
     study = probe_quantities.study(alike, replace(part, scene=with_mixed(part.scene)))
-    study = replace(study, field=None, extrapolated=False, steady_scales=largest, trace_scales=largest)
+    study = replace(study, field_accuracy=None, extrapolated=False, steady_scales=largest, trace_scales=largest)
     first = start if start.whole else None
     mesh: Any = adapt(study, not scene.steady, mesh=first, with_steady=scene.steady).mesh
     return mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems(), part

@@ -97,7 +97,7 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
         steady_scales=lambda out: scales(scene, out, electrodes),
         trace_scales=lambda out: scales(scene, out, electrodes),
         # Of the largest rise: aimed error of the field at any node, within a few more levels.
-        field=0.1 if isinstance(scene, Scene) else None, from_start=True,
+        field_accuracy=0.1 if isinstance(scene, Scene) else None, from_start=True,
     )  # fmt: skip
 
 

@@ -57,9 +57,9 @@ def solve(
     if response is None:
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
         # An answer above the requested error has no error estimate away from the probes.
-        if study.field is not None and answer.field < np.inf:
-            details["field_error"] = answer.field
-            details["warnings"] += _of_field(answer.field, study.field)
+        if study.field_accuracy is not None and answer.field_error < np.inf:
+            details["field_error"] = answer.field_error
+            details["warnings"] += _of_field(answer.field_error, study.field_accuracy)
     else:
         details |= {"scales": response.scales, "transient": response.transient}
     if isinstance(scene, Scene):
@@ -126,8 +126,8 @@ def clipped(scene: Scene) -> Scene:
     return replace(scene, boundaries=boundaries, probes=probes)
 
 
-def _of_field(off: float, enough: float) -> list[str]:
-    if off <= enough:
+def _of_field(off: float, accuracy: float) -> list[str]:
+    if off <= accuracy:
         return []
     return [
         f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "

@@ -103,11 +103,13 @@ class Newton:
             potentials = c.unknowns(c.solve(rise, c.voltages[0]).potential if potential is None else potential)
         return self.at(np.concatenate([rise[: self.heat.free], potentials, [mu]]))
 
-    def correct(self, point: Point, row: np.ndarray | None, enough: float, surely: bool = False) -> tuple[Point, float]:
+    def correct(
+        self, point: Point, row: np.ndarray | None, tolerance: float, surely: bool = False
+    ) -> tuple[Point, float]:
         """Newton's method from a point, on the plane through it that a ``row`` (unknowns,) defines, or at its mu.
 
-        The second result is the relative size of the step that would be next. With ``surely`` the first contraction
-        must be below 1/4: by Kantorovich's theorem no other state is near.
+        The second result is the relative size of the step that would be next, at most ``tolerance``. With ``surely``
+        the first contraction must be below 1/4: by Kantorovich's theorem no other state is near.
         """
         before, contraction = np.inf, INNER
         for number in range(MOST_NEWTON):
@@ -118,16 +120,16 @@ class Newton:
             size = self.size(change, point)
             if number:
                 contraction = size / max(before, 1e-300)
-                if contraction > (0.25 if surely and number == 1 and size > enough else CONTRACTS):
+                if contraction > (0.25 if surely and number == 1 and size > tolerance else CONTRACTS):
                     # Rounding, or the bends of laws, cause further small steps: they count in the error.
-                    if size <= max(10 * enough, 1e-7):
+                    if size <= max(10 * tolerance, 1e-7):
                         return point, size
                     break
             point = self.at(point.x + change)
             if largest(point.rise) > 2 * HOTTEST:
                 break
             before, left = size, contraction * size
-            if left <= enough and (number or size <= enough):
+            if left <= tolerance and (number or size <= tolerance):
                 return point, left
         raise NotConvergedError("Newton's method does not converge")
 

@@ -139,27 +139,27 @@ def solve_steady(
 
 
 def _search(
-    newton: Newton, drive: float, enough: float, start: np.ndarray | None = None, potential: np.ndarray | None = None
+    newton: Newton, drive: float, tolerance: float, start: np.ndarray | None = None, potential: np.ndarray | None = None
 ) -> tuple[Point, float]:
     """The state at the whole drive, and the relative size of the step that would be next."""
     if start is not None:
         with suppress(NotConvergedError):
-            return newton.correct(newton.at_rise(start, 1.0, potential), None, enough)
+            return newton.correct(newton.at_rise(start, 1.0, potential), None, tolerance)
     heat, rise = newton.heat, np.zeros(newton.heat.size)
     if newton.electric and (heat.loads[0].any() or heat.given[0].any()):
-        rise = _search(Newton(heat, None, newton.factors), 0.0, enough)[0].rise
+        rise = _search(Newton(heat, None, newton.factors), 0.0, tolerance)[0].rise
     try:
         zero = newton.at_rise(rise, 0.0)
     except VanishedError:
         raise BeyondLawError from None
     try:
-        return newton.correct(newton.at(zero.x + newton.along_mu), None, enough, surely=True)
+        return newton.correct(newton.at(zero.x + newton.along_mu), None, tolerance, surely=True)
     except NotConvergedError as failure:
         c = newton.conductor
         if isinstance(failure, VanishedError) and c is not None and c.by_current and not (c.warm > 0).any():
             # Nothing runs away here: a smaller resistance takes less heat.
             raise BeyondLawError from None
-    return Path(newton, zero, drive).solve(enough)
+    return Path(newton, zero, drive).solve(tolerance)
 
 
 class Path:
@@ -177,7 +177,7 @@ class Path:
         self._off = 0.0  # relative error of the largest mu by quadratures of laws
         self._jagged = False  # whether the path turned forward again below its largest mu
 
-    def solve(self, enough: float) -> tuple[Point, float]:
+    def solve(self, tolerance: float) -> tuple[Point, float]:
         """The first state at the whole drive. Raises as `solve_steady` does."""
         newton, point, n = self._newton, self._start, self._newton.heat.free
         ahead = np.zeros(len(point.x))
@@ -197,7 +197,7 @@ class Path:
                 if point.mu < 1.0 <= highest.mu:
                     below = before if folds else point
                     share = (1.0 - below.mu) / (highest.mu - below.mu)
-                    return newton.correct(newton.at(below.x + share * (highest.x - below.x)), None, enough)
+                    return newton.correct(newton.at(below.x + share * (highest.x - below.x)), None, tolerance)
             except NotConvergedError as failure:
                 step /= 2
                 if step < 1e-6 * max(length, first):

@@ -76,7 +76,7 @@ def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
         answer, level = search.solve(mesh, number)
         current = float(answer.fine.quantities["current"])
         series.append((abs(current / EXACT - 1), answer.errors["current"] / EXACT))
-        mesh = mesh.refine(indicators(level), search.enough)
+        mesh = mesh.refine(indicators(level), search.tolerance)
     return series
 
 

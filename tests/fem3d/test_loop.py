@@ -63,7 +63,7 @@ def _told(monkeypatch):
 
 
 def solved(told: list[Any], voltage: float = 1.0) -> Any:
-    study: Any = SimpleNamespace(accuracy=ACCURACY, field=None, voltage=voltage)
+    study: Any = SimpleNamespace(accuracy=ACCURACY, field_accuracy=None, voltage=voltage)
     mesh: Any = Meshes(told)
     return adapt(study, False, mesh=mesh)
 

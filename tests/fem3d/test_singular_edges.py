@@ -35,8 +35,8 @@ def checkerboard(contrast: float) -> Scene:
 def test_errors_hold_at_small_exponents():
     def answer(accuracy):
         scene = replace(checkerboard(30.0), accuracy=accuracy)
-        found = adapt(replace(probe_quantities.study(scene, symmetry.reduce(clipped(scene))), field=None), False)
-        return float(found.fine.quantities["heated"]), found.errors["heated"]
+        run = adapt(replace(probe_quantities.study(scene, symmetry.reduce(clipped(scene))), field_accuracy=None), False)
+        return float(run.fine.quantities["heated"]), run.errors["heated"]
 
     (value, error), (best, left) = answer(3e-2), answer(6e-3)
     assert abs(value - best) <= error + left

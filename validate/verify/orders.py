@@ -192,5 +192,5 @@ def levels(most: int) -> list[tuple[int, float]]:
         answer, level = search.solve(mesh, len(levels))
         current = float(answer.fine.quantities["current"])
         levels.append((answer.heat.size, abs(current / exact - 1)))
-        mesh = mesh.refine(indicators(level), search.enough)
+        mesh = mesh.refine(indicators(level), search.tolerance)
     return levels
