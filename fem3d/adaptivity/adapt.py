@@ -27,8 +27,8 @@ from fem3d.solution.transient import Base
 from fem3d.spaces.bricks import BrickSpace
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
-# The error of a fold's voltage over its change from the mesh before: the sum of all further changes if each is at most
-# 3/4 of its predecessor. A larger voltage runs away on any mesh.
+# The error of a limit over its change from the mesh before: the sum of all further changes if each is at most 3/4 of
+# its predecessor. A larger voltage runs away on any mesh.
 SURELY = 3.0
 # Fraction of a limit: a mesh is refined for the state at this drive before the limit is believed.
 BELOW = 0.95
@@ -51,7 +51,7 @@ def adapt(
     2. Estimate the error of each quantity J by dual-weighted residuals: solve the dual problem of J, integrate the
        energy product of the last change of the solution with the dual's part in the functions of degree p over each
        cell, and extrapolate to the degrees beyond p (`Estimator`). Other errors are added, such as of the iteration,
-       of the quadrature of laws and of the current (`goal_errors.examined`).
+       of the quadrature of laws and of the current (`goal_errors.bound_errors`).
     3. If a transient is wanted and the steady errors are small enough, solve it and estimate the errors of its traces.
     4. Accept the mesh if all errors are within the accuracy. Otherwise refine it where the indicators, the shares of
        the cells in the errors, are largest.
@@ -114,21 +114,21 @@ def indicators(level: Level | None, response: BoundedResponse | None = None) -> 
 
 @dataclass
 class Search:
-    """State carried from one level to the next: the limit ``fold`` of the last mesh's runaway and its ``change``,
-    whether a transient ran away, and the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a
-    transient without steady state. ``before`` is the grid and the steady rise (functions,) of the last grid, with laws
-    of the temperature, for Newton's method to begin with."""
+    """The request, and the state carried from one level to the next: the ``limit`` of the last mesh's runaway and its
+    ``change``; whether a transient ran away; of a transient without steady state the ``slowest`` time constant (s) and
+    the ``generations`` of Krylov fields; with laws of the temperature the last grid and its steady rise (functions,),
+    ``coarser``, from which Newton's method begins."""
 
     study: Study
     with_steady: bool
     with_transient: bool
     progress: Progress
-    fold: float | None = None
+    limit: float | None = None
     change: float = np.inf
     ran_away: bool = False
     slowest: float = np.inf
     generations: int = 0
-    before: tuple[BrickSpace, np.ndarray] | None = None
+    coarser: tuple[BrickSpace, np.ndarray] | None = None
 
     @property
     def tolerance(self) -> float:
@@ -138,13 +138,13 @@ class Search:
     def solve(self, mesh: Mesh, number: int) -> tuple[Answer, Level | None]:
         """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough."""
         problems, level, response = mesh.problems(), None, None
-        start = nested.carried(*self.before, problems.heat) if self.before else None
+        start = nested.project_rise(*self.coarser, problems.heat) if self.coarser else None
         fine = nested.solution(self.study, problems, start=start) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
         if fine is not None and problems.follows and isinstance(problems.domain.space, BrickSpace):
             # Behind a fold the state may be one that finer grids reach at a larger drive alone.
             found = problems.domain.space, fine.state.heat.field(fine.state.rise)
-            self.before = None if fine.state.folded else found
+            self.coarser = None if fine.state.folded else found
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.tolerance):
@@ -177,8 +177,8 @@ class Search:
         """Refine the mesh to confirm a runaway; None if the runaway is confirmed and its limit accurate."""
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
-        before, self.change = self.change, np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold, change = runaway.limit, self.change
+        before, self.change = self.change, np.inf if self.limit is None else abs(runaway.limit - self.limit)
+        self.limit, change = runaway.limit, self.change
         off = runaway.error
         if np.isfinite(change):
             runaway.error = max(SURELY * change, ON_PATH * runaway.limit) + off

@@ -102,7 +102,7 @@ class Duals:
         return indicators
 
 
-def warmed(problems: Problems, state: SteadyState) -> list[np.ndarray]:
+def potentials_at_power(problems: Problems, state: SteadyState) -> list[np.ndarray]:
     """Scale the potential (functions,) of the cold conductor in each space to the power of a state; empty without a
     heat problem."""
     if state.conductor is None or not physics.heat(problems.domain.scene):
@@ -223,7 +223,7 @@ class Level:
         return max(self.relative.values(), default=0.0)
 
 
-def examined(study: Study, problems: Problems, fine: Solution, estimator: Estimator) -> Level:
+def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Estimator) -> Level:
     """Bound the errors of a fine solution; raise CoarseMeshError where a lower space has no steady state.
 
     Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
@@ -237,12 +237,12 @@ def examined(study: Study, problems: Problems, fine: Solution, estimator: Estima
     except NumericsError as error:
         raise CoarseMeshError("the mesh is too coarse for a steady state in each of its spaces") from error
     scales = study.steady_scales(fine.out)
-    rows, part_scales = _electric_rows(study, problems), of_part(study.part, study.goals, scales)
+    rows, part_scales = _electric_rows(study, problems), scales_of_part(study.part, study.goals, scales)
     others = by_temperature(study, problems, fine.state, scales, rows)
     duals = Duals(study.goals, problems, fine.state.rise, part_scales, others=others)
     thermal, electric = duals.thermal(), _potentials(problems, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}
-    current = duals.joule(warmed(problems, fine.state)) | electric
+    current = duals.joule(potentials_at_power(problems, fine.state)) | electric
     power, clash = problems.electric_parts, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
     known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
@@ -259,20 +259,20 @@ def examined(study: Study, problems: Problems, fine: Solution, estimator: Estima
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:
-        better, doubts = nested.extrapolated(study, problems, fine, low, scales, heat, current, estimator)
+        better, doubts = nested.extrapolate(study, problems, fine, low, scales, heat, current, estimator)
         doubts = {name: doubt + scales[name] * float(np.sum(clash.get(name, 0.0))) for name, doubt in doubts.items()}
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    errors, least = (_with_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
+    errors, least = (_add_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
     moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)
     return Level(problems, better, low, scales, errors, goals, least, moved)
 
 
-def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> Errors:
+def scales_of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> Errors:
     """Return the scale of each goal in the solved part: a flow that symmetry halves has half its scale."""
     return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
 
 
-def _with_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], unsettled: float) -> Errors:
+def _add_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], unsettled: float) -> Errors:
     """Add to errors of space the ``unsettled`` (relative) error of the coupled iteration and the doubt of an extreme's
     place. An error is at least the imbalance of heat, in watts for a heat flow, else relative to the passing heat; a
     ratio's relative error is at least the relative error of its divided goal."""

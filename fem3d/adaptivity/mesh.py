@@ -94,8 +94,8 @@ class Mesh(ABC):
         return nested.discretize(self.domain, self.accuracy)
 
     def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:
-        """Bound the errors of a fine solution; raises CoarseMeshError (`goal_errors.examined`)."""
-        return goal_errors.examined(study, problems, fine, self.estimator)
+        """Bound the errors of a fine solution; raises CoarseMeshError (`goal_errors.bound_errors`)."""
+        return goal_errors.bound_errors(study, problems, fine, self.estimator)
 
     @abstractmethod
     def refine(self, indicators: Indicators, target: float) -> Mesh | None:

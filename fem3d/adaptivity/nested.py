@@ -226,7 +226,7 @@ def solution(study: Study, problems: Problems, level: int = -1, start: np.ndarra
     return Solution(state, out, study.steady(out))
 
 
-def carried(space: BrickSpace, u: np.ndarray, heat: HeatProblem) -> np.ndarray:
+def project_rise(space: BrickSpace, u: np.ndarray, heat: HeatProblem) -> np.ndarray:
     """Return (functions,) the rise on another grid that is nearest to a rise u (functions,), in the norm of heat."""
     new, capacity, n = heat.domain.space, heat.domain.per_cell("heat_capacity"), heat.free
     load = np.zeros(new.size)
@@ -239,7 +239,7 @@ def carried(space: BrickSpace, u: np.ndarray, heat: HeatProblem) -> np.ndarray:
     )
 
 
-def extrapolated(
+def extrapolate(
     study: Study,
     problems: Problems,
     fine: Solution,

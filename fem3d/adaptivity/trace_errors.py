@@ -147,7 +147,7 @@ def _errors(
 
 def _duals(study: Study, problems: Problems, march: Marched, at: float, since: float) -> goal_errors.Duals:
     """Return the dual problems of the traces at a time (s), of a step of the time ``since`` the last knot."""
-    scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
+    scales = goal_errors.scales_of_part(study.part, study.trace_goals, march.scales)
     return goal_errors.Duals(study.trace_goals, problems, march.answer.rises(np.array([at]))[0], scales, since)
 
 

@@ -259,7 +259,7 @@ def middle(voltage, intervals, degree):
 
     given, fine = solved(intervals, degree)
     best = solved(4, 8)[1].quantities["middle"]
-    level = goal_errors.examined(study, given, fine, judge)
+    level = goal_errors.bound_errors(study, given, fine, judge)
     return abs(float(fine.quantities["middle"] - best)), level.errors["middle"]
 
 
