@@ -141,7 +141,7 @@ class Search:
         start = nested.project_rise(*self.coarser, problems.heat) if self.coarser else None
         fine = nested.solution(self.study, problems, start=start) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
-        if fine is not None and problems.follows and isinstance(problems.domain.space, BrickSpace):
+        if fine is not None and problems.nonlinear and isinstance(problems.domain.space, BrickSpace):
             # Behind a fold the state may be one that finer grids reach at a larger drive alone.
             found = problems.domain.space, fine.state.heat.field(fine.state.rise)
             self.coarser = None if fine.state.folded else found
@@ -164,7 +164,7 @@ class Search:
         else:
             shift = transient.shift(min(study.end, self.slowest), study.earliest)
             bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
-            if not bases[0].follows:  # hot states are searched in the lower space alone
+            if not bases[0].nonlinear:  # hot states are searched in the lower space alone
                 lower = problems.heats[-2], problems.conductors[-2]
                 low, hot = marched.search_hot_states(*lower, shift, study.end, study.accuracy)
                 bases = [marched.make_base(problems.heat, problems.conductor, hot), low]

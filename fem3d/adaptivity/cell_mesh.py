@@ -60,7 +60,7 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
     """
     record = Record({n: float(v) for n, v in level.fine.quantities.items()}, level.errors, level.scales)
     part, larger = _fractions(record, history)
-    before = history[-1].errors if history and not level.problems.follows else {}
+    before = history[-1].errors if history and not level.problems.nonlinear else {}
     fell = {n for n, e in before.items() if level.errors[n] <= FELL * e}
     shares = dict[str, float]()
     for n, estimate in level.errors.items():

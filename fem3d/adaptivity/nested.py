@@ -21,7 +21,7 @@ import numpy as np
 
 from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble
+from fem3d.problems.assembly import assemble, nonlinear
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
@@ -54,10 +54,9 @@ class Problems:
         return self.conductors[-1]
 
     @property
-    def follows(self) -> bool:
-        """Whether a property follows the temperature by a law."""
-        heat = self.heat
-        return heat.follows or heat.about is not None or bool(self.conductor and self.conductor.following)
+    def nonlinear(self) -> bool:
+        """Whether a law of the temperature makes the steady equations nonlinear."""
+        return nonlinear(self.heat, self.conductor)
 
     def driven(self, factor: float, by_heat: bool) -> Problems:
         """Scale the voltages by a factor; or ``by_heat`` all heat loads and given values, without voltages."""
@@ -265,7 +264,7 @@ def extrapolate(
     mean = np.sum([estimator.later(np.abs(part), electric) for part, electric in every], axis=0)
     mean /= max(sum(float(np.abs(part).sum()) for part, _ in every), 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
-    known = study.extrapolated and not problems.follows
+    known = study.extrapolated and not problems.nonlinear
     for name, value in fine.quantities.items():
         last, own = float(value - low.quantities[name]), signed[name]
         other = last - scales[name] * sum(float(part.sum()) for part, _ in own)

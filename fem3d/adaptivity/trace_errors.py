@@ -71,7 +71,7 @@ def respond(
                 conductor.kept.pop("solve_cold", None)
                 conductor.kept.pop("near", None)
     steady_out = None if steady is None else steady.fine.out
-    if bases[0].follows:
+    if bases[0].nonlinear:
         march = marched.march_nonlinear(study, bases[0], steady_out)
         problems = problems.about(marched.tangent(bases[0], march.answer, march.checked))
     else:
@@ -81,7 +81,7 @@ def respond(
     try:
         low = marched.respond_in_lower_space(study, bases[1], shift, march)
     except RunawayInTimeError as runaway:
-        if not bases[0].follows:
+        if not bases[0].nonlinear:
             raise
         raise CoarseMeshError("a lower space runs away over time, and the fine one does not") from runaway
     errors, goals = _errors(study, problems, estimator, march, low, steady_errors)

@@ -269,6 +269,11 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
     return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)
 
 
+def nonlinear(heat: HeatProblem, conductor: Conductor | None) -> bool:
+    """Whether a law of the temperature makes the steady equations nonlinear."""
+    return bool(heat.terms) or (conductor is not None and conductor.following is not None)
+
+
 def refine_quadratures(
     heat: HeatProblem, conductor: Conductor | None, points: int
 ) -> tuple[HeatProblem, Conductor | None]:

@@ -147,11 +147,6 @@ class HeatProblem:
             flow += problem.take(term.outflow(problem.field(rise)))
         return flow
 
-    @property
-    def follows(self) -> bool:
-        """Whether it is nonlinear, and isn't linearized."""
-        return bool(self.terms) and self.about is None
-
     def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """(all nodes,): the stored power (W) at a rise and its rate (all nodes)."""
         heat: np.ndarray = self.mass @ rate

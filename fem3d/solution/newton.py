@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.assembly import linearized, refine_quadratures
+from fem3d.problems.assembly import linearized, nonlinear, refine_quadratures
 from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import MOST_GMRES, Conduction, solve_by_gmres, unseen
@@ -67,7 +67,7 @@ class Newton:
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, factors: Solver) -> None:
         self.heat, self.conductor, self.factors, self.steps = heat, conductor, factors, 0
         self.folded = False
-        self.nonlinear = bool(heat.terms) or (conductor is not None and conductor.following is not None)
+        self.nonlinear = nonlinear(heat, conductor)
         self.electric = conductor is not None and bool(conductor.voltages[0].any())
         # The drive does not scale the heat sources beside a current.
         self._still: np.ndarray = heat.loads[0] * self.electric

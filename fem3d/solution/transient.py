@@ -15,6 +15,7 @@ from functools import partial
 
 import numpy as np
 
+from fem3d.problems.assembly import nonlinear
 from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -64,10 +65,9 @@ class Base:
         return Base(heat, conductor, [], np.empty((heat.free, 0)), [])
 
     @property
-    def follows(self) -> bool:
-        """Whether a property follows the temperature by a law."""
-        follows = self.heat.follows or self.heat.storage is not None
-        return follows or (self.conductor is not None and self.conductor.following is not None)
+    def nonlinear(self) -> bool:
+        """Whether a law of the temperature makes the equations over time nonlinear."""
+        return self.heat.storage is not None or nonlinear(self.heat, self.conductor)
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""

@@ -272,7 +272,7 @@ def test_error_at_top_of_symmetric_rise_is_bounded(intervals, degree):
 def level(values: dict[str, float], estimates: dict[str, float]) -> Level:
     """Return a level with these values and estimates of their errors."""
     fine: Any = SimpleNamespace(quantities=values)
-    problems: Any = SimpleNamespace(follows=False)
+    problems: Any = SimpleNamespace(nonlinear=False)
     goals = {n: np.full((1, 4), e / 4) for n, e in estimates.items()}
     nothing = dict.fromkeys(values, 0.0)
     return Level(problems, fine, fine, dict.fromkeys(values, 1.0), estimates, goals, nothing)

@@ -26,7 +26,7 @@ class Meshes:
             told = NumericsError("inputs that vary have no steady state")
         self.marched = True
         return SimpleNamespace(
-            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told,
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, nonlinear=False, told=told,
             driven=lambda factor, by_heat: SimpleNamespace(told=NumericsError("no state below a limit")),
         )  # fmt: skip
 
