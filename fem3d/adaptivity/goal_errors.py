@@ -72,16 +72,16 @@ class Duals:
             return {}
         heat = problems.heat
         densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
-        stills = []
+        reactions = []
         for name in self.rows:
             held = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
-            still = sum((heat.field(heat.held[b]) for b in held), np.zeros(problems.domain.space.size))
-            stills.append(still / self.scales.get(name, 1.0))
+            reaction = sum((heat.field(heat.held[b]) for b in held), np.zeros(problems.domain.space.size))
+            reactions.append(reaction / self.scales.get(name, 1.0))
         seen = []
         for upper, density, duals in zip(problems.conductors[1:], densities, self.fields, strict=True):
             assert upper is not None
-            pairs = zip(duals, stills, strict=True)
-            flows = [conductor.on.flow(conductor.on.value(dual - still) * density) for dual, still in pairs]
+            pairs = zip(duals, reactions, strict=True)
+            flows = [conductor.on.flow(conductor.on.value(dual - reaction) * density) for dual, reaction in pairs]
             seen.append(upper.respond(np.array(flows)))
         return dict(zip(self.rows, problems.electric(seen, potentials), strict=True))
 

@@ -193,9 +193,9 @@ HotState = tuple[np.ndarray, np.ndarray]
 
 def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotState]) -> Base:
     """Return the base with the currents at the initial temperature and in ``hot`` states."""
-    loads, still = transient.heat_loads(heat), transient.stills(heat)
+    loads, lifts = transient.heat_loads(heat), transient.jumping_lifts(heat)
     if conductor is None:
-        return Base(heat, None, [], still, loads)
+        return Base(heat, None, [], lifts, loads)
     rises = [heat.inputs.at(0.0) @ heat.lifts, *(heat.take(field) for field, _ in hot)]
     driven = np.flatnonzero(conductor.voltages.any(axis=1))
     potentials = [[conductor.solve(rise, v) for v in conductor.voltages[driven]] for rise in rises]
@@ -204,7 +204,7 @@ def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotS
     loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
     for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
         loads.append(conductor.joule_load(combined(each, drive[driven]), rise))
-    return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), still, loads)
+    return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), lifts, loads)
 
 
 def search_hot_states(

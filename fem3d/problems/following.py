@@ -28,7 +28,7 @@ from scenes.faces import COLDEST
 from scenes.laws import Property
 
 MOST_GMRES = 100  # of GMRES, without restarts
-SOLVED = 1e-6  # relative residual of a dual solution
+DUAL_RESIDUAL = 1e-6  # relative, of a dual solution
 
 
 class Term(Protocol):
@@ -227,13 +227,11 @@ class Rest:
         """The rows and columns of some unknowns."""
         return Rest(part(self.matrix, kept), self.columns[:, kept], self.rows[:, kept])
 
-    def solve(
-        self, inverse: Callable[[np.ndarray], np.ndarray], loads: np.ndarray, solved: float = SOLVED
-    ) -> np.ndarray:
+    def solve(self, inverse: Callable[[np.ndarray], np.ndarray], loads: np.ndarray) -> np.ndarray:
         """(k, n): the solutions of (K + R) d = load for loads (k, n) and the ``inverse`` of K, to a relative residual
-        of ``solved``. Raises NumericsError where that isn't reached."""
+        of `DUAL_RESIDUAL`. Raises NumericsError where that isn't reached."""
         solutions = [
-            solve_by_gmres(lambda v: v + inverse(self(v)), right, solved, MOST_GMRES)[0] if right.any() else right
+            solve_by_gmres(lambda v: v + inverse(self(v)), right, DUAL_RESIDUAL, MOST_GMRES)[0]
             for right in inverse(loads)
         ]
         if any(solution is None for solution in solutions):

@@ -52,9 +52,9 @@ class Structure:
     @cached_property
     def patterns(self) -> list[Potential]:
         """The current fields of either film, by the cold conductor."""
-        still, conductor = np.zeros(self.heat.size), self.conductor
+        no_rise, conductor = np.zeros(self.heat.size), self.conductor
         voltages = (conductor.voltages[self._channel(f"{name}-0")] for name in FILMS)
-        return [conductor.solve(still, voltage) for voltage in voltages]
+        return [conductor.solve(no_rise, voltage) for voltage in voltages]
 
     def base(self) -> Base:
         """The base of the fields: responses to either film's power, to the outer and to the substrate's temperature,

@@ -70,7 +70,7 @@ class Newton:
         self.nonlinear = nonlinear(heat, conductor)
         self.electric = conductor is not None and bool(conductor.voltages[0].any())
         # The drive does not scale the heat sources beside a current.
-        self._still: np.ndarray = heat.loads[0] * self.electric
+        self._unscaled: np.ndarray = heat.loads[0] * self.electric
         self._scaled: np.ndarray = heat.loads[0] * (not self.electric)
         potentials = 0 if conductor is None else len(conductor.free) + len(conductor.terminals)
         self.along_mu = np.append(np.zeros(heat.free + potentials), 1.0)
@@ -91,7 +91,7 @@ class Newton:
             density = -c.on.gradient(potential) / resistivity
             driven = driven + heat.take(c.on.load(resistivity * (density**2).sum(axis=0)))
             lacking = c.unbalanced(potential, resistivity, c.voltages[0])
-        heating = (self._still + x[-1] * driven - heat.outflow(rise))[:n]
+        heating = (self._unscaled + x[-1] * driven - heat.outflow(rise))[:n]
         return Point(x, rise, potential, resistivity, density, driven, np.concatenate([heating, lacking]))
 
     def at_rise(self, rise: np.ndarray, mu: float, potential: np.ndarray | None = None) -> Point:

@@ -331,12 +331,12 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
 
 def _currents_alone(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
     """The currents at the initial temperature; none where the voltages are equal."""
-    still = np.zeros(heat.size)
+    no_rise = np.zeros(heat.size)
     if conductor is None:
-        return SteadyState(heat, None, still, heat.loads[0])
-    cold = conductor.solve(still, conductor.voltages[0])
+        return SteadyState(heat, None, no_rise, heat.loads[0])
+    cold = conductor.solve(no_rise, conductor.voltages[0])
     return SteadyState(
-        heat, conductor, still, heat.loads[0], conductor.joule(cold.density, still), cold.currents,
+        heat, conductor, no_rise, heat.loads[0], conductor.joule(cold.density, no_rise), cold.currents,
         -float(conductor.on.flow(cold.density) @ cold.potential), cold.potential, density=cold.density,
     )  # fmt: skip
 

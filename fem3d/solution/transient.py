@@ -93,7 +93,7 @@ def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray
     return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
 
 
-def stills(heat: HeatProblem) -> np.ndarray:
+def jumping_lifts(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
     were, which needs a field in the space that cancels the lift; without it heat would appear from nowhere."""
     inputs = heat.inputs
