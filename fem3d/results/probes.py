@@ -96,7 +96,8 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
     domain, row, entering = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     for b, on, shared in conditions:
         if bends(b) and heat.about is not None:
-            term = next(term for term in _surfaces(heat.exact or heat) if b in term.boundaries)
+            terms = (heat.exact or heat).terms
+            term = next(term for term in terms if isinstance(term, Surface) and b in term.boundaries)
             into, per_kelvin = term.entering(heat.about, domain.seen(shared))
             row, entering = row + heat.take(per_kelvin), entering + heat.inputs.split(into)
         elif b.kind != "temperature":
@@ -109,15 +110,11 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
     bent = heat.about is None and any(bends(b) for b, _, _ in conditions)
 
     def by_law(heat: HeatProblem, u: np.ndarray) -> np.ndarray:
-        terms = [(term, shared) for term in _surfaces(heat) for b, _, shared in conditions if b in term.boundaries]
-        return -heat.take(sum((term.through(term.on_one(on), u) for term, on in terms), np.zeros(len(u))))
+        surfaces = [term for term in heat.terms if isinstance(term, Surface)]
+        pairs = [(term, shared) for term in surfaces for b, _, shared in conditions if b in term.boundaries]
+        return -heat.take(sum((term.through(term.on_one(on), u) for term, on in pairs), np.zeros(len(u))))
 
     return Reading(row, entering, held, by_law=by_law if bent else None)
-
-
-def _surfaces(heat: HeatProblem) -> list[Surface]:
-    """The terms of faces with a flux nonlinear in temperature."""
-    return [term for term in heat.terms if isinstance(term, Surface)]
 
 
 def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:

@@ -127,12 +127,10 @@ def clipped(scene: Scene) -> Scene:
 
 
 def _of_field(off: float, accuracy: float) -> list[str]:
-    if off <= accuracy:
-        return []
     return [
         f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
         "are as accurate as asked for; a smaller accuracy refines the field too"
-    ]
+    ] * (off > accuracy)
 
 
 def _of_rows(study: Study, response: BoundedResponse | None) -> list[str]:

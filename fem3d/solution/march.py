@@ -176,6 +176,8 @@ class _Linearization:
 class _March:
     """The march through time: the problem, the linearization in use, and how well that serves."""
 
+    growth = 8.0  # largest ratio of successive steps
+
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float, points: int) -> None:
         self._linear, self._tolerance = (heat, conductor), tolerance
         self._heat, finer = refine_quadratures(heat, conductor, points) if points else (heat, conductor)
@@ -194,24 +196,11 @@ class _March:
 
     def run(self, end: float, earliest: float, ends: list[float]) -> FullResponse:
         """The response, by steps of its own or to given ``ends`` (s)."""
-        heat, inputs = self._heat, self._heat.inputs
-        order, longer, after = 4, 8.0, 1e-3  # after a jump: the first step over the one before, or to the next knot
-        steps, trials, before = list[Step](), 0, end
+        heat, steps, trials, before = self._heat, list[Step](), 0, end
         state = _State(np.zeros(heat.size), np.zeros(heat.size))
-        stops = [0.0, *inputs.knots(end).tolist(), end]
-        for time, stop in pairwise(stops):
-            jumps = inputs.jumps(time) if time else inputs.at(0.0)
-            if (jumps @ heat.given).any():
-                state = self._jumped(state, jumps @ heat.given)
-            bends = inputs.rates(time) - self._piece[1]
-            self._since, self._piece = time, (inputs.at(time), inputs.rates(time))
-            started, last_error, length, following = True, 0.0, before, before
-            if jumps.any() or (bends @ heat.given).any():
-                # The rate is no longer consistent. After a jump the error at a time t is about the first step over t.
-                sudden = not time or (jumps @ heat.given).any()
-                short = self._tolerance * earliest if sudden else after * before
-                started, length = False, min(short, after * (stop - time))
-                following = longer * length if sudden else before
+        for time, stop in pairwise([0.0, *heat.inputs.knots(end).tolist(), end]):
+            state, euler, second = self._pass_knot(state, time, stop - time, before, earliest)
+            length, last_error = euler or second, 0.0
             while time < stop:
                 trials = count_step(trials, time)
                 ends = [each for each in ends if each > time * (1 + 1e-12)]
@@ -222,7 +211,7 @@ class _March:
                 taken = stop - time if at_stop else length
                 fresh = self._linearization is None
                 try:
-                    step, new, error = (self._step if started else self._euler)(state, time, taken)
+                    step, new, error = (self._euler if euler else self._step)(state, time, taken)
                 except NumericsError:
                     # Newton's method, a potential or a factorization fails.
                     self._linearization, length = None, taken / 4 if fresh else taken
@@ -233,25 +222,43 @@ class _March:
                     self._limit(step)
                     time, state = stop if at_stop else time + taken, new
                     self._largest = max(self._largest, largest(new.rise))
-                factor = 0.9 * max(error, 1e-12) ** (-1 / order)
-                if last_error and error <= 1.0:
-                    # The error goes on to change as it has (Gustafsson, ACM Trans. Math. Softw. 20, 1994).
-                    factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / order)
-                grown = taken * min(max(factor, 0.2), longer)
-                if started and error <= 1.0:
+                grown = self._next_length(steps, taken, error, last_error)
+                if error <= 1.0 and not euler:
                     # A step that a stop cuts short is no reason against a longer step before it.
                     before, last_error = max(grown, length) if at_stop else grown, error
-                length, started = grown if started else following, True
-                length = end if ends else length
+                length, euler = end if ends else second if euler else grown, 0.0
         return FullResponse(heat, self._conductor, steps)
 
-    def _jumped(self, state: _State, jump: np.ndarray) -> _State:
-        """The state after given temperatures jump by so much (fixed nodes, K): the free nodes keep the heat."""
-        heat = self._heat
-        change = np.concatenate([np.zeros(heat.free), jump])
-        entered = (heat.mass @ change)[: heat.free]
-        change[: heat.free] -= heat.factors(heat.inner_mass).solve(entered)
-        return state._replace(rise=state.rise + change)
+    def _pass_knot(
+        self, state: _State, time: float, gap: float, before: float, earliest: float
+    ) -> tuple[_State, float, float]:
+        """The state after a knot of the inputs at a time (s), and the lengths (s) of the next two steps: of an Euler
+        step, 0 where the rate stays consistent, and of a step after it. The next knot is in a ``gap`` (s)."""
+        heat, inputs, n, brief = self._heat, self._heat.inputs, self._heat.free, 1e-3
+        jumps = inputs.jumps(time) if time else inputs.at(0.0)
+        change = np.concatenate([np.zeros(n), jumps @ heat.given])
+        sudden = not time or change.any()
+        if change.any():
+            # The free nodes keep the heat.
+            change[:n] -= heat.factors(heat.inner_mass).solve((heat.mass @ change)[:n])
+            state = state._replace(rise=state.rise + change)
+        bends = inputs.rates(time) - self._piece[1]
+        self._since, self._piece = time, (inputs.at(time), inputs.rates(time))
+        if not (jumps.any() or (bends @ heat.given).any()):
+            return state, 0.0, before
+        if not sudden:
+            return state, brief * min(before, gap), before
+        # After a jump the error at a time t is about the first step over t.
+        length = min(self._tolerance * earliest, brief * gap)
+        return state, length, self.growth * length
+
+    def _next_length(self, steps: Sequence[Step], taken: float, error: float, last_error: float) -> float:
+        """The length (s) after a step of an error over the error allowed; of an accepted one, the last of ``steps``, as
+        if the error goes on to change as it has (Gustafsson, ACM Trans. Math. Softw. 20, 1994)."""
+        factor = 0.9 * max(error, 1e-12) ** (-1 / 4)
+        if last_error and error <= 1.0:
+            factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / 4)
+        return taken * min(max(factor, 0.2), self.growth)
 
     def _limit(self, step: Step) -> None:
         """Raise RunawayInTimeError, with the time, where the rise exceeds every solid in a step."""
