@@ -27,7 +27,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, boxes, groups
-from fem3d.spaces.size import START_UP, Size, foreseen, of_cells
+from fem3d.spaces.size import START_UP, Size, size_of_cells, size_of_grid
 from meshes import grading
 from meshes import grid as grids
 from meshes.columns import Columns
@@ -131,7 +131,7 @@ class CellMesh(Mesh):
     @cached_property
     def size(self) -> Size:
         """Cells, unknowns and memory."""
-        return of_cells(self.domain)
+        return size_of_cells(self.domain)
 
     @property
     def simplex(self) -> bool:
@@ -291,11 +291,11 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
     def suits(size: Size) -> bool:
         return size.unknowns <= most and reach.fits(scene, size)
 
-    size = foreseen(scene, grids.coarsest(scene, 2))
+    size = size_of_grid(scene, grids.coarsest(scene, 2))
     if scene.mesh == "bricks" or (not scene.mesh and suits(size)):
         # A response over time has its rows on a grid that is fine enough alone.
         first = replace(Bricks.of(study, over_time), as_far_as_it_goes=not (scene.mesh or over_time))
-        if scene.mesh or suits(foreseen(scene, first.grid)):
+        if scene.mesh or suits(size_of_grid(scene, first.grid)):
             return study, first
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":

@@ -26,7 +26,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, boxes
-from fem3d.spaces.size import Size, foreseen
+from fem3d.spaces.size import Size, size_of_grid
 from meshes import grading
 from meshes import grid as grids
 from meshes.grading import Features
@@ -198,7 +198,7 @@ class Bricks(Mesh):
     def of(study: Study, over_time: bool = False) -> Bricks:
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
-        reach.check(scene, foreseen(scene, grids.coarsest(scene, 2)), "at any accuracy")
+        reach.check(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
         marks = edge_exponents.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
         grid = grading.graded(grid, scene, study.earliest) if over_time else grid
@@ -250,13 +250,13 @@ class Bricks(Mesh):
 
     def _checked(self) -> Size:
         """Return the size of the grid; raise TooLargeError where memory has no room for it."""
-        size, why = foreseen(self.scene, self.grid), reach.because(self.marks)
+        size, why = size_of_grid(self.scene, self.grid), reach.because(self.marks)
         reach.check(self.scene, size, f"at an accuracy of {self.accuracy:g}", why)
         return size
 
     def _within_memory(self) -> Bricks | None:
         """Return the mesh; None where it exceeds the memory and the one before is to be kept then."""
-        fits = not self.as_far_as_it_goes or reach.fits(self.scene, foreseen(self.scene, self.grid))
+        fits = not self.as_far_as_it_goes or reach.fits(self.scene, size_of_grid(self.scene, self.grid))
         return self if fits else None
 
     def with_scene(self, scene: Scene) -> Bricks:
@@ -264,7 +264,7 @@ class Bricks(Mesh):
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         """Return a line of the plan if the scene demands the grid, or if the grid is large."""
-        size = foreseen(self.scene, self.grid)
+        size = size_of_grid(self.scene, self.grid)
         if not self.scene.mesh and size.unknowns <= LARGE:
             return ()
         why = "run.mesh asks for it" if self.scene.mesh else "tetrahedra are foreseen to take more"

@@ -21,9 +21,9 @@ from scipy.sparse.linalg import splu
 
 from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.current import SOLVED, Conductor
-from fem3d.problems.following import OfCells, following
+from fem3d.problems.following import CellProperty, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, Paths, Potential, Section, Terminal, crossings
+from fem3d.problems.paths import Crossing, CurrentField, Paths, Section, Terminal, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material
@@ -60,7 +60,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     return Conductor(
         heat, cells, on, free, cold, warm, voltages, reactions, sections, csc_array(matrix),
         _named(domain, cells, crossed), heat.ordering if shared else Ordering(np.vstack([space.places, *ends])), solved,
-        terminals, OfCells(domain, "resistivity", cells) if follows else None,
+        terminals, CellProperty(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 
@@ -126,13 +126,13 @@ def share(name: str, probe: str) -> float:
     return name.split(AND)[1:].count(probe) / 2
 
 
-def independent(conductor: Conductor, potentials: Sequence[Potential], least: float = 0.0) -> list[Potential]:
+def independent(conductor: Conductor, potentials: Sequence[CurrentField], least: float = 0.0) -> list[CurrentField]:
     """The current fields of some potentials, orthogonal to earlier fields in the cold resistance, scaled to the first.
 
     Fields whose independent part is relatively smaller than ``least`` are left out. So are parts below 1e-6: scaled up,
     the residuals of their potentials would violate the conservation of charge.
     """
-    patterns: list[Potential] = []
+    patterns: list[CurrentField] = []
     product = conductor.product
     for potential in potentials:
         new = potential
@@ -147,7 +147,7 @@ def independent(conductor: Conductor, potentials: Sequence[Potential], least: fl
     return patterns
 
 
-def combined(parts: Sequence[Potential], c: np.ndarray) -> np.ndarray:
+def combined(parts: Sequence[CurrentField], c: np.ndarray) -> np.ndarray:
     """The current density with coefficients c."""
     return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
 

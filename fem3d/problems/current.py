@@ -21,9 +21,9 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
 from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
-from fem3d.problems.following import MOST_GMRES, OfCells, at_faces, solve_by_gmres
+from fem3d.problems.following import MOST_GMRES, CellProperty, at_faces, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths, Potential, Section, Terminal
+from fem3d.problems.paths import CurrentField, Paths, Section, Terminal
 from fem3d.spaces.integrals import Faces, halves, marked
 from scenes.errors import NumericsError
 
@@ -70,7 +70,7 @@ class Conductor:
     ordering: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
-    following: OfCells | None = None
+    following: CellProperty | None = None
     more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
@@ -270,7 +270,7 @@ class Conductor:
                     known[probe.name] = self.influence(row)
         return known
 
-    def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
+    def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> CurrentField:
         """Return the potential at a rise and given values, perhaps from the potential of a similar state, by GMRES to a
         fraction `solved` of the potential.
 
@@ -318,7 +318,7 @@ class Conductor:
 
         return self.sections[name].row(conductivity)
 
-    def current(self, potential: np.ndarray, resistivity: np.ndarray, rise: np.ndarray) -> Potential:
+    def current(self, potential: np.ndarray, resistivity: np.ndarray, rise: np.ndarray) -> CurrentField:
         """Return the current field of a potential (functions,) at a rise and the ``resistivity`` there.
 
         The small currents that enter inside the conductor, by the residual of the potential, are supplied at the cold
@@ -330,7 +330,7 @@ class Conductor:
         reaction[self.free] = 0.0
         currents = {name: float(row @ reaction) for name, row in self.electrodes.items()}
         currents |= {f"through:{name}": float(self.crossing_row(name, rise) @ potential) for name in self.sections}
-        return Potential(potential, density, supply, currents)
+        return CurrentField(potential, density, supply, currents)
 
     def product(self, a: np.ndarray, b: np.ndarray) -> float:
         """The integral of rho Ja . Jb at the initial temperature (W)."""

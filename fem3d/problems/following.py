@@ -42,7 +42,7 @@ class Term(Protocol):
         definite, and the rest where there is one."""
 
 
-class OfCells:
+class CellProperty:
     """A property (by its key) on some cells, as a function of the temperature at points (cells, points): (cells,
     points), or (3, cells, points) where it differs along the axes."""
 
@@ -94,7 +94,7 @@ class Part(NamedTuple):
     (cells, 1) or with axes in front, and their numbers."""
 
     on: Cells
-    law: OfCells
+    law: CellProperty
     cold: np.ndarray
     cells: np.ndarray
 
@@ -103,7 +103,7 @@ def parts(domain: Domain, key: str, more: int) -> list[Part]:
     """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis."""
     found = []
     for alike in domain.space.alike(following(domain, key)):
-        law = OfCells(domain, key, alike)
+        law = CellProperty(domain, key, alike)
         found.append(Part(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
     return found
 
@@ -146,7 +146,7 @@ class Storage:
     domain: Domain
 
     @cached_property
-    def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
+    def parts(self) -> list[tuple[Cells, CellProperty, np.ndarray, np.ndarray]]:
         """As `parts`, with the density (cells, 1) of the cells."""
         density = self.domain.per_cell("density")
         return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", 1)]
@@ -177,7 +177,7 @@ class Storage:
         return heat
 
 
-def unseen(domain: Domain, law: OfCells, cells: np.ndarray, at: np.ndarray, u: np.ndarray) -> float:
+def unseen(domain: Domain, law: CellProperty, cells: np.ndarray, at: np.ndarray, u: np.ndarray) -> float:
     """Return what a quadrature may miss of a law's integral over the temperatures of a cell, relative to it.
 
     A thin layer beside a vertex may lie between the points, whose temperatures ``at`` (cells, points) at a field u
@@ -200,7 +200,7 @@ def unseen(domain: Domain, law: OfCells, cells: np.ndarray, at: np.ndarray, u: n
 
 def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarray:
     """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
-    return OfCells(domain, key, faces.cells).value(faces.by(domain.space).value(u))
+    return CellProperty(domain, key, faces.cells).value(faces.by(domain.space).value(u))
 
 
 @dataclass(frozen=True, eq=False)

@@ -187,19 +187,19 @@ class Terminal:
 
 
 @dataclass(frozen=True, eq=False)
-class Potential:
-    """A potential (functions, in V), its current density (A/m2), the power (channels,) that the electrodes supply at
-    their voltages, and the current (A) that enters at each electrode or passes a probe. The latter three are linear in
-    the current field."""
+class CurrentField:
+    """A ``potential`` (functions,) in V with its current ``density`` (3, rows, points) in A/m2, the power (channels,)
+    that electrodes ``supply`` at their voltages (W), and the ``currents`` (A) that enter at electrodes or pass probes.
+    The latter three are linear in the density."""
 
     potential: np.ndarray
     density: np.ndarray
     supply: np.ndarray
     currents: dict[str, float]
 
-    def plus(self, factor: float, other: Potential, scale: float) -> Potential:
+    def plus(self, factor: float, other: CurrentField, scale: float) -> CurrentField:
         """(self + factor * other) * scale."""
-        return Potential(
+        return CurrentField(
             (self.potential + factor * other.potential) * scale,
             (self.density + factor * other.density) * scale,
             (self.supply + factor * other.supply) * scale,

@@ -22,7 +22,7 @@ from numpy.polynomial.legendre import legvander
 from fem3d.problems.assembly import Surface
 from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Potential
+from fem3d.problems.paths import CurrentField
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
@@ -136,7 +136,7 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
     """The outputs of a response at full order at some times (s)."""
     heat, conductor, g = response.heat, response.conductor, response.heat.inputs.at(times)
     rises, rates = (np.array(each) for each in zip(*map(response.at, times.tolist()), strict=True))
-    loads, potentials, currents, joule = g @ heat.loads, list[Potential](), Outputs(), Outputs()
+    loads, potentials, currents, joule = g @ heat.loads, list[CurrentField](), Outputs(), Outputs()
     if conductor is not None:
         for rise, voltage in zip(rises, g @ conductor.voltages, strict=True):
             potentials.append(conductor.solve(rise, voltage, potentials[-1].potential if potentials else None))

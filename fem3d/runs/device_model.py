@@ -17,7 +17,7 @@ from fem3d.adaptivity.nested import Problems
 from fem3d.problems.conductors import law
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Potential
+from fem3d.problems.paths import CurrentField
 from fem3d.runs.projection import slowest
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
@@ -50,7 +50,7 @@ class Structure:
         return 1 + self.heat.inputs.schedules.index(value)
 
     @cached_property
-    def patterns(self) -> list[Potential]:
+    def patterns(self) -> list[CurrentField]:
         """The current fields of either film, by the cold conductor."""
         no_rise, conductor = np.zeros(self.heat.size), self.conductor
         voltages = (conductor.voltages[self._channel(f"{name}-0")] for name in FILMS)
@@ -76,7 +76,7 @@ class Structure:
         fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
         return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *(heat.mass @ lift for lift in lifts)])
 
-    def modal(self, reduced: Reduced, patterns: Sequence[Potential], accuracy: float) -> Modal:
+    def modal(self, reduced: Reduced, patterns: Sequence[CurrentField], accuracy: float) -> Modal:
         """The model of some fields."""
         rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
         modal = reduced.changed(modes)

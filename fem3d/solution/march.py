@@ -33,7 +33,7 @@ from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
-from fem3d.problems.paths import Potential
+from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, step_at
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
@@ -142,7 +142,7 @@ class _State(NamedTuple):
 
     rise: np.ndarray
     rate: np.ndarray
-    potential: Potential | None = None
+    potential: CurrentField | None = None
 
 
 class _Linearization:

@@ -24,7 +24,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Potential
+from fem3d.problems.paths import CurrentField
 
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
@@ -113,7 +113,7 @@ def _at(parts: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential],
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[CurrentField],
     few: int, values: np.ndarray | None = None,
 ) -> Reduced:  # fmt: skip
     """The reduced problem on orthonormal temperature fields (free nodes, r), perhaps with their ``values`` in the
@@ -133,7 +133,7 @@ def project(
 
 
 def _joule(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Potential],
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[CurrentField],
     few: int, values: np.ndarray | None,
 ) -> dict[str, Any]:  # fmt: skip
     """The Joule heat in `Reduced` by its names.
@@ -193,7 +193,7 @@ def _joule(
 
 
 def _given_currents(
-    conductor: Conductor | None, patterns: Sequence[Potential], channels: int
+    conductor: Conductor | None, patterns: Sequence[CurrentField], channels: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """`Reduced.drawn` and `Reduced.given`: sums of the given currents that the fields draw independently. The fields
     have all their channels' currents, so that dependent currents are given alike."""

@@ -19,7 +19,7 @@ from fem3d.problems.assembly import nonlinear
 from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Potential
+from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import Source, Step, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, independent_fields, orthonormal, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
@@ -37,7 +37,7 @@ class Base:
 
     heat: HeatProblem
     conductor: Conductor | None
-    patterns: list[Potential]
+    patterns: list[CurrentField]
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
@@ -50,7 +50,7 @@ class Base:
         if heat.exact is not None or heat.storage is not None:
             return replace(Base.bare(heat.exact or heat, conductor), steady=state)
         rise, load = (state.rise - lift)[: heat.free], heat.loads[0]
-        fields, patterns = [rise], list[Potential]()
+        fields, patterns = [rise], list[CurrentField]()
         if conductor is not None and state.potential is not None:
             hot = conductor.current(state.potential, conductor.resistivity(state.rise), state.rise)
             cold = conductor.solve(lift, conductor.voltages[0]) if conductor.warms else hot

@@ -52,7 +52,7 @@ def factor_entries(unknowns: float, join: float) -> float:
     return float(LEAF * unknowns + FILL * (2.0**level * joins**2).sum())
 
 
-def foreseen(scene: Scene, grid: Grid) -> Size:
+def size_of_grid(scene: Scene, grid: Grid) -> Size:
     """The size of a grid of a scene (of its part that is solved)."""
     graph, degrees = grids.graph(scene), grid.of_entities
     within = np.zeros(degrees.shape[1:], bool)  # whether a vertex, edge, face or cell is in the solid
@@ -92,7 +92,7 @@ def _functions(degrees: Degrees) -> int:
     return int((j[:, None, None] + k[:, None] + m <= max(degrees)).sum())
 
 
-def of_cells(domain: Domain) -> Size:
+def size_of_cells(domain: Domain) -> Size:
     """Foresee the size of the problems of a domain on scikit-fem's mesh."""
     mesh, (functions, cells) = domain.space.mesh, domain.space.dofs.shape
     low, high = (extreme(mesh.p[:, mesh.t], axis=1) for extreme in (np.min, np.max))

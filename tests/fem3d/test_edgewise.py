@@ -9,7 +9,7 @@ import pytest
 from fem3d.adaptivity import mesh
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
-from fem3d.spaces.size import foreseen
+from fem3d.spaces.size import size_of_grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import Sink
 
@@ -40,7 +40,7 @@ def close():
 @pytest.mark.long
 def test_block_under_small_structure_takes_few_unknowns():
     scene = bridge()
-    first = foreseen(scene, scene_run.start(scene)[1].grid).unknowns
+    first = size_of_grid(scene, scene_run.start(scene)[1].grid).unknowns
     found = scene_run.solve(scene)
     assert found.details["unknowns"] < 0.9 * first
     assert found.details["levels"] == 1
@@ -52,7 +52,7 @@ def test_block_under_small_structure_takes_few_unknowns():
 
 @pytest.mark.long
 def test_bricks_beyond_memory_are_kept_as_they_are():
-    first = foreseen(bridge(1e-4), scene_run.start(bridge(1e-4))[1].grid)
+    first = size_of_grid(bridge(1e-4), scene_run.start(bridge(1e-4))[1].grid)
     found = scene_run.solve(replace(bridge(1e-4), memory=1.02 * first.memory))
     assert "cell_type" not in found.details["mesh"]
     assert any("as many bricks as the memory has room for" in warning for warning in found.details["warnings"])

@@ -17,7 +17,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.runs import scene as runs
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, boxes
-from fem3d.spaces.size import foreseen
+from fem3d.spaces.size import size_of_grid
 from scenes.errors import NumericsError
 from scenes.free.rules import checked
 from scenes.loading import load_free
@@ -55,7 +55,7 @@ def test_predicted_factor_size_is_within_two(pads):
     heat = assemble(boxes(scene, grid))
     matrix = heat.stiffness[: heat.free][:, : heat.free]
     true = Factors(matrix, heat.groups[: heat.free], heat.ordering).entries
-    assert 0.65 < foreseen(scene, grid).factors / true < 2.1
+    assert 0.65 < size_of_grid(scene, grid).factors / true < 2.1
 
 
 @pytest.mark.parametrize(("pads", "when"), [(20, "at an accuracy of 0.01"), (200, "at any accuracy")])
@@ -72,7 +72,7 @@ def test_too_many_planes_are_refused(pads, when):
 
 def test_memory_limit_decides_at_one_percent():
     scene = replace(plate(1), mesh="bricks")
-    size = foreseen(scene, reach.first_grid(scene, 1e-2, edge_exponents.features(scene)))
+    size = size_of_grid(scene, reach.first_grid(scene, 1e-2, edge_exponents.features(scene)))
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0
     with pytest.raises(NumericsError, match=r"at an accuracy of 0\.01"):
         runs.solve(replace(scene, memory=0.99 * size.memory), whole=True)
