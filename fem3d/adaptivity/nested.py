@@ -219,7 +219,7 @@ def solution(study: Study, problems: Problems, level: int = -1, start: np.ndarra
         at = None if start is None else heat.take(start)
         thermal = physics.heat(problems.domain.scene)
         potential = None if fine is None else fine.potential
-        problems.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, at, thermal, potential)
+        problems.states[level] = solve_steady(heat, conductor, study.drive, study.accuracy, at, thermal, potential)
     state = problems.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))

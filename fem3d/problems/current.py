@@ -84,7 +84,7 @@ class Conductor:
         return self.heat.domain.electric.space
 
     def resistivity(self, rise: np.ndarray) -> np.ndarray:
-        """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
+        """(rows, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
         # The resistivity of the last rise serves its current, its heat and the test of conduction.
@@ -97,7 +97,7 @@ class Conductor:
         return np.asarray(known)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
-        """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
+        """(rows, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
         if self.following is None:
             return self.warm / self.resistivity(rise)
         at = self.on.value(self.heat.field(rise))
@@ -337,7 +337,7 @@ class Conductor:
         return float((self.on.weights * self.cold * (a * b).sum(axis=0)).sum())
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
-        """(cells, points): rho Ja . Jb (W/m3)."""
+        """(rows, points): rho Ja . Jb (W/m3)."""
         return self.resistivity(rise) * (a * b).sum(axis=0)
 
     def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:

@@ -48,13 +48,13 @@ class Study:
     ``extrapolated``: whether steady quantities include the estimated change by higher degrees, where available.
     ``field_accuracy``: of the steady field at any point, over its largest rise; None where the field is not used.
     Times in s: the ``end``, the ``earliest`` time at which the accuracy of traces holds, and ``instants`` that must be
-    among the rows. ``voltage`` names the drive in messages.
+    among the rows. Messages state the ``drive``, a voltage (V) or a current (A).
     ``from_start``: whether errors before ``earliest`` are needed, too.
     """
 
     part: Symmetry
     accuracy: float
-    voltage: float
+    drive: float
     end: float
     earliest: float
     instants: tuple[float, ...]

@@ -90,9 +90,8 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
     goals, electrodes = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, pairs(scene)
     return Study(
-        part, scene.accuracy, _drive(scene), scene.end_time,
-        earliest(scene), scene.output_times,
-        goals=goals, trace_goals=goals, ratios={},
+        part, scene.accuracy, drive=_drive(scene), end=scene.end_time,
+        earliest=earliest(scene), instants=scene.output_times, goals=goals, trace_goals=goals, ratios={},
         steady=lambda out: values(scene, out, electrodes), traces=lambda out: values(scene, out, electrodes),
         steady_scales=lambda out: scales(scene, out, electrodes),
         trace_scales=lambda out: scales(scene, out, electrodes),

@@ -44,8 +44,8 @@ def study(sink: Sink, part: Symmetry) -> Study:
 
     not_traced = "heat_out_W", "anchor_resistance_K_per_W", "end_flow_W"
     return Study(
-        part, sink.accuracy, sink.drive.value, sink.end_time, 1e-5, (),
-        {f"{n}_rise_K": n for n in goals}, {f"{n}_K": n for n in goals}, ratios,
+        part, sink.accuracy, drive=sink.drive.value, end=sink.end_time, earliest=1e-5, instants=(),
+        goals={f"{n}_rise_K": n for n in goals}, trace_goals={f"{n}_K": n for n in goals}, ratios=ratios,
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out), steady_scales=sizes,
         trace_scales=lambda out: {n.replace("_rise_K", "_K"): v for n, v in sizes(out).items() if n not in not_traced},
     )  # fmt: skip

@@ -55,8 +55,7 @@ class SteadyState:
     ----------
     heat, conductor : the problems; ``heat`` is linearized about the state where a law makes it nonlinear
     rise, source : (all nodes,), the rise (K), and the heat sources with the Joule heat (W) that cause it
-    joule, power : the Joule heat of each box, and of all (W)
-    currents : entering at electrodes, and through probes (A)
+    joule, power, currents : the Joule heat of each box and of all (W); the currents into electrodes and probes (A)
     potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
     unsettled : relative error of iteration and quadrature
     folded : whether the path of states to this one has turned back

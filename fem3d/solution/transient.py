@@ -28,11 +28,14 @@ from scenes.errors import BeyondLawError
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The start of a transient on one mesh: current patterns, temperature fields (free nodes, any number) for the
-    reduced space, and the loads (W, each all nodes) whose responses it shall contain.
+    """The start of the reduced space of a transient on one mesh.
 
-    ``size`` is the norm of the state that errors are relative to, if available. Where properties follow the
-    temperature by a law, ``heat`` is the exact problem and ``steady`` its steady state, if available.
+    Attributes
+    ----------
+    heat, conductor : the problems; ``heat`` is the exact one where a law makes it nonlinear
+    patterns : the current fields
+    fields, loads : (free nodes, any number), temperature fields, and loads (all nodes,) in W to respond to
+    size, steady : norm of the state that errors are relative to, and a steady state of a nonlinear problem, if known
     """
 
     heat: HeatProblem
