@@ -56,7 +56,7 @@ def plate_series(source: tuple[float, float], target: tuple[float, float]) -> fl
 def test_crosstalk_of_an_array_agrees_with_plate_series():
     example = runpy.run_path(str(ROOT / "examples" / "array.py"))
     # On a poor conductor the crosstalk is a larger part of the rise, so that a coarser solution has its digits.
-    poor = ["substrate.thickness=0.5mm", "materials.substrate.thermal_conductivity=13", "run.accuracy=2e-3"]
+    poor = ["substrate.thickness=0.5mm", "materials.substrate.thermal_conductivity=13", "run.accuracy=5e-3"]
     found = example["crosstalk"](load("sink", poor), 2, 400e-6)
     # The oxide blocks are 1150 um apart at the ends of each beam, and 50 um long; half of the heat leaves through each,
     # more of it on the side of the beam: between the middle and the inner end of a block.

@@ -134,7 +134,7 @@ def domain(degree):
     return boxes(SCENE, grid_of(SCENE, ([0.0, 1.0, 2.0], [0.0, 1.0], [0.0, 0.4, 1.0]), degree))
 
 
-def dense(space, probe, u, count=41):
+def dense(space, probe, u, count=25):
     """Values on a lattice of a probe, dense in each cell and with its faces."""
     at = []
     for d, (a, b) in enumerate(zip(probe.lower, probe.upper, strict=True)):
