@@ -35,13 +35,14 @@ MOST_WINDOWS = 16
 class Course:
     """Both courses (times,) above the base of their scale, and how far their distance may be larger between times.
 
-    Only the ``sure`` ones of the times are compared.
+    Only the ``sure`` ones of the times are compared. A model with ``kinks`` meets 3D that is straight between times.
     """
 
     def __init__(
-        self, time: np.ndarray, fem3d: np.ndarray, model: np.ndarray, sure: np.ndarray | slice = slice(None)
-    ) -> None:
-        beyond = overshoot(time, np.abs(model - fem3d))
+        self, time: np.ndarray, fem3d: np.ndarray, model: np.ndarray, sure: np.ndarray | slice = slice(None),
+        kinks: bool = False,
+    ) -> None:  # fmt: skip
+        beyond = overshoot(time, model if kinks else np.abs(model - fem3d), kinks)
         self.time, self.fem3d, self.model, self.beyond = (each[sure] for each in (time, fem3d, model, beyond))
 
     def comparison(self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: str) -> Check:
@@ -97,11 +98,11 @@ def _fit(time: np.ndarray, y: np.ndarray, m: np.ndarray) -> tuple[float, float]:
     return _size(np.interp(places - shift, time, y), sampled), shift
 
 
-def overshoot(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def overshoot(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarray:
     """Return (n,): how far a curve may exceed each of its points before the next one; zero of fewer than 3 points."""
     if len(time) < 3:
         return np.zeros(len(time))
-    error = np.pad(bends(time, values), 1)
+    error = np.pad(bends(time, values, kinks), 1)
     return np.maximum(error[:-1], error[1:])
 
 
@@ -112,20 +113,21 @@ def ascending(time: np.ndarray) -> np.ndarray:
     return once
 
 
-def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def bends(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarray:
     """Return (n - 1,): the error of straight lines between rows, h^2/8 |y''|; zero where a trace jumps.
 
-    The larger second difference of both ends of the interval counts.
+    The larger second difference of both ends of the interval counts. With a kink in an interval the error is at most
+    h/2 times the larger change of the slope.
     """
     h = np.diff(time)
     if len(h) < 2:
         return np.abs(np.diff(values))
     with np.errstate(divide="ignore", invalid="ignore"):
         slopes = np.where(h > JUMP * (time[-1] - time[0]), np.diff(values) / h, np.nan)
-        second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
+        second = np.abs(np.diff(slopes) / (1 if kinks else (h[1:] + h[:-1]) / 2))
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
-    return h**2 / 8 * larger
+    return (h / 2 if kinks else h**2 / 8) * larger
 
 
 class Window(NamedTuple):

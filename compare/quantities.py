@@ -128,7 +128,7 @@ def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -
     """Compare at the largest difference over time, at the times at which 3D's error bound holds."""
     time, base = in_1d.time, catalogue.base(name)
     three, one = np.interp(time, ascending(in_3d.time), in_3d.values[name]) - base, in_1d.values[name] - base
-    course, rows = Course(time, three, one, catalogue.sure(time)), three[in_3d.sure(time)]
+    course, rows = Course(time, three, one, catalogue.sure(time), kinks=True), three[in_3d.sure(time)]
     scale = Estimate(float(rows[np.argmax(np.abs(rows))]), in_3d.errors[name])
     error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
     note = course.change(abs(scale.value))

@@ -23,7 +23,7 @@ LIST = "list of values"
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
-_HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"\s+", r"[,;]"
+_HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"[,;]?\s+", r"[,;]"
 """Separators of names in a header; inside a name without quotes a space follows the comma."""
 
 

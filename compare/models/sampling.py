@@ -113,10 +113,8 @@ def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], 
         times = np.interp(np.arange(parts * rows[-1] + 1) / parts, rows, ascending(over_time.time))
         times = times if parts == 1 else np.unique(times)
         answer = ask(model, question, times)
-        values = dict(answer.at(times).values)
-        traces = Traces(
-            over_time.time if parts == 1 else times, values, {name: answer.errors.get(name, 0.0) for name in values}
-        )
+        values, times = dict(answer.at(times).values), over_time.time if parts == 1 else times
+        traces = Traces(times, values, {name: answer.errors.get(name, 0.0) for name in values})
     answered = {*steady, *(() if traces is None else traces.values)}
     if not answered:
         raise SceneError(f"--model {model.name} says nothing of {listed(list(names))}: give at least one of them")
