@@ -17,7 +17,7 @@ from scenes.errors import RunawayError, RunawayInTimeError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
 from scenes.sink import SILICON, Sink
-from tests.fem3d import drawn
+from tests.fem3d import drawn, grid_of, steady_on
 
 LENGTH, COLD, K, RHO = 1e-4, 300.0, 130.0, 1e-5
 POWER = {"value": K, "at": COLD, "exponent": -1.3}
@@ -152,6 +152,26 @@ def test_heat_alone_that_no_longer_leaves():
     with pytest.raises(RunawayError, match=r"heats the scene with a steady state is 0.83") as caught:
         solve(from_dict(given))
     assert abs(caught.value.limit - 1 / 1.2) < 5e-3
+
+
+def test_path_that_turns_back_and_forth_on_a_coarse_mesh_is_no_runaway():
+    """A fall by 100 within 10 K takes no state away: theta grows without end."""
+    given = bar({"temperatures": [COLD + 20.0, COLD + 30.0], "values": [K, K / 100]}, accuracy=1e-2)
+    given["box"][0]["heat_source"] = 8 * K * 200.0 / LENGTH**2
+    scene = from_dict(given)
+    coarse = grid_of(scene, (np.linspace(0.0, LENGTH, 9), [0.0, 1e-5], [0.0, 2e-6]), 1)
+    with pytest.raises(RunawayError, match="which need not be a runaway") as caught:
+        steady_on(scene, coarse, 0.0, 1e-3)
+    assert 0 < caught.value.limit < 1
+    assert caught.value.error == np.inf  # a finer mesh may show where the path leads
+
+
+def test_limit_of_zero_is_named():
+    """No state is found at any voltage where the conductivity rises by 10,000 within 0.01 K."""
+    law = {"temperatures": [COLD, COLD + 0.01], "values": [K, 1e4 * K]}
+    with pytest.raises(RunawayError, match="beyond 0 times what drives the scene, which need not be") as caught:
+        solve(from_dict(bar(law, volts=0.5, accuracy=1e-1)))
+    assert caught.value.limit == caught.value.error == 0.0
 
 
 @pytest.mark.parametrize("volts", [0.0, 0.1])

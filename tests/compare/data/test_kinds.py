@@ -75,6 +75,8 @@ TRACES: dict[str, str | bytes] = {
     "COMSOL point of the geometry": COMSOL + "% Time (s)  Temperature (K), Point: (50, 5, 5)\n"
     + rows("{:.9g}  {:.9g}", TIMES, MID),
     "MOOSE": "time,I,mid\n" + rows("{:.9g},0.1,{:.9g}", TIMES, MID),
+    "numpy.savetxt": "# t, mid\n" + rows("{:.18e} {:.18e}", TIMES, MID),
+    "two clocks": "CPU (s),time (s),mid (K)\n" + rows("{:.9g},{:.9g},{:.9g}", 9 * TIMES, TIMES, MID),
     "oscilloscope with metadata": "Model,DSO-X 3024\nSample Interval,1e-6,s\nSource,CH1\n\nTIME,mid\n" + PAIRS,
     "oscilloscope with words for units": "x-axis,mid\nsecond,Kelvin\n" + PAIRS,
     "row of units in brackets": "time;mid\n[ms];[°C]\n" + comma(rows("{:.9g};{:.9g}", 1e3 * TIMES, MID - 273.15)),
@@ -133,10 +135,17 @@ def test_raw_file_of_ltspice(kind, scene):
     assert "sign turned" in data.said()
 
 
-@pytest.mark.parametrize(("probe", "value", "turned"), [("I", -0.1, True), ("I", 0.1, False), ("out", 0.1, True)])
-def test_current_has_the_sign_that_the_voltages_give(probe, value, turned, scene):
-    """A current enters the bar at the electrode of the larger voltage and leaves at the other."""
+@pytest.mark.parametrize(("drive", "probe", "value", "turned"), [
+    ("voltage", "I", -0.1, True), ("voltage", "I", 0.1, False), ("voltage", "out", 0.1, True),
+    ("current", "I", -0.1, True), ("current", "I", 0.1, False), ("current", "out", -0.1, False),
+])  # fmt: skip
+def test_current_has_the_sign_that_the_drive_gives(drive, probe, value, turned, scene):
+    """A current enters the bar at the electrode of the larger voltage and leaves at the other, or where it is given;
+    the voltage of the electrode beside a given current gives no sign."""
     path = scene.with_name("data.csv")
+    if drive == "current":
+        given = put(SCENE, ('voltage = "Vapp"', 'current = "0.1 A"'), ("voltage = 0}", 'voltage = "5 V"}'))
+        scene.write_text(given, encoding="utf-8")
     path.write_text(f"time (s),{probe} (mA)\n" + rows("{:.9g}," + str(1e3 * value), TIMES), encoding="utf-8")
     data = read(path, load(scene))
     assert data.values[probe] == pytest.approx(np.full(6, -value if turned else value))
@@ -151,6 +160,16 @@ def put(text: str, *changes: tuple[str, str]) -> str:
 
 
 FIRST, THIRD = PAIRS.splitlines()[0], PAIRS.splitlines()[2]
+
+
+@pytest.mark.parametrize(("unit", "first"), [("K", 0), ("degC", 3)])
+def test_temperatures_of_a_scene_that_cools_are_absolute(unit, first, scene):
+    """The last ones are below half of the initial temperature; what starts there, or has degrees, is no rise."""
+    cooling, path = 293.15 + 506.85 * np.exp(-TIMES / 3.5e-5), scene.with_name("data.csv")
+    written = rows("{:.9g},{:.9g}", TIMES[first:], cooling[first:] - 273.15 * (unit == "degC"))
+    path.write_text(f"time (s),mid ({unit})\n{written}", encoding="utf-8")
+    data = read(path, load(scene, ["scene.initial_temperature=800"]))
+    assert data.values["mid"] == pytest.approx(cooling[first:], abs=2e-5)
 
 
 @pytest.mark.parametrize(
@@ -217,6 +236,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         (COMSOL + "% Time (s)  mid (K) @ V0=1  mid (K) @ V0=2\n0 293 294\n", "runs beside one another"),
         ("time\tV(mid)\nStep Information: V=50m  (Step: 1/2)\n0\t293\n1e-6\t294\n", "several runs, from .step"),
         ("a, b\nc, d\n", "has no rows of numbers"),
+        ('"time (s)","T (K), Point: (1.2.3, 0, 0)"\n' + PAIRS, r'Point: \(1.2.3, 0, 0\)" is called as no quantity'),
         ("mid,305 parsec\n", "unknown unit"),
     ],
 )

@@ -55,6 +55,22 @@ def test_a_trace_of_3d_agrees_and_a_late_one_is_told_so(transient):
     assert "it is 40 us late; shifted by that it is within" in found.answer
 
 
+def test_a_kink_between_two_rows_of_3d_is_within_the_error(transient):
+    """A model like 3D at all of its rows, and 10 K above it at one time between two of them."""
+    course = compare.solve(transient).traces
+    before, after = course["time_s"][40:42]
+    top, half = before + 9 / 16 * (after - before), 7 / 16 * (after - before)
+
+    def kinked(_: Any, times: np.ndarray | None) -> dict[str, Any]:
+        if times is None:
+            return {}
+        same = np.interp(times, course["time_s"], course["tip"])
+        return {"tip": same + 10 * np.maximum(1 - np.abs(times - top) / half, 0)}
+
+    check, largest = judged(transient, kinked)["tip_over_time"], 10 / (course["tip"].max() - 300)
+    assert abs(check.difference - largest) <= check.u_num < 0.2 * largest
+
+
 def test_the_command_writes_both_models_beside_each_other(transient, model, tmp_path, capfd):
     assert main(["solve", str(transient), "--model", f"{model}:bar", "--out", str(tmp_path / "o"), "--no-figures"]) == 0
     said = capfd.readouterr()
