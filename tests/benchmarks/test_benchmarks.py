@@ -216,13 +216,6 @@ def test_the_method_in_time_has_its_order_and_a_wrong_weight_has_not(monkeypatch
     assert observed() < 1.2
 
 
-def test_the_fastest_entry_of_an_error_counts():
-    rows = [{"tool": "a", "failure": "", "median_s": s, "error": e} for s, e in ((1.0, 5e-3), (3.0, 5e-5))]
-    rows.append({"tool": "a", "failure": "took too long"})
-    assert [bench.fastest(rows, "a", target) for target in (1e-2, 1e-4, 1e-5)] == [1.0, 3.0, None]
-    assert bench.fastest(rows, "b", 1.0) is None
-
-
 def test_the_peak_of_a_constant_and_of_an_inverse_square_is_known():
     """With rho_0 (T0/T)^2 the integral from T0 is rho_0 T0 (1 - T0/T): it ends at rho_0 T0."""
     constant = PowerLaw(6e-5, bars.ROOM, 0.0)
@@ -232,16 +225,6 @@ def test_the_peak_of_a_constant_and_of_an_inverse_square_is_known():
     most = bars.limit(falling, 130.0)
     assert most == pytest.approx((8 * 130 * 6e-5 * bars.ROOM) ** 0.5, rel=1e-12)
     assert bars.peak(falling, 130.0, 0.9 * most) == pytest.approx(bars.ROOM / (1 - 0.81), rel=1e-9)
-
-
-def test_laws_of_both_slopes_are_drawn():
-    drawn = [bars.random_resistivity(np.random.default_rng([seed, 8])) for seed in range(40)]
-    powers = [law.exponent for law in drawn if isinstance(law, PowerLaw)]
-    slopes = [np.sign(np.diff(law.values)) for law in drawn if isinstance(law, Table)]
-    assert min(powers) < -2.5
-    assert max(powers) > 0
-    assert {float(s[0]) for s in slopes} == {-1.0, 1.0}
-    assert all(len(set(s)) == 1 for s in slopes)
 
 
 def test_a_steady_bar_has_the_peak_of_the_closed_form():

@@ -111,15 +111,6 @@ def test_the_current_falls_as_it_heats_only_where_heat_is_solved():
     assert exact[-1] < cold.values["current"][0] - 3 * warm.errors["current"]
 
 
-def test_currents_superpose_over_time():
-    left, gate = SCENES["a voltage that varies"][0], 5e-4
-    traces = scene_run.solve(from_dict(left)).traces
-    # From the left to the gate is half the bar, 150 ohm.
-    exact = (1 - np.interp(traces.time, [0, gate * (1 - 1e-9), gate, 1e-3], [0, 1, -1, -1])) / 150
-    assert traces.values["current"] == pytest.approx(exact, abs=traces.errors["current"] + 1e-8)
-    assert traces.errors["current"] < 1e-2 / 150
-
-
 TOP = {"name": "top", "quantity": "potential", "reduce": "max", "lower": [5e-4, 0, 0], "upper": [1e-3, 1e-4, 2e-6]}
 
 

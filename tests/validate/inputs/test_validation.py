@@ -22,7 +22,6 @@ from scenes.result import Result
 from scenes.sink import Sink
 from scenes.uncertain import read
 from scenes.varied import varied
-from validate.sweep.design import parse, unit
 
 TIMES, FEWER = np.linspace(2e-4, 0.02, 60), np.linspace(2e-4, 0.02, 40)
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
@@ -83,12 +82,6 @@ def test_an_oxide_that_is_known_badly_explains_what_it_does():
     assert loose.u_input == pytest.approx(1.5 * abs(loose.E), rel=0.2)
     assert loose.said().startswith("-")
     assert loose.interval[1] > 0
-
-
-def test_the_room_moves_temperatures_by_itself():
-    data = measured(Sink(), 0.01)
-    found = statements(data, ["room_temperature=1K"])["end_K", "end"]
-    assert found.u_input == pytest.approx(1.0, rel=0.02)
 
 
 def test_how_data_uncertainty_is_given():
@@ -193,12 +186,6 @@ room_temperature = "T0"
 def mine(tmp_path):
     (tmp_path / "mine.toml").write_text(PARAMETERS, encoding="utf-8")
     return tmp_path / "mine.toml"
-
-
-def test_parameter_is_varied_in_its_unit(mine):
-    sink = load(mine)
-    axis = parse(sink, "parameters.w=20um:200um", "range")
-    assert (axis.key, axis.values, unit(sink, axis.key)) == ("parameters.w", (20e-6, 200e-6), "m")
 
 
 def test_a_parameter_is_fitted(mine):

@@ -19,7 +19,6 @@ import psutil
 import pytest
 from matplotlib.figure import Figure
 
-from compare.worker import pool
 from scenes.loading import builtin_text, load
 from tests.validate.report.test_figures import inside
 from validate.cli import main
@@ -64,12 +63,6 @@ def _processes_that_stay():
     with points.pool(2) as processes, pytest.MonkeyPatch.context() as patch:
         patch.setattr(points, "pool", lambda count: nullcontext(processes))
         yield
-
-
-@pytest.fixture
-def anew(monkeypatch):
-    """The test starts processes of its own."""
-    monkeypatch.setattr(points, "pool", pool)
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +227,6 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit_and_no_label_is_cut():
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("anew")
 def test_designs_that_melt_are_named(tmp_path, capsys):
     """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not."""
     melting = ["sweep", "sink", "--steady", "--no-blame", "--workers", "2", "--vary", "drive.voltage=1,9,20", "--vary",
