@@ -25,8 +25,6 @@ from scenes.validity import check
 TOGETHER = "together"
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
-COLUMNS = OF_A_SINK["peak"], OF_A_SINK["end"], OF_A_SINK["current"]
-"""Quantities that a terminal has room for."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +114,8 @@ class LeftOutStudy(Analysis[LeftOut]):
 
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         """By effect the changes of the steady state, the largest first."""
-        rows, shown = list[Row](), [*OF_A_SINK.values()] if style.page else COLUMNS
+        rows = list[Row]()
+        shown = [entry for name, entry in OF_A_SINK.items() if style.page or name in ("peak", "end", "current")]
         for name, each in found.effects.items():
             known = [each.changes[entry.steady] for entry in shown if each.changes]
             cells = [difference_text(c.value, c.error, style.plus_minus) for c in known]

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 PREFIX = "slope_"
 MODELS = ("fem3d", "reduced1d")
-MOST = 3
-"""Probes of a free scene whose sensitivities a terminal shows."""
 NONE = 1e-6
 """Smaller slopes count as zero."""
 
@@ -53,7 +51,7 @@ class Sensitivity(Analysis[AllSlopes]):
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
-        shown = {name: names[name] for name in (few or list(names)[:MOST]) if name in names and not style.page} or names
+        shown = {name: names[name] for name in (few or list(names)[:3]) if name in names and not style.page} or names
         slopes, verdicts = by_key(found), {check.id: check.verdict for check in outcome.checks}
         rows = []
         for key in followed_keys(outcome.scene, slopes, shown):
@@ -253,7 +251,7 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
         parts = vector**2 * uncertain.covariance().diagonal()
         most[name] = keys[int(parts.argmax())] if parts.any() else ""
     three, one, difference = vectors["fem3d"], vectors["reduced1d"], {}
-    for name in three.keys() & one.keys():
+    for name in filter(one.__contains__, three):
         off = part(slopes["reduced1d"].sizes[name], slopes["fem3d"].sizes[name])
         difference[name] = abs(off) * float(combined(one[name] - three[name], uncertain))
     return Propagated(uncertain, u["fem3d"], u["reduced1d"], difference, most)

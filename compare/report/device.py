@@ -21,9 +21,6 @@ from scenes.device import Device
 from scenes.formats import milliseconds, percent, quantity
 from statespace.result import BAND, QUANTITIES, Run, settling
 
-FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
-"""Bands of the settling times in summary.json, as parts of the step."""
-
 
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
     """State the effects left out, the end of the run, and the number of checks that differ."""
@@ -120,7 +117,7 @@ def _run(run: Run, model: Any = None) -> dict[str, Any]:
     settled = [
         {"quantity": name, "after_s": s.start, "target": s.target, "band": s.band, "fraction": f, "time_s": s.time}
         for name in ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W", "polymer_flux_W")
-        for f in FRACTIONS
+        for f in (0.05, 0.01, 1e-3, 1e-4)
         for s in settling(device, result, name, f)
     ]
     states = {"steady": (run.after, device.external.final_temperature),

@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from compare.course import overshoot
-from compare.kinds import KINDS
 from compare.options import Options
 from compare.outcome import Outcome
 from compare.pipeline import solve as answer
 from compare.verdict import Check, judge
 from fem3d.runs import sink as sink_run
-from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import SceneError
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
@@ -128,19 +126,6 @@ def test_large_errors_leave_a_check_unresolved(case):
         case.sink, replace(case.fem3d, steady={**case.fem3d.steady, "peak_rise_K": Estimate(20.0, 0.2)}), case.reduced1d
     )
     assert checks_of(peak)["fig4"].u_num == pytest.approx(19.0 / 19.8 - 19.0 / 20.0, rel=1e-3)
-
-
-@pytest.mark.parametrize(("request_", "missing"), [
-    (Options(), set()), (Options(steady=True), {"fig6_peak", "fig6_end", "fig7_current"}),
-    (Options(only="3d"), {"fig4", "fig6_peak", "fig6_end", "fig7_current"}),
-    (Options(only="1d"), set(DEFAULT_TOLERANCES)),
-])  # fmt: skip
-def test_which_checks_a_run_makes(request_, missing, case):
-    assert set(KINDS["sink"].skipped(case.sink, request_)) == missing
-    assert set(KINDS["sink"].made(case.sink, request_)) == set(DEFAULT_TOLERANCES) - missing
-    if "fem3d" in request_.models:
-        reduced1d = case.reduced1d if "reduced1d" in request_.models else None
-        assert judged(case.sink, case.fem3d, reduced1d, request_).keys() == set(DEFAULT_TOLERANCES) - missing
 
 
 def test_reference_temperature_other_than_room():

@@ -110,9 +110,7 @@ def test_wrdata(names, single, tmp_path):
     assert "rise" in data.how["peak_K"]
 
 
-def test_two_wrdata_runs_in_one_file(tmp_path):
-    with pytest.raises(SceneError, match="repeat or step back"):
-        found(tmp_path, wrdata(True, True) + wrdata(True, True))
+def test_wrdata_of_several_times_is_refused(tmp_path):
     unequal = wrdata(True, False).replace(" 1.00000000e-03  2.5", " 1.10000000e-03  2.5")
     with pytest.raises(SceneError, match="several columns are the time"):
         found(tmp_path, unequal)
@@ -139,18 +137,6 @@ def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path):
     data = found(tmp_path, text, "ignore=end [K]")
     assert data.time == pytest.approx([0.0, 5e-3, 0.017, 0.018])
     assert data.values["peak_K"] == pytest.approx([293.0, 311.0, 313.0, 314.0])
-
-
-def test_temperature_without_unit_is_absolute_or_rise_by_its_column(tmp_path):
-    for values, how in ((293 + RISES, "is taken in K"), (RISES, "taken in K, a rise, for it starts at 0 K")):
-        data = found(tmp_path, table(("time", 1e-3 * TIMES), ("peak", values)))
-        assert data.time == pytest.approx(1e-3 * TIMES)
-        (kelvins,) = data.values.values()
-        assert kelvins == pytest.approx(293 + RISES)
-        assert how in data.said()
-        assert 'time is "time" (it has no unit and is taken in s)' in data.said()
-    data = found(tmp_path, table(MILLISECONDS, ("sensor", RISES)), "peak=sensor")
-    assert data.values["peak_K"] == pytest.approx(293 + RISES)
 
 
 TWICE = (MILLISECONDS, *POINTS)

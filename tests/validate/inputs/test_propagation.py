@@ -76,6 +76,7 @@ def test_u_input_is_what_samples_spread_by(samples):
 
 def test_what_both_share_moves_them_together(samples):
     found, drawn = samples
+    assert list(found.difference) == [name for name in found.fem3d if name in found.difference]
     for name in ("peak_rise_K", "end_rise_K", "anchor_resistance_K_per_W"):
         ratio = drawn[f"reduced1d_{name}"] / drawn[f"fem3d_{name}"]
         assert found.difference[name] == pytest.approx(ratio.std(ddof=1), rel=0.05)
