@@ -105,7 +105,8 @@ def courses(
 ) -> Check:  # fmt: skip
     """Compare two traces at their largest distance, relative to a scale; ``error`` adds to the errors of the traces."""
     unit, both = unit_of(measured[1]), [(result.over_time, name) for result, name in (predicted, measured)]
-    time, base = from_first(both[1][0].time), sink.plain.room_temperature if unit == "K" else 0.0
+    time = from_first(np.union1d(both[0][0].time, both[1][0].time))
+    base = sink.plain.room_temperature if unit == "K" else 0.0
     p, m = (np.interp(time, traces.time, traces.values[name]) - base for traces, name in both)
     error += sum(traces.errors[name] for traces, name in both)
     scale = Estimate(abs(scale.value), scale.error)

@@ -105,8 +105,7 @@ class Kind(ABC, Generic[S]):
         from compare.models.sampling import make_question, solve
 
         question = make_question(outcome.scene, outcome.solved)  # type: ignore[arg-type] # No device has an own model.
-        parts = 1 if outcome.scene.kind == "sink" else 8  # a table of the sink's traces has 3D's times
-        result = solve(model, question, outcome.solved, progress, parts)
+        result = solve(model, question, outcome.solved, progress)
         return replace(result, details=result.details | {"own_model": model})
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:

@@ -123,7 +123,7 @@ class SinkKind(Kind[Sink]):
         said = tuple(text for result in results for text in result.details.get("warnings", ()))
         left = [check for check in self.made(outcome.scene, outcome.options) if check not in made]
         if outcome.own_model and left:
-            said += (f"not checked, as {outcome.options.reduction} leaves out what it is of: {listed(left)}",)
+            said += (f"{outcome.options.reduction} gives no values for the checks {listed(left)}, which are not made",)
         return said
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:

@@ -96,9 +96,9 @@ def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
     return answer
 
 
-def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], None], parts: int) -> Result:
-    """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's, whose steps are
-    cut in ``parts``, as a model may bend or jump between two rows of 3D.
+def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], None]) -> Result:
+    """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's and at seven
+    between two of them, where a model may bend or jump.
 
     The details list the quantities that are "silent". Raises SceneError where the model has none of the quantities.
     """
@@ -110,10 +110,9 @@ def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], 
         steady = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
     if over_time is not None:
         rows = np.arange(len(over_time.time))
-        times = np.interp(np.arange(parts * rows[-1] + 1) / parts, rows, ascending(over_time.time))
-        times = times if parts == 1 else np.unique(times)
+        times = np.unique(np.interp(np.arange(8 * rows[-1] + 1) / 8, rows, ascending(over_time.time)))
         answer = ask(model, question, times)
-        values, times = dict(answer.at(times).values), over_time.time if parts == 1 else times
+        values = dict(answer.at(times).values)
         traces = Traces(times, values, {name: answer.errors.get(name, 0.0) for name in values})
     answered = {*steady, *(() if traces is None else traces.values)}
     if not answered:

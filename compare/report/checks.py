@@ -47,6 +47,8 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
     declared = {c.id: f"the scene declares that it {c.expected} (checks.expect_differs)" for c in checks}
     reasons = {c.id: "; ".join(filter(None, (declared[c.id] * (c.id in against), c.because))) for c in checks}
     rows, short = [], all(len(check.id) < 20 for check in checks)
+    others = ", ".join(check.id for check in checks if not check.own)
+    others = f"Not counted, as the chosen model does not use them: {others}." * bool(others)
     for c in checks:
         off = off_by(c, style.plus_minus)
         if style.page:
@@ -60,10 +62,10 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
         whose = {sides(check) for check in checks}
         heads = ("check", "of", *(whose.pop() if len(whose) == 1 else ("claimed", "computed")))
         table = Table((*heads, "difference", "relative to", "tolerance", "verdict"), rows, "<<>>><><")
-        return [Section("Checks", [NOTE, table])]
+        return [Section("Checks", [NOTE, table, others])]
     table = Table(("check", "", "difference", "tolerance", ""), rows, "<<>><")
     said = [f"{check.id}: {reasons[check.id]}" for check in checks if check.own and reasons[check.id]]
-    return [Section("Checks", [table], headed=False), Section("Why", sentences(said))]
+    return [Section("Checks", [table, others], headed=False), Section("Why", sentences(said))]
 
 
 def sides(check: Check) -> tuple[str, str]:

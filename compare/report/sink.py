@@ -68,15 +68,10 @@ def document(outcome: Outcome[Sink]) -> dict[str, Any]:
 
 
 def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
-    """Return time_s, then <model>_<quantity>_<unit>, temperatures in kelvin; every 1D model is "reduced1d".
-
-    Raises ValueError where the models' times differ.
-    """
-    columns: dict[str, np.ndarray] = {}
-    for name, result in (("fem3d", outcome.fem3d), ("reduced1d", outcome.reduced1d)):
-        if result is None or result.traces is None:
-            continue
-        if not np.array_equal(columns.setdefault("time_s", result.traces.time), result.traces.time):
-            raise ValueError("the models' traces must be at the same times")
-        columns |= {f"{name}_{key}": value for key, value in result.traces.values.items()}
+    """Return time_s, then <model>_<quantity>_<unit>, temperatures in kelvin; every 1D model is "reduced1d"."""
+    results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
+    traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
+    columns = {"time_s": max((each.time for each in traces.values()), key=len)} if traces else {}
+    for name, each in traces.items():
+        columns |= {f"{name}_{key}": np.interp(columns["time_s"], each.time, v) for key, v in each.values.items()}
     return columns

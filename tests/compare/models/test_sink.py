@@ -64,6 +64,25 @@ def test_a_model_of_one_number(tmp_path):
     assert list(summary["reduced1d"]["steady"]) == ["peak_rise_K"]
 
 
+def test_a_spike_between_two_rows_of_3d_is_found():
+    traces = compare.run("sink", only="3d", accuracy=1e-2).fem3d.traces
+    first, last = traces.time[-2:]
+
+    def spiky(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
+        t, values = np.zeros(0) if times is None else times, traces.values["peak_K"]
+        spike = 5 * np.exp(-(((t - first) / (last - first) - 0.5) ** 2) / 0.02)
+        return {} if times is None else {"peak_K": np.interp(t, traces.time, values) + spike}
+
+    run = compare.run("sink", reduction=spiky, accuracy=1e-2)
+    check = run.check("fig6_peak")
+    assert check.difference == pytest.approx(5 / run["peak_rise_K"].value, abs=check.u_num)
+    assert check.verdict == "differs"
+    assert {len(column) for column in run.traces.values()} == {len(run.reduced1d.traces.time)}
+    said = " ".join(run.report().split())
+    assert 'spiky gives no values for the checks "fig4", "fig6_end" and "fig7_current", which are not made' in said
+    assert "Not counted, as the chosen model does not use them: eq12, eq13" in said
+
+
 def test_a_table_of_values(tmp_path, capsys):
     """Traces in a CSV, and rows in the steady state."""
     (tmp_path / "rest.csv").write_text("peak_rise_K, 20 K\n", encoding="utf-8")
