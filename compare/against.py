@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,6 @@ from compare.verdict import COVERS, Check, judged, part
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed, span
 from scenes.result import Result
-from scenes.varied import kind_of, numbers, varied
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Data:
     left_out, others : why other columns are not read, and these columns by name
     warnings : signs of another scene
     words : the user's word for a quantity where that is not its name
-    curve : a key and its values (SI), where the rows are steady states at these
+    curve : of a curve of steady states the value in words and the scene of each row
     """
 
     name: str
@@ -48,7 +47,7 @@ class Data:
     others: Mapping[str, Any] = field(default_factory=dict)
     u: Mapping[str, np.ndarray] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
-    curve: tuple[str, np.ndarray] | None = None
+    curve: Sequence[tuple[str, Any]] = ()
 
     @property
     def at_rest(self) -> bool:
@@ -75,7 +74,7 @@ class Data:
         omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
         omitted += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
         parts += [f"left out: {'; '.join(omitted)}"] if omitted else []
-        covered = "the steady state" if self.curve is None else f"{len(self.time)} steady states"
+        covered = "the steady state" if not self.curve else f"{len(self.time)} steady states"
         if not self.at_rest:
             first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
             covered = f"{len(self.time)} rows, {first} to {last}"
@@ -89,28 +88,23 @@ def checked(scene: Any, data: Data) -> dict[str, str]:
 
 def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """Check every quantity of the data."""
-    made = compare if data.curve is None else _curve(scene, data)
+    made = _curve(data) if data.curve else compare
     names = checked(scene, data).items()
     return tuple(judged(check, made(scene, data, fem3d, name), scene) for check, name in names)
 
 
-def _curve(scene: Any, data: Data) -> Any:
+def _curve(data: Data) -> Any:
     """Compare rows of a curve, each solved: the largest distance over the largest rise or value on it."""
     from fem3d.runs import scene as scene_run
 
-    assert data.curve is not None
-    key, abscissas = data.curve
-    now, dimension = numbers(scene).get(key), kind_of(scene, key).dimension
-    if now is None:
-        raise SceneError(f"--against {quoted(data.name)}: {key} is 0 in the scene: give it another value for a curve")
-    results = [scene_run.solve(varied(scene, key, float(value) / now)) for value in abscissas]
+    results = [scene_run.solve(scene) for _, scene in data.curve]
 
     def made(scene: Any, data: Data, _: Result, name: str) -> Check:
         catalogue = quantities.of(scene)
         unit, base = catalogue.units[name], catalogue.base(name)
         ours, theirs = np.array([result.steady[name].value for result in results]) - base, data.values[name] - base
         i, size = int(np.argmax(np.abs(theirs - ours))), float(np.abs(ours).max())
-        where, p, m = f"{key} = {dimension.show(float(f'{abscissas[i]:.6g}'))}", float(theirs[i]), float(ours[i])
+        where, p, m = data.curve[i][0], float(theirs[i]), float(ours[i])
         error = part(results[i].steady[name].error, size)
         said = f"{data.name} is furthest from 3D at {where}: {quantity(p, unit)} against {quantity(m, unit)}"
         return Check(_title(catalogue.word(name), data), p, m, unit, part(p - m, size), error, said)

@@ -41,12 +41,12 @@ class Against(Analysis["Data"]):
 
         data, scene, fem3d = outcome.options.against, outcome.scene, outcome.solved
         checks = evaluate(scene, data, fem3d)
-        if outcome.options.uncertain is not None and data.curve is None:
+        if outcome.options.uncertain is not None and not data.curve:
             checks = _with_u_input(checks, outcome)
         outcome.checks = (*outcome.checks, *checks)
         outcome.warn(*(f"{data.name}: {text}" for text in data.warnings))
         sure = quantities.of(scene, fem3d).sure(data.time)
-        if data.curve is None and 2 * sure.sum() < len(sure):
+        if not data.curve and 2 * sure.sum() < len(sure):
             why = "the others are outside of the run, too soon after its start or a jump of a drive, or at one"
             outcome.warn(f"{data.name}: {sure.sum()} of {len(sure)} rows are compared: {why}")
         return data
@@ -139,7 +139,7 @@ class Validation(Analysis[Validated]):
 
     def asked(self, options: Options) -> bool:
         given = bool(options.uncertain or options.data_uncertainty)
-        return given and options.against is not None and options.against.curve is None
+        return given and options.against is not None and not options.against.curve
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Validated:
         names = {"3D": "fem3d", "1D": "reduced1d"}

@@ -19,7 +19,7 @@ from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import values as values_of
 from scenes.parameters import SECTION
 from scenes.units import CURRENT, TEMPERATURE, TIME, VOLTAGE, Unit, called, parse_unit
-from scenes.varied import every_number
+from scenes.varied import every_number, varied
 
 IGNORED = "ignore"
 """The role of a column that is left out."""
@@ -146,7 +146,7 @@ def _find_column(columns: Sequence[Column], wanted: str) -> str:
     raise SceneError(f"no column is called so: there are {shown}{did_you_mean(plain, names)}")
 
 
-def match(column: Column, target: Target) -> tuple[str, np.ndarray, str]:
+def match(column: Column, target: Target, curve: Sequence[tuple[str, Any]]) -> tuple[str, np.ndarray, str]:
     """Return the quantity of a column, its values and a note on them; "" and the reason where there is none.
 
     The values are in SI units, temperatures absolute, NaN in rows to leave out. Raises SceneError where --column gives
@@ -169,11 +169,11 @@ def match(column: Column, target: Target) -> tuple[str, np.ndarray, str]:
         if column.role:
             raise SceneError(f"--column: {quoted(column.name)} can't be the {target.quantities.word(key)}: it {why}")
         return "", column.values, why
-    values = column.si
+    values, signs = column.si, [Target(scene).sign(key) for _, scene in curve] or [target.sign(key)]
     if wanted.powers == TEMPERATURE.powers:
         values, how = _make_absolute(target, key, column)
         notes += [how] * bool(how)
-    elif wanted.powers == CURRENT.powers and float(np.nanmedian(values)) * target.sign(key) < 0:
+    elif wanted.powers == CURRENT.powers and np.nanmedian(values * signs) < 0:
         # SPICE counts the current of a source as negative where the source delivers.
         values = -values
         notes.append("sign turned to that of the voltage")
@@ -213,7 +213,7 @@ class Run:
     notes : how the time was read where that is not plain
     left_out : the reasons of the other columns
     words : the run in words
-    curve : the key of the scene and its values (rows,), at which the rows are steady states, or ``None``
+    curve : of a curve of steady states the value in words and the scene of each row
     """
 
     clock: str
@@ -222,7 +222,7 @@ class Run:
     notes: list[str] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
     words: str = ""
-    curve: tuple[str, np.ndarray] | None = None
+    curve: list[tuple[str, Any]] = field(default_factory=list)
 
     def keep(self, rows: np.ndarray, note: str = "") -> None:
         """Keep some rows, and note why."""
@@ -242,15 +242,20 @@ def pick(columns: Sequence[Column], target: Target) -> Run:
     curve = next((p for p in parameters if p.kind == "curve"), None)
     fits = _choose(run, [p for p in parameters if p is not curve], target)
     if curve is None:
-        run.keep(fits)
+        numbers = [np.isfinite(c.values) for c in run.columns if c.role or target.find_quantity(c)]
+        run.keep(fits & np.any(numbers, axis=0) if steady and numbers else fits)
         _keep_one_run(run, steady)
     elif not steady:
         raise SceneError(f"a curve over {curve.plain} is one of steady states: give --steady")
+    elif not (now := target.numbers[curve.role].value):
+        raise SceneError(f"{curve.role} is 0 in the scene: give it another value for a curve")
     else:
         # A scene without a drive is refused: a row of zeros has no 3D solution.
         rows = fits & (curve.values != 0)
         run.keep(rows)
-        run.curve = curve.role, curve.values[rows]
+        for value in curve.values[rows].tolist():
+            words = f"{curve.role} = {target.show(curve.role, value)}"
+            run.curve.append((words, varied(target.scene, curve.role, value / now)))
         said = f"the curve over {curve.plain} ({curve.role}) at {_listed(curve.at(rows), target)}"
         dropped = f", rows at {curve.plain} = 0 left out" if (curve.values == 0).any() else ""
         run.words = "; ".join(filter(None, (run.words, said + dropped)))
@@ -347,7 +352,7 @@ def _keep_one_run(run: Run, steady: bool) -> None:
     """
     count, is_one = len(run.time), _is_one_run(run.time)
     if steady and (count == 1 or (run.clock and is_one)):
-        note = f"the last of {count} rows is taken for the steady state" if run.clock else ""
+        note = f"the last of {count} rows with numbers is taken for the steady state" if run.clock else ""
         run.keep(np.arange(count) == count - 1, note)
     elif not steady and is_one:
         last = np.append(np.diff(run.time) > 0, True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     target, named, content = Target(scene), f"--against {quoted(path)}", text.read_bytes(path)
     with refusing(named):
         data = _read(path.name, content, target, columns)
-    if data.curve is not None and uncertainty:
+    if data.curve and uncertainty:
         raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
     data = replace(data, u=read_uncertainty(target.quantities, data, uncertainty))
     with refusing(named):
@@ -51,7 +52,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     headers: dict[str, str] = {"time_s": run.clock} if run.clock else {}
     how = {"time_s": "; ".join(run.notes)}
     for column in run.columns:
-        key, found, note = match(column, target)
+        key, found, note = match(column, target, run.curve)
         if not key or (not column.role and any(c.role == key for c in columns)):
             run.left_out[column.name] = "is not the one that --column names" if key else note
         elif key in values:
@@ -82,7 +83,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     others = {c.name: c.at(full) for c in run.columns if c.name not in headers.values()}
     return Data(
         name, kind, time, values, headers, {key: note for key, note in how.items() if note}, notes, run.left_out,
-        run.words, others=others, words=catalogue.words, curve=run.curve and (run.curve[0], run.curve[1][full]),
+        run.words, others=others, words=catalogue.words, curve=list(compress(run.curve, full)),
     )  # fmt: skip
 
 

@@ -198,6 +198,8 @@ STEADY = {
     "COMSOL sweep": COMSOL + "% Vapp (V)  mid (K)  quarter (K)  I (mA)\n0.05 296 295 50\n"
     "0.1 305.5728 302.4623 99.17895\n",
     "MOOSE": "time,mid,quarter,I\n0,293.15,293.15,0\n1,305.5728,302.4623,0.09917895\n",
+    "MOOSE with an empty last row": "time,mid,quarter,I\n0,293.15,293.15,0\n1,305.5728,302.4623,0.09917895\n2,,,\n",
+    "table with an empty last row": "mid (K),quarter (K),I (mA)\n305.5728,302.4623,99.17895\n,,\n",
     "list": "mid, 305.5728 K\nquarter, 302.4623 K\nI, 99.17895 mA\n",
     "list of a circuit": "mid = 305.5728 K\nquarter = 302.4623 K\ni(I) = 9.917895e-02\n",
     "list with units": "probe,value,unit\nmid,32.4228,degC\nquarter,29.3123,degC\nI,99.17895,mA\n",
@@ -263,3 +265,12 @@ def test_curve_over_a_parameter_is_solved_row_by_row(scene, ran):
         (check,) = [check for check in summary["checks"] if check["id"] == "against_mid"]
         assert check["difference"] == pytest.approx(off / rise.max(), abs=1e-3)
     assert main([*shlex.split(command), "--data-uncertainty", "1K"]) == 2
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_curve_of_currents_has_the_sign_of_each_voltage(sign, scene):
+    path = scene.with_name("curve.csv")
+    path.write_text(f"V (V),I (A)\n-0.2,{-0.2 * sign}\n-0.1,{-0.1 * sign}\n0.1,{0.1 * sign}\n", encoding="utf-8")
+    data = read(path, load(scene, ["run.steady=true"]), ["Vapp curve=V (V)"])
+    assert data.values["I"] == pytest.approx([-0.2, -0.1, 0.1])
+    assert ("sign turned" in data.said()) == (sign < 0)
