@@ -99,11 +99,11 @@ class Fmu(Simulation):
         outputs = match_outputs("variable", question, wanted, self._readable)
         read = {name: self._readable[variable] for name, variable in outputs.items()}
         units = {name: self._settable[name] for name in question.parameters}
-        needed = [(name, unit, wanted[name]) for name, unit in read.items()]
-        for name, unit, symbol in needed + [(name, unit, "") for name, unit in units.items()]:
+        needed = [(f"{quoted(own)}, for {quoted(name)},", read[name], wanted[name]) for name, own in outputs.items()]
+        for called, unit, symbol in needed + [(quoted(name), unit, "") for name, unit in units.items()]:
             if unit.powers == () or (symbol and unit.powers not in (None, parse_unit(symbol).powers)):
                 known = symbol or "a unit that is known"
-                raise SceneError(f"{quoted(name)} is in {quoted(unit.name)}, not in {known}")
+                raise SceneError(f"{called} is in {quoted(unit.name)}, not in {known}")
         start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
         names = list(outputs.values())
         try:

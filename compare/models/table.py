@@ -3,8 +3,9 @@ one for each probe, with headers as in data to compare with."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +19,13 @@ from scenes.units import parse_unit
 
 
 class Table(Model):
-    """Columns by their names without units: over ``rows`` (s), or of one steady value each without rows."""
+    """Columns by their headers in small letters, also without the unit and the word "rise": over ``rows`` (s), or of
+    one steady value each without rows."""
 
-    def __init__(self, name: str, columns: Mapping[str, Column], rows: np.ndarray | None = None) -> None:
-        self.name, self._columns, self._rows = name, columns, rows
+    def __init__(self, name: str, columns: Sequence[Column], rows: np.ndarray | None = None) -> None:
+        plain = {c.plain.lower(): c for c in columns}
+        rises = {name.removesuffix(" rise"): c for name, c in plain.items()}
+        self.name, self._rows, self._columns = name, rows, rises | plain | {c.name.lower(): c for c in columns}
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
         """Return the values; those of rows have the error of straight lines between them."""
@@ -33,12 +37,13 @@ class Table(Model):
             end = quantity(float(times[-1]), "s")
             raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
         question = replace(question, outputs={name: own.lower() for name, own in question.outputs.items()})
-        values = {}
+        values, scene = {}, dict[str, Any](question.document)["scene"]
         for name, own in match_outputs("column", question, units, self._columns).items():
             column = self._columns[own]
             if column.powers is not None and column.powers != parse_unit(units[name]).powers:
                 raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")
-            values[name] = column.si
+            is_rise = column.plain.lower().endswith(" rise")
+            values[name] = column.differences + scene["initial_temperature"] if is_rise else column.si
         if rows is None:
             return Answer({name: v[0] for name, v in values.items()})
         errors = {name: float((bends(rows, v) + _steps(rows, v)).max()) for name, v in values.items()}
@@ -59,13 +64,11 @@ def open_model(given: str, folder: str) -> Table:
     path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     kind, columns = text.read(text.read_bytes(path, "the table"))
     if kind == text.LIST:
-        return Table(path.name, {column.name.lower(): column for column in columns})
+        return Table(path.name, columns)
     clock = next(iter(find_times(columns)), None)
     if clock is None:
         raise SceneError('it has no column of times, such as "time (s)", and is no list of rows "probe, value"')
     rows = clock.si
     if len(rows) < 3 or not (np.diff(rows) > 0).all():
         raise SceneError("its times don't ascend, or are fewer than three: give one run")
-    others = [c for c in columns if c is not clock]
-    names = {c.plain.lower(): c for c in others} | {c.name.lower(): c for c in others}
-    return Table(path.name, names, rows)
+    return Table(path.name, [c for c in columns if c is not clock], rows)

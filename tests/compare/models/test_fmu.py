@@ -111,11 +111,12 @@ def test_declared_units_are_converted_over_time(transient, tmp_path):
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(
     ("unit", "why"),
-    [("uW", 'in "uW", not in K'), ("lm", "not in K"), ("furlong", '"furlong", not'), (RISE, "difference")],
+    [("uW", '"top", for "tip", is in "uW"'), ("lm", "not in K"), ("furlong", '"furlong", not'), (RISE, "difference")],
 )
 def test_units_of_another_dimension_are_refused(steady, tmp_path, unit, why):
+    model = build(tmp_path, tip=(f'unit="{unit}"', "T", "x"))
     with pytest.raises(SceneError, match=why):
-        compare.solve(steady, model=build(tmp_path, tip=(f'unit="{unit}"', "T", "x")))
+        compare.solve(load(steady, ['model.outputs={tip = "top"}']), model=model)
 
 
 @pytest.mark.usefixtures("in_this_process")
