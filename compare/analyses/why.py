@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -49,9 +50,10 @@ class Why(Analysis["Budget"]):
         def table(title: str, splits: Sequence[Split]) -> Table:
             heads = [s.quantity if s.time is None else f"{s.quantity} at {quantity(s.time, 's', 3)}" for s in splits]
             rows = []
-            for n, part in enumerate(splits[0].parts):
-                parts = [(split.parts[n], split.scale) for split in splits]
-                rows.append([part.blame, *(cell(p.value, p.error, scale) for p, scale in parts)])
+            for blame, joints in Counter(part.blame for part in splits[0].parts).items():
+                parts = [([p for p in s.parts if p.blame == blame], s.scale) for s in splits]
+                sums = [(sum(p.value for p in each), sum(p.error for p in each), scale) for each, scale in parts]
+                rows.append([blame + f", {joints} joints" * (joints > 1), *(cell(*each) for each in sums)])
             return Table((title, *heads), [*rows, ["in all", *(cell(s.total, s.error, s.scale) for s in splits)]])
 
         scales = " or ".join(dict.fromkeys(split.whole for split in found.steady))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from itertools import islice
 from typing import Any
@@ -58,7 +59,13 @@ def _network(scene: AnyScene) -> Section:
     tables = []
     for name, rows in table(layout(scene)).items():
         units = [unit for unit in ("W/K", "J/K", "ohm", "W") if any(unit in row for row in rows)]
-        lines = [Row([row["what"], *(cell(row, unit) for unit in units)], below=row["how"]) for row in rows]
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for row in rows:
+            alike.setdefault((row["how"], *(cell(row, unit) for unit in units)), []).append(row["what"])
+        lines = []
+        for (how, *cells), (first, *more) in alike.items():
+            others = [name + f" ({n} times)" * (n > 1) for name, n in Counter(more).items()]
+            lines.append(Row([first, *cells], below="; alike: ".join(filter(None, (how, ", ".join(others))))))
         tables += [Table((name, *units), lines)] * bool(rows)
     return Section("The network", tables, headed=False)
 

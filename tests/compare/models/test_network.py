@@ -11,7 +11,6 @@ import compare
 from compare import pipeline
 from compare.blame import REST, network_budget
 from compare.course import bends
-from compare.models import open_model, runs_code
 from compare.options import Options
 from fem3d.runs.scene import solve as solve_3d
 from reduced1d.network import solve
@@ -32,12 +31,6 @@ def test_the_bridge_is_judged():
         assert abs(check.difference) < 5e-3
         assert check.u_num < 1e-3
     assert checks["middle"].difference > checks["middle"].u_num
-
-
-def test_it_runs_no_code_of_anybody():
-    assert not runs_code("network")
-    with pytest.raises(SceneError, match="network, or scene for the scene's own"):
-        open_model("netwerk")
 
 
 def test_rows_just_before_a_jump_bend_nothing():
@@ -82,6 +75,7 @@ def test_the_table_and_the_parts_of_the_differences_are_printed_and_kept(ran):
     summary, said = ran("solve bridge --model network --why --accuracy 1e-2")
     said = " ".join(said.split())
     assert "3.200 uW/K 200.0 ohm" in said
+    assert "along y, 30 um long, 10 um x 2 um; alike: right foot" in said
     network = summary["reduced1d"]["network"]
     assert [row["what"] for row in network["joints"]] == ["left foot | beam", "right foot | beam"]
     assert network["lines"][0]["W/K"]["value"] == pytest.approx(32 * 20e-12 / 200e-6)
