@@ -73,6 +73,7 @@ def _fields(arguments: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     path, options = quoted(Path(arguments.path)), vars(arguments)
     refuse(
         (arguments.set, f"--set is for a scene, and {path} is none: leave it out"),
+        (arguments.time and arguments.movie, "--movie shows all times: leave out --time, or give --screenshot"),
         (not Path(arguments.path).exists(), f"{path} does not exist: give a results folder, or a .pvd or .vtu file"),
     )
     axis, _, part = ("x" if arguments.clip is None else arguments.clip).partition("=")

@@ -166,9 +166,9 @@ def field_of(outcome: Outcome[Any]) -> Field:
     scene, fields = outcome.scene, outcome.solved.details["fields"]
     cells = fields.points, fields.cells
     if scene.kind == "sink":
-        room, beam = scene.room_temperature, "beam" if scene.spans == 1 else "spans of"
+        room = scene.room_temperature
         size = " x ".join(f"{side * 1e6:.4g}" for side in (scene.length, scene.width, scene.thickness))
-        title = f"Figure 4: steady 3D temperature, {sink_text(scene)} ({beam} {size} µm, "
+        title = f"Figure 4: steady 3D rise, {sink_text(scene)} ({size} µm, "
         checks, instead = tuple(c for c in outcome.checks if c.id == "fig4"), "the top faces, from above: no OpenGL"
         return Field(
             *cells, fields.steady - room, title, "thickness", f"rise above {room:g} K (K)", 0.0, checks, instead

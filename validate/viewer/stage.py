@@ -56,8 +56,7 @@ def nearest(times: Sequence[float | None], wanted: float) -> tuple[int, list[str
         raise SceneError("--time needs a transient, and this is one state")
     number, when = int(np.argmin(np.abs(known - wanted))), f"{wanted * 1e3:.6g}"
     if not known[0] <= wanted <= known[-1]:
-        ends = f"{known[0] * 1e3:.4g} to {known[-1] * 1e3:.4g} ms"
-        raise SceneError(f"--time {when} ms is not in this run, which goes from {ends}")
+        raise SceneError(f"--time {when} ms is outside this run, from {known[0] * 1e3:.4g} to {known[-1] * 1e3:.4g} ms")
     found = f"{known[number] * 1e3:.4g} ms"
     note = f"{when} ms is not stored: this is {found}, the nearest (a run with --field-times {when}ms stores it)"
     return number, [] if np.isclose(known[number], wanted) else [note]

@@ -235,6 +235,7 @@ REFUSED = {
     "view nowhere --screenshot a.png": "does not exist", "view . --screenshot a.png": "no fields",
     "view . --screenshot a.txt": ".png",
     "view . --screenshot no/where.png": "does not exist", "view . --movie a.avi": ".gif",
+    "view . --movie a.gif --time 1ms": "--movie shows all times: leave out --time",
     "view . --clip w --screenshot a.png": "x, y or z", "view . --clip y=2 --screenshot a.png": "--clip",
     "view . --size 9 --screenshot a.png": "1400x800", "view . --exaggerate none --screenshot a.png": "--exaggerate",
     "view . --time 3V --screenshot a.png": "--time",

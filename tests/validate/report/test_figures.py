@@ -9,11 +9,11 @@ from matplotlib.transforms import Bbox
 from compare.options import Options
 from compare.outcome import Progress
 from compare.pipeline import solve
-from scenes.loading import load_free
+from scenes.loading import load, load_free
 from scenes.model import Box, Contact, Scene
 from scenes.sink import SILICON
 from validate.cli import main
-from validate.report.figures.drawing import new_figure
+from validate.report.figures.drawing import field_figure, new_figure
 from validate.report.output import field_of
 from validate.viewer.boxes import THIN, request
 
@@ -60,6 +60,12 @@ def test_contact_is_named_at_the_common_face():
     assert drawn[-1]["name"] == "glue: 1e-6 m2 K/W, 1e-10 ohm m2"
     below, above = drawn[-1]["corners"][2]
     assert below == above == pytest.approx(drawn[1]["corners"][2][0])
+
+
+def test_title_of_figure_4_is_one_line():
+    field = field_of(solve(load("sink", ["run.accuracy=0.05"]), Options(steady=True), Progress()))
+    figure = field_figure(field, np.zeros((9, 9, 4), np.uint8))
+    assert figure.texts[0].get_text().endswith("2 \N{MICRO SIGN}m, thickness drawn x20)")
 
 
 def test_field_of_a_transient_is_at_its_hottest_moment():

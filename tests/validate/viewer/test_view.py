@@ -90,7 +90,7 @@ def test_a_damaged_file_is_not_taken_for_a_lack_of_graphics(change, said, capsys
 
 def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(run):
     times = [time for time, _ in stored(run)]
-    with pytest.raises(SceneError, match="from 0 to 20 ms"):
+    with pytest.raises(SceneError, match="outside this run, from 0 to 20 ms"):
         nearest(times, 7.0)
     step, (note,) = nearest(times, 5e-4)
     assert abs(times[step] - 5e-4) == min(abs(time - 5e-4) for time in times)
