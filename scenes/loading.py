@@ -87,8 +87,9 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
     Raises SceneError.
     """
     changed: Any = scene
+    check(changed) if changed.kind in TYPES else free.rebuilt(changed, _flat(changed))
     if not overrides:
-        return check(changed) if changed.kind in TYPES else changed
+        return changed
     flat = _flat(changed) if changed.parameters is None else changed.parameters.flat
     if changed.kind in TYPES:
         after = _built(flat, overrides, type_of(changed))

@@ -6,7 +6,6 @@ The bounds are wide, for textbook cases have unreal round numbers; a value outsi
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -208,7 +207,7 @@ def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
     """The condition of a boundary as a file has it."""
     if b.key in ("convection", "radiation"):
         return {b.key: CONDITIONS[b.key].write((b.value, b.ambient))}
-    beside = {key: value for key in _BESIDE if 0 < (value := getattr(b, key)) < math.inf}
+    beside = {key: value for key in _BESIDE if (value := getattr(b, key)) and b.key != "current"}
     return {b.key: CONDITIONS[b.key].write(b.ambient if b.kind == "convection" else b.value)} | beside
 
 

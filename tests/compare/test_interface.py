@@ -2,8 +2,10 @@
 a stand-in for the 3D solver of a sink."""
 
 import inspect
+import math
 import subprocess
 import sys
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -85,6 +87,18 @@ def test_wrong_values_are_refused_in_a_sentence(given, said):
     with pytest.raises(SceneError, match=said) as caught:
         given()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("resistance", [math.inf, math.nan, -1.0])
+def test_a_scene_changed_in_python_is_checked_like_a_file(resistance):
+    bridge = scenes.load("bridge")
+    boundaries = tuple(replace(each, contact_resistance=resistance) for each in bridge.boundaries)
+    contact = scenes.model.Contact("glue", ("beam", "left foot"), resistance)
+    for changed in ({"boundaries": boundaries}, {"contacts": (contact,)}):
+        for overrides in ({}, {"run.accuracy": "1e-2"}):
+            with pytest.raises(SceneError, match=r"resistance = .* m2 K/W") as caught:
+                compare.solve(replace(bridge, **changed), overrides=overrides)
+            assert "\n" not in str(caught.value)
 
 
 def test_within_and_outside():
