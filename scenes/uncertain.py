@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.errors import SceneError, printable, quoted, unknown
 from scenes.keys import TYPES, type_of
 from scenes.kinds import Quantity
 from scenes.schema import locate, twin
@@ -97,8 +97,7 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
     path = ".".join(filter(None, locate(key, None, type_of(scene).schema))) if parametric else ""
     if path in known:
         return path
-    allowed = f"give one of {', '.join(known)}{did_you_mean(key, known)}"
-    raise SceneError(f"{option} {printable(key)} names no number of this scene: {allowed}")
+    raise unknown(f"{option} names no number of this scene:", key, known)
 
 
 def _relative(scene: object, path: str, text: str, value: float) -> float:

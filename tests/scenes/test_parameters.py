@@ -224,7 +224,8 @@ def test_the_end_of_a_parameters_key_is_enough(bar):
 
 @pytest.mark.parametrize(("given", "said"), [
     ("parameters.half=1%", 'is made of others, or moves nothing: give parameters.L, parameters.w'),
-    ("parameters.x=1%", "x names no number"), ("parameters.w=1K", "neither in percent nor in the key's unit"),
+    ("parameters.x=1%", 'names no number of this scene: "parameters.x": give "parameters.'),
+    ("parameters.w=1K", "neither in percent nor in the key's unit"),
 ])  # fmt: skip
 def test_a_bad_uncertainty_is_refused(given, said, bar):
     with pytest.raises(SceneError) as found:
