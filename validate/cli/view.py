@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     module, request = _scene(arguments) if is_scene(arguments.path) else _fields(arguments)
     size = _size(arguments.size or "1400x800")
     with progress() as say:
-        say("starting the viewer")
+        say("drawing" if files else "starting the viewer")
         notes = start(module, {**vars(arguments), **request, "off_screen": bool(files), "size": size})
     for line in (*notes, *(f"Wrote {name}" for name in files.values())):
         show(line)

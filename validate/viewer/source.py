@@ -56,8 +56,8 @@ class Field:
     @classmethod
     def read(cls, name: str, files: list[tuple[float | None, Path]], factor: float | None) -> Field:
         """Read all states, and enlarge z by a factor or, if ``None``, by a round one. Raises SceneError."""
-        grids = tuple(_grid(path) for _, path in files)
-        if len({(grid.n_points, grid.n_cells) for grid in grids}) > 1:
+        grids = tuple(_grid(path, checked=n == 0) for n, (_, path) in enumerate(files))
+        if len({(grid.n_points, grid.cells.tobytes(), grid.celltypes.tobytes()) for grid in grids}) > 1:
             raise SceneError(f"{quoted(name)} has states on different meshes: give a collection on one")
         factor = factor or exaggeration(grids[0].points)
         for grid in grids:
@@ -89,15 +89,15 @@ def size(values: np.ndarray) -> np.ndarray:
     return values if values.ndim == 1 else np.asarray(np.linalg.norm(values, axis=1))
 
 
-def _grid(path: Path) -> Any:
+def _grid(path: Path, checked: bool) -> Any:
     import pyvista as pv
 
     try:
         grid: Any = pv.read(path)
         if not grid.n_cells:
             raise ValueError("it has no cells")
-        # VTK would end the process at these.
-        grid.validate_mesh(["invalid_point_references", "wrong_number_of_points"], action="error")
+        if checked:  # VTK would end the process at these.
+            grid.validate_mesh(["invalid_point_references", "wrong_number_of_points"], action="error")
     except Exception as error:  # a reader of a broken file may raise any
         raise SceneError(f"{quoted(path)} cannot be read: {reason(error)}") from None
     return grid
