@@ -108,9 +108,7 @@ def overshoot(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.n
 
 def ascending(time: np.ndarray) -> np.ndarray:
     """Return times of which the first of two equal ones, between which something jumps, is a hair earlier."""
-    once, doubled = time.copy(), np.flatnonzero(np.diff(time) <= 0)
-    once[doubled] = np.nextafter(once[doubled], -np.inf)
-    return once
+    return np.where(np.append(np.diff(time) <= 0, False), np.nextafter(time, -np.inf), time)
 
 
 def bends(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarray:

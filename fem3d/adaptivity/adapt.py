@@ -154,8 +154,7 @@ class Search:
         return Answer(mesh, problems.heat, problems.conductor, steady, errors, relative, response, number), level
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> BoundedResponse:
-        """Solve the transient in Krylov fields about the steady state; without it, shifted by the slowest time constant
-        of the mesh before."""
+        """Solve the transient in Krylov fields about the steady state, else about the cold one."""
         study = self.study
         if level is not None:
             self.progress("transient")

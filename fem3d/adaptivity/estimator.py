@@ -22,6 +22,13 @@ On the cells of a mesh the measured rate is used: at least SLOWEST, and at most 
 that is slower. A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. On
 tetrahedra the change that theory expects of later degrees is added to the values of quantities, unless the study wants
 the values of the field itself, or a law or radiation makes the equations nonlinear (`fem3d.adaptivity.nested`).
+
+Contributions grow with the degree where tetrahedra are much longer than a film is thick. At the end of a film of
+thickness t the solution decays like exp(-pi x/t), but degree p resolves lengths above h/p^2 in a cell of length h
+(Schwab and Suri, Math. Comp. 65, 1996). The least energy of a function that is linear across the film, and of degree
+p - 1 along a cell that tapers like (1 - x/h)^2, is in proportion to 1/(p (p + 2)). So the error is C/(p (p + 2) + L)
+with L up to pi h/t. Two contributions, summed over the cells around, give C and L; the stretch of a cell limits h/t.
+Shorter cells resolve the decay, not thinner ones: this error belongs to all axes alike.
 """
 
 from __future__ import annotations
@@ -30,6 +37,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from meshes.grading import Features
 from meshes.grid import Grid
@@ -57,11 +65,6 @@ class Contributions(NamedTuple):
 
     before: np.ndarray
     last: np.ndarray
-
-    @property
-    def size(self) -> float:
-        """The sum of the absolute contributions of degree p."""
-        return float(np.abs(self.last).sum())
 
 
 def tail(p: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -97,6 +100,8 @@ class Estimator:
     pools: (3, cells) the number of the group whose contributions give one rate.
     later_factors: (2, cells) twice, for heat and current: expected and largest change by later degrees over the
         contribution of the last degree; None on bricks and hexahedra.
+    needles: of tetrahedra, (cells, cells) the number of vertices that two cells share, and (cells,) the largest error
+        over the contribution of the last degree where contributions grow: zero if p = 2.
     """
 
     degrees: np.ndarray
@@ -104,22 +109,27 @@ class Estimator:
     fastest: np.ndarray
     pools: np.ndarray
     later_factors: tuple[np.ndarray, np.ndarray] | None = None
+    needles: tuple[csr_array, np.ndarray] | None = None
 
     @classmethod
-    def of_cells(cls, exponents: np.ndarray | None, cells: int, degree: int) -> Estimator:
-        """Return the estimator for cells of one degree.
+    def of_cells(cls, exponents: np.ndarray | None, mesh: Any, degree: int) -> Estimator:
+        """Return the estimator for the cells of scikit-fem's ``mesh``, of one degree.
 
         ``exponents`` (2, cells) are the smallest exponents, for heat and for current, of the edges that each cell
         touches: infinite without an edge, None if unknown.
         """
+        cells, later, needles = mesh.t.shape[1], None, None
         p, smallest = np.full(cells, degree), np.full(cells, np.inf) if exponents is None else exponents.min(axis=0)
         slowest, fastest = np.minimum(rate_at_edge(p, smallest), SLOWEST), np.minimum(4 * smallest, FASTEST)
-        later = None
         if exponents is not None:
             theory, at_edge = tail(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
             later = np.where(at_edge, EXPECTED * theory, 0.0), np.where(at_edge, LATER * theory, AWAY)
+            corners = mesh.p[:, mesh.t]
+            stretch = np.linalg.cond((corners[:, 1:] - corners[:, :1]).T)
+            at = csr_array((np.ones(mesh.t.size), (np.tile(np.arange(cells), 4), mesh.t.ravel())))
+            needles = at @ at.T, (degree > 2) * (degree**2 - 1 + np.pi * stretch) / (2 * degree + 1)
         degrees, slowest, fastest, pools = (np.tile(each, (3, 1)) for each in (p, slowest, fastest, np.arange(cells)))
-        return cls(degrees, slowest, fastest, pools, later)
+        return cls(degrees, slowest, fastest, pools, later, needles)
 
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
@@ -138,26 +148,32 @@ class Estimator:
             eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a),
 
         shared in proportion to d_p + d_(p-1), with the rate a from the ratio of d_p to d_(p-1). For p = 2 only the
-        first term counts.
+        first term counts. Where contributions grow with the degree the error is at least C/(p (p + 2) + L).
         """
-        p, before, last = self.degrees, self._pooled(goal.before), self._pooled(goal.last)
+        p, sizes = self.degrees, np.abs(goal)
+        before, last = np.array([[np.bincount(g, x)[g] for g, x in zip(self.pools, d, strict=True)] for d in sizes])
         a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), self.fastest).clip(self.slowest)
         continued = before * tail(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a
         error = np.maximum(last * tail(p, a), np.where(p > 2, continued, 0.0))
-        return error * (np.abs(goal.before) + np.abs(goal.last)) / np.maximum(before + last, 1e-300)
+        error *= sizes.sum(axis=0) / np.maximum(before + last, 1e-300)
+        growing = self._unresolved(goal) * sizes[1].sum(axis=0)
+        return np.where(growing > error.sum(axis=0), growing / 3, error)
 
-    def _pooled(self, parts: np.ndarray) -> np.ndarray:
-        """Return (3, cells) the sum of absolute values over the group of each cell."""
-        return np.array([np.bincount(pool, np.abs(part))[pool] for pool, part in zip(self.pools, parts, strict=True)])
+    def _unresolved(self, goal: Contributions) -> np.ndarray:
+        """Return (cells,) the error over the last contribution where contributions grow with the degree, else 0."""
+        if self.needles is None:
+            return np.zeros(1)
+        (around, most), p = self.needles, self.degrees[0]
+        before, last = (around @ (around @ np.abs(goal).sum(axis=1).T)).T
+        slow = np.maximum((2 * p + 1) * before - (2 * p - 1) * last, 1e-300)
+        return np.where(last > before, np.minimum((2 * p - 1) * (before + last) / slow, most), 0.0)
 
-    def later(self, changed: np.ndarray, electric: bool) -> np.ndarray:
-        """Return (2,) the change of a goal expected from later degrees, and its largest deviation.
-
-        ``changed`` (cells,) is the signed contribution of the last degree, by the heat or by the current.
-        """
+    def later(self, goal: Contributions, electric: bool) -> np.ndarray:
+        """Return (3, cells) the contributions of the last degree to a goal, by the heat or by the current, the change
+        expected from later degrees, and its largest deviation."""
         assert self.later_factors is not None
-        expected, most = (each[int(electric)] for each in self.later_factors)
-        return np.array([expected @ changed, (most - expected) @ np.abs(changed)])
+        (expected, most), last = (each[int(electric)] for each in self.later_factors), goal.last.sum(axis=0)
+        return np.array([last, expected * last, (np.maximum(most, self._unresolved(goal)) - expected) * np.abs(last)])
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> np.ndarray:
         """Distribute parts (n,) of vertex functions over the cells around, and over their axes across an edge."""

@@ -148,8 +148,7 @@ def by_temperature(
 
 
 def _potentials(problems: Problems, scales: Mapping[str, float], rows: Rows) -> dict[str, Contributions]:
-    """Return the contributions to potentials inside the conductor and to currents across its contacts, at the initial
-    temperature."""
+    """Return the contributions to potentials in the cold conductor, and to currents across its contacts."""
     if not rows:
         return {}
     potentials, loads = [phi.sum(axis=0) for phi in problems.cold_potentials], [r / scales[n] for n, r in rows.items()]
@@ -254,7 +253,10 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
         goals[name] = sum((estimator.indicators(each) for each in parts), clash.get(name, np.zeros_like(power.last)))
         # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
         # without a dual solution it may continue as slowly as beside the sharpest edge.
-        change, own = abs(float(value - low.quantities[name])) / scales[name], sum(each.size for each in parts)
+        change, own = (
+            abs(float(value - low.quantities[name])) / scales[name],
+            np.abs([each.last for each in parts]).sum(),
+        )
         rest = max(change - own, 0.0) * (1.0 if name in known else slowest)
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)

@@ -128,16 +128,14 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Contributions:
         """Relative contributions of degrees p - 1 and p to the power of the cold conductor."""
-        conductor, nothing = self.conductor, np.zeros((3, len(self.domain.body)))
-        total = Contributions(nothing, nothing)
+        conductor, total = self.conductor, np.zeros((2, 3, len(self.domain.body)))
         if conductor is not None:
             powers = [max(float(np.sum(phi * (conductor.matrix @ phi.T).T)), 1e-300) for phi in self.cold_potentials]
             for channel in zip(*self.cold_potentials, strict=True):
                 # The power changes by the square of the change of the potential: no terms cancel.
                 pairs = zip(pairwise(channel), powers[1:], strict=True)
-                (parts,) = self.electric([(b - a)[None] / power for (a, b), power in pairs], channel, whole=True)
-                total = Contributions(*(a + b for a, b in zip(total, parts, strict=True)))
-        return total
+                total += self.electric([(b - a)[None] / power for (a, b), power in pairs], channel, whole=True)[0]
+        return Contributions(*total)
 
 
 def added(free: Sequence[np.ndarray], duals: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -256,20 +254,18 @@ def extrapolate(
     cell, relative to the scales. The rest of a change comes by way of other quantities, and continues like all
     contributions together, including the contributions to the power.
     """
-    signed = {
-        name: [(each[name].last.sum(axis=0), on) for each, on in ((heat, False), (current, True)) if name in each]
-        for name in fine.quantities
-    }
-    every = [(problems.electric_parts.last.sum(axis=0), True), *(each for own in signed.values() for each in own)]
-    mean = np.sum([estimator.later(np.abs(part), electric) for part, electric in every], axis=0)
-    mean /= max(sum(float(np.abs(part).sum()) for part, _ in every), 1e-300)
+    pairs = (heat, False), (current, True)
+    own = {name: [estimator.later(each[name], on) for each, on in pairs if name in each] for name in fine.quantities}
+    every = estimator.later(problems.electric_parts, True), *(part for parts in own.values() for part in parts)
+    mean = np.abs(every).sum(axis=(0, 2))
+    mean /= max(mean[0], 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
     known = study.extrapolated and not problems.nonlinear
     for name, value in fine.quantities.items():
-        last, own = float(value - low.quantities[name]), signed[name]
-        other = last - scales[name] * sum(float(part.sum()) for part, _ in own)
-        later = sum((scales[name] * estimator.later(*each) for each in own), mean * [other, abs(other)])
-        expected, doubt = later.tolist()
+        last = float(value - low.quantities[name])
+        parts = scales[name] * sum((part.sum(axis=1) for part in own[name]), np.zeros(3))
+        other = last - float(parts[0])
+        _, expected, doubt = (parts + mean * [other, other, abs(other)]).tolist()
         quantities[name] = value + expected
         doubts[name] = doubt if known else max(doubt + abs(expected), abs(last))
     return replace(fine, quantities=quantities) if known else fine, doubts

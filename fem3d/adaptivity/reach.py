@@ -56,8 +56,7 @@ def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accura
     """Raise NumericsError where edges put an accuracy out of reach.
 
     The error at an edge of exponent s is proportional to the length of its layer to the power 2 s, whatever else is
-    refined. So the shortest possible layers leave a fixed part of the indicators of layers so short that other features
-    do not matter.
+    refined. So the shortest possible layers leave a fixed part of the indicators of layers that see their edge alone.
     """
     planes = [sorted({*inner, b[0], b[-1]}) for inner, b in zip(marks.planes, grid.breaks, strict=True)]
     longest, parts = LAYER * min(float(np.diff(each).min()) for each in planes), []

@@ -180,8 +180,7 @@ def _indicators(
 
 
 def _rows(study: Study, answer: Response, scales: dict[str, float]) -> tuple[np.ndarray, Quantities, dict[str, float]]:
-    """Return the times of as many rows as the accuracy takes, the traces there, and the errors of straight lines
-    between them."""
+    """Return the times of the rows that the accuracy takes, the traces there, and the errors of lines between them."""
     times, rows, between = fields.choose(
         [*(step.start for step in answer.steps), answer.end],
         lambda times: study.traces(outputs.of_transient(answer, study.part, times)),

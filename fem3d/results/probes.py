@@ -48,8 +48,7 @@ def reading(heat: HeatProblem, probe: Any) -> Reading:
 
 
 def keep_places(heat: HeatProblem) -> dict[str, Any]:
-    """Return the readings of extremes that are searched for once, to be told to problems on the same cells beside this
-    one."""
+    """Return the readings of extremes that are searched for once, for problems on the same cells beside this one."""
     extremes = {p.name: reading(heat, p) for p in heat.domain.scene.probes if p.quantity == "temperature"}
     return {
         f"reading {name}": replace(how, extreme=how.extreme.once())
@@ -133,8 +132,7 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
-    """The electrodes that a flat probe covers, and the sign of their entering currents; none where current only passes
-    the probe."""
+    """The electrodes that a flat probe covers, if any, and the sign of the currents that enter there."""
     facets, electrodes = domain.facets(probe), [b for b in domain.scene.boundaries if b.kind == "voltage"]
     names = [b.name for b in electrodes if len(on := domain.on(b)) and np.isin(on, facets).all()]
     if names and domain.conditions_first:

@@ -276,8 +276,7 @@ class _Solver:
         return Values(steady, profile), state
 
     def _values(self, study: Study, given: Problems, level: int) -> Values:
-        """Solve in one of the nested spaces; over time in the fields of the base, which has shown that the conductor
-        resists."""
+        """Solve in one of the nested spaces; over time in the fields of the base, whose conductor resists."""
         values, response = Values({}), self._answer.response
         if self._answer.steady is not None:
             values, state = self._steady(study, given, level)

@@ -45,8 +45,7 @@ def pairs(scene: AnyScene) -> dict[str, graph.Pair]:
 
 
 def to_solve(scene: Any) -> Any:
-    """Return the scene to solve: without resistance probes, but if there are any with probes for the potentials of
-    electrodes of given current."""
+    """Return the scene to solve: with potentials of electrodes of given current in place of resistance probes."""
     read = tuple(p for p in scene.probes if p.quantity != "resistance")
     if len(read) == len(scene.probes):
         return scene

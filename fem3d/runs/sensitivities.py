@@ -58,8 +58,7 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 
 
 def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Sensitivities:
-    """Differentiate a result of a whole scene by its numbers other than zero, or by some ``keys``. Raises
-    NumericsError."""
+    """Differentiate a scene's result by its numbers other than zero, or by some ``keys``. Raises NumericsError."""
     chosen = list(numbers(scene) if keys is None else keys)
     steady = result.traces is None
     if not steady and "transient" not in result.details:

@@ -76,8 +76,7 @@ def integrate(
     """Integrate da/dt = source - rates a from rest (or ``start``) to ``end`` (s). The collocation error of each step is
     below ``accuracy * size`` in the Euclidean norm.
 
-    ``source(t)`` is the source from t to the next instant of ``jumps``; a step ends and the state jumps at each
-    instant.
+    ``source(t)`` is the source from t to the next instant of ``jumps``, at which a step ends and the state jumps.
 
     Raises RunawayInTimeError where no step is short enough, or where ``holds(time, state)`` becomes false.
     """

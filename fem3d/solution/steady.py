@@ -105,8 +105,7 @@ def solve_steady(
     Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, after
     too many points, or where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message
     names the case. Raises BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law
-    lie between the points of its quadrature, and other NumericsError if conditions vary in time, or if heat has no
-    exit.
+    lie between the points of its quadrature, and other NumericsError if conditions vary in time or heat has no exit.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")

@@ -136,8 +136,7 @@ class Domain(ABC):
         return Faces(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
 
     def on(self, boundary: Any) -> np.ndarray:
-        """The facets on which a condition acts: for a voltage, facets of conductors that carry current; for a flux,
-        exposed facets."""
+        """The facets on which a condition acts: a voltage where current flows, a flux on exposed facets."""
         if boundary.name not in self._known:
             facets = self.facets(boundary)
             if boundary.kind == "voltage":
@@ -180,8 +179,7 @@ class Domain(ABC):
         return signs
 
     def part(self, name: str) -> np.ndarray:
-        """(cells,): which are of a part that a contact or a probe names; in the symmetric part of a scene it may be
-        missing."""
+        """(cells,): which are of a part that a contact or a probe names; none if symmetry has cut it off."""
         return np.array([each == name for each in self.names])[self.body]
 
     def parts(self, names: Iterable[str]) -> np.ndarray:
@@ -211,8 +209,7 @@ class Domain(ABC):
         return row / max(lengths, 1e-300)
 
     def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
-        """Return the parts of cells that a probe lies in: whole cells, or their sides, edges or a point, each of one
-        cell."""
+        """Return the parts of cells that a probe lies in: whole cells, or sides, edges or a point of one each."""
         region, mesh = self.locate(probe), self.space.mesh
         beside = self._beside(region, inside)
         if region.dimension == 3:

@@ -74,8 +74,7 @@ class Space(ABC):
         return np.arange(self.size)
 
     def enlarged(self: S, dofs: np.ndarray, copied: np.ndarray) -> S:
-        """The space with more functions, each a copy of one (copies,), and the numbers ``dofs`` of its cells'
-        functions."""
+        """The space with more functions, each a copy of one (copies,), and the numbers ``dofs`` of all in its cells."""
         space = copy(self)
         for name in [n for n in vars(space) if isinstance(getattr(type(self), n, None), cached_property)]:
             del vars(space)[name]
