@@ -38,21 +38,21 @@ BEFORE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Marched:
+class FineResponse:
     """A response with its errors by the reduced space and the time steps.
 
     Attributes
     ----------
     answer, worse: the response, and the response in fewer fields or looser steps.
     generations: how many generations of Krylov fields the answer has; 0 at full order.
-    checked: times (s) of the ``traces``, the outputs ``out`` and the comparison.
+    times: (s) of the ``traces``, the outputs ``out`` and the comparison.
     scales, gaps: of each trace its scale, and the error by fields and steps.
     """
 
     answer: Response
     worse: Response
     generations: int
-    checked: np.ndarray
+    times: np.ndarray
     out: Outputs
     traces: Quantities
     scales: dict[str, float]
@@ -61,20 +61,20 @@ class Marched:
     @staticmethod
     def compared(
         study: Study, answer: Response, worse: Response, steady_out: Outputs | None, part: float, generations: int = 0
-    ) -> Marched:
+    ) -> FineResponse:
         """Return a response with this ``part`` of its distance from a worse one as its errors."""
-        checked = comparison_times(study, answer.heat)
-        out, other = (outputs.of_transient(each, study.part, checked) for each in (answer, worse))
+        times = comparison_times(study, answer.heat)
+        out, other = (outputs.of_transient(each, study.part, times) for each in (answer, worse))
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         gaps = {name: part * gap for name, gap in largest_differences(traces, study.traces(other)).items()}
-        return Marched(answer, worse, generations, checked, out, traces, scales, gaps)
+        return FineResponse(answer, worse, generations, times, out, traces, scales, gaps)
 
     def converged(self, accuracy: float) -> bool:
         """Return whether fields and steps cause a small part of the allowed error."""
         return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= LOOSER * TIME_SHARE * accuracy
 
 
-def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> Marched:
+def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> FineResponse:
     """Solve a linear problem in as many fields as the accuracy requires; arguments as for `trace_errors.respond`."""
     accuracy, end = study.accuracy, study.end
     space = Krylov(base, shift)
@@ -96,14 +96,14 @@ def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | N
                 raise
             count, stopped = count + 4, stop.time
             continue
-        march = Marched.compared(study, answer, fewer, steady_out, 1.0, count)
+        response = FineResponse.compared(study, answer, fewer, steady_out, 1.0, count)
         # Generations that add no states are nearly linear combinations of earlier generations.
-        if march.converged(accuracy) or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            return march
+        if response.converged(accuracy) or count >= MOST_FIELDS or not dropped or reduced.states <= states:
+            return response
         count, states = count + 4, reduced.states
 
 
-def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Marched:
+def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> FineResponse:
     """Solve a problem with temperature-dependent properties in steps whose halves show their error.
 
     Of the change 1 / (2^order - 1) is left. The order is 4, but in stiff problems may fall to that of the stages, 2
@@ -118,10 +118,10 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Mar
     for _ in range(ROUNDS):
         whole, tolerance = answer, tolerance / LOOSER
         answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, ends=whole.ends(2))
-        march = Marched.compared(study, answer, whole, steady_out, 1 / 3)
-        if march.converged(study.accuracy):
+        response = FineResponse.compared(study, answer, whole, steady_out, 1 / 3)
+        if response.converged(study.accuracy):
             break
-    return march
+    return response
 
 
 def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
@@ -138,7 +138,7 @@ def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
     return at_films(linearized(heat, conductor, rises[hottest], density), heat.field(rises[hottest]))
 
 
-def respond_in_lower_space(study: Study, base: Base, shift: float, fine: Marched) -> Response:
+def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineResponse) -> Response:
     """Return the response of a lower space in as many generations of fields as the fine response; or with the same
     steps, and quadratures of laws with a point fewer along each axis, so that the change shows their error too."""
     tolerance = TIME_SHARE * study.accuracy

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from fem3d.adaptivity import goal_errors, marched
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.marched import Marched, jump_times, largest_differences, thin_out
+from fem3d.adaptivity.marched import FineResponse, jump_times, largest_differences, thin_out
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import fields, outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
@@ -61,7 +61,7 @@ def respond(
 
     Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s),
     and so many ``generations`` at first. ``as_it_is`` accepts the response in any case."""
-    steady_errors: Mapping[str, float] = {}
+    steady_errors: dict[str, float] = {}
     if steady is not None:
         steady_errors = steady.relative
         # A response about a steady state does not need the factors of the lower spaces.
@@ -72,49 +72,49 @@ def respond(
                 conductor.kept.pop("near", None)
     steady_out = None if steady is None else steady.fine.out
     if bases[0].nonlinear:
-        march = marched.march_nonlinear(study, bases[0], steady_out)
-        problems = problems.about(marched.tangent(bases[0], march.answer, march.checked))
+        fine = marched.march_nonlinear(study, bases[0], steady_out)
+        problems = problems.about(marched.tangent(bases[0], fine.answer, fine.times))
     else:
-        march = marched.march_linear(study, bases[0], shift, steady_out, generations)
+        fine = marched.march_linear(study, bases[0], shift, steady_out, generations)
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:
-        low = marched.respond_in_lower_space(study, bases[1], shift, march)
+        low = marched.respond_in_lower_space(study, bases[1], shift, fine)
     except RunawayInTimeError as runaway:
         if not bases[0].nonlinear:
             raise
         raise CoarseMeshError("a lower space runs away over time, and the fine one does not") from runaway
-    errors, goals = _errors(study, problems, estimator, march, low, steady_errors)
-    answer, scales = march.answer, march.scales
+    errors, goals = _errors(study, problems, estimator, fine, low, steady_errors)
+    answer, scales = fine.answer, fine.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
         return BoundedResponse(
-            march.checked, march.traces, errors, False, np.nan, answer, march.generations, goals, relative
+            fine.times, fine.traces, errors, False, np.nan, answer, fine.generations, goals, relative
         )
     times, rows, between = _rows(study, answer, scales)
     errors = {name: error + between[name] + outputs.ROUNDING * scales[name] for name, error in errors.items()}
-    early = _early(study, march, low) if study.from_start else {}
+    early = _early(study, fine, low) if study.from_start else {}
     return BoundedResponse(
-        times, rows, errors, True, _imbalance(study, answer), answer, march.generations, goals, relative, scales,
+        times, rows, errors, True, _imbalance(study, answer), answer, fine.generations, goals, relative, scales,
         max(between[name] / scales[name] for name in errors), {name: errors[name] + e for name, e in early.items()},
     )  # fmt: skip
 
 
-def _early(study: Study, march: Marched, low: Response) -> dict[str, float]:
+def _early(study: Study, fine: FineResponse, low: Response) -> dict[str, float]:
     """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: twice
     the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
-    first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
+    first, inputs = min(study.earliest, study.end), fine.answer.heat.inputs
     starts = np.append(0.0, jump_times(inputs, study.end))
     since = np.append(0.0, np.geomspace(marched.SOONEST * first, first, 10))
     times = np.unique(np.minimum((starts[thin_out(starts, marched.KNOTS), None] + since).ravel(), study.end))
-    responses = march.answer, low, march.worse
-    fine, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in responses)
-    apart = [largest_differences(fine, other) for other in others]
-    return {name: 2 * sum(each[name] for each in apart) for name in fine}
+    responses = fine.answer, low, fine.worse
+    traces, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in responses)
+    apart = [largest_differences(traces, other) for other in others]
+    return {name: 2 * sum(each[name] for each in apart) for name in traces}
 
 
 def _errors(
-    study: Study, problems: Problems, estimator: Estimator, march: Marched, low: Response, steady: Mapping[str, float]
+    study: Study, problems: Problems, estimator: Estimator, fine: FineResponse, low: Response, steady: dict[str, float]
 ) -> tuple[dict[str, float], list[np.ndarray]]:
     """Return the error of each trace in its unit by comparison with the response ``low`` of the next lower space, and
     the indicators of the power and of all goals.
@@ -123,36 +123,36 @@ def _errors(
     errors of the current, of Krylov fields and of extremes' places are added. Where a steady level exists, goals are
     estimated only to refine the mesh, and steady errors include the error of the current.
     """
-    lower = study.traces(outputs.of_transient(low, study.part, march.checked))
-    changes, goals = largest_differences(march.traces, lower), dict[str, np.ndarray]()
+    lower = study.traces(outputs.of_transient(low, study.part, fine.times))
+    changes, goals = largest_differences(fine.traces, lower), dict[str, np.ndarray]()
     power, current, errors = estimator.indicators(problems.electric_parts), dict[str, np.ndarray](), dict[str, float]()
-    largest = max(change / march.scales[name] for name, change in changes.items())
+    largest = max(change / fine.scales[name] for name, change in changes.items())
     if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
-        goals = _indicators(study, problems, estimator, march, lower)
+        goals = _indicators(study, problems, estimator, fine, lower)
     if not steady:
         # The Joule heat is as if the largest voltages acted always.
         potentials = [problems.heat.inputs.largest(study.end) @ phi for phi in problems.cold_potentials]
-        joule = _duals(study, problems, march, study.end, study.end).joule(potentials)
-        current = {name: estimator.indicators(joule.get(name, problems.electric_parts)) for name in march.scales}
-    for name, scale in march.scales.items():
+        joule = _duals(study, problems, fine, study.end, study.end).joule(potentials)
+        current = {name: estimator.indicators(joule.get(name, problems.electric_parts)) for name in fine.scales}
+    for name, scale in fine.scales.items():
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady.items() if study.goals.get(q, q) == goal]
         at_rest = max(of_it or steady.values(), default=0.0)
         of_space = max(changes[name], scale * max(at_rest, float(np.sum(goals.get(name, 0.0)))))
         of_current = scale * float(np.sum(current.get(name, 0.0)))
-        doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
-        errors[name] = of_space + of_current + march.gaps[name] + doubt
+        doubt = float(np.max(fine.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+        errors[name] = of_space + of_current + fine.gaps[name] + doubt
     return errors, [power, *(goal + current.get(name, power) for name, goal in goals.items())]
 
 
-def _duals(study: Study, problems: Problems, march: Marched, at: float, since: float) -> goal_errors.Duals:
+def _duals(study: Study, problems: Problems, fine: FineResponse, at: float, since: float) -> goal_errors.Duals:
     """Return the dual problems of the traces at a time (s), of a step of the time ``since`` the last knot."""
-    scales = goal_errors.scales_of_part(study.part, study.trace_goals, march.scales)
-    return goal_errors.Duals(study.trace_goals, problems, march.answer.rises(np.array([at]))[0], scales, since)
+    scales = goal_errors.scales_of_part(study.part, study.trace_goals, fine.scales)
+    return goal_errors.Duals(study.trace_goals, problems, fine.answer.rises(np.array([at]))[0], scales, since)
 
 
 def _indicators(
-    study: Study, problems: Problems, estimator: Estimator, march: Marched, lower: Quantities
+    study: Study, problems: Problems, estimator: Estimator, fine: FineResponse, lower: Quantities
 ) -> dict[str, np.ndarray]:
     """Return for each thermal trace its largest indicators at some times (s), each counted from the last bend or jump
     of the inputs: the first and the last time, and the times of the largest change of each rise and of the trace that
@@ -162,18 +162,18 @@ def _indicators(
     the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of either degree,
     at least 1. One of two degrees does not change an even solution.
     """
-    probes, changes = problems.domain.probes, largest_differences(march.traces, lower)
+    probes, changes = problems.domain.probes, largest_differences(fine.traces, lower)
     rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
-    worst = max(changes, key=lambda n: changes[n] / march.scales[n])
-    at = {int(np.abs(march.traces[n] - lower[n]).argmax()) for n in (*rises, worst)}
+    worst = max(changes, key=lambda n: changes[n] / fine.scales[n])
+    at = {int(np.abs(fine.traces[n] - lower[n]).argmax()) for n in (*rises, worst)}
     knots, goals = np.append(0.0, problems.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
-    for time in march.checked[sorted({0, *at, len(march.checked) - 1})].tolist():
-        duals = _duals(study, problems, march, time, time - float(knots[knots < time].max()))
+    for time in fine.times[sorted({0, *at, len(fine.times) - 1})].tolist():
+        duals = _duals(study, problems, fine, time, time - float(knots[knots < time].max()))
         clash = duals.contradictions(estimator)
         for name, parts in duals.thermal().items():
             remains = estimator.indicators(parts) + clash.get(name, 0.0)
             if name in rises:
-                size = max(float(np.abs(part).sum()) for part in parts) * march.scales[name]
+                size = max(float(np.abs(part).sum()) for part in parts) * fine.scales[name]
                 remains *= max(changes[name] / max(size, 1e-300), 1.0)
             goals[name] = max(goals.get(name, remains), remains, key=np.sum)
     return goals
