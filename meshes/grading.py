@@ -177,7 +177,7 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     """
     if not grid.edges:
         return _refined_intervals(grid, missing, target, marks)
-    share = share_of(missing, target)
+    share = threshold(missing, target)
     at_top = [
         np.where((e == np.expand_dims(p, _across(d))) & (m > share), m, 0.0).sum(axis=_across(d))
         for d, (e, p, m) in enumerate(zip(grid.edges, grid.degrees, missing, strict=True))
@@ -221,7 +221,7 @@ def _refined_intervals(grid: Grid, missing: Sequence[np.ndarray], target: float,
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
     fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
-    share = share_of([m[a] for m, a in zip(missing, able, strict=True)], max(target - fixed, 0.1 * target))
+    share = threshold([m[a] for m, a in zip(missing, able, strict=True)], max(target - fixed, 0.1 * target))
     breaks, degrees = [], []
     for d, old in enumerate(grid.breaks):
         axis_breaks, axis_degrees = [float(old[0])], list[int]()
@@ -245,7 +245,7 @@ def _refined_intervals(grid: Grid, missing: Sequence[np.ndarray], target: float,
     return grid.with_axes(breaks, degrees)
 
 
-def share_of(missing: Sequence[np.ndarray], target: float) -> float:
+def threshold(missing: Sequence[np.ndarray], target: float) -> float:
     """Return the level to which larger indicators must fall, so that the sum of all is the target."""
     every = np.concatenate([m.ravel() for m in missing])
     others = every.sum() - np.cumsum(np.sort(every)[::-1])
@@ -290,7 +290,7 @@ def raised(grid: Grid) -> Grid:
     return grid.with_axes(breaks, degrees)
 
 
-def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
+def with_diffusion_layers(grid: Grid, scene: Scene, earliest: float) -> Grid:
     """The grid with more intervals towards each face whose temperature jumps, down to the diffusion length of the
     earliest time of interest (s)."""
     axes = []

@@ -175,7 +175,7 @@ class CellMesh(Mesh):
         by_axis = np.max(indicators.goals, axis=0)
         missing = by_axis.sum(axis=0)
         missing *= max(indicators.worst / max(float(missing.sum()), 1e-300), 1.0)
-        too_much = missing > grading.share_of([missing], AIM * target)
+        too_much = missing > grading.threshold([missing], AIM * target)
         shorter = self._longest(by_axis) & too_much
         order = np.argsort(-missing)
         held = np.searchsorted(np.cumsum(missing[order]), 0.9 * missing.sum()) + 1  # nearly all of the error

@@ -201,7 +201,7 @@ class Bricks(Mesh):
         reach.check(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
         marks = edge_exponents.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
-        grid = grading.graded(grid, scene, study.earliest) if over_time else grid
+        grid = grading.with_diffusion_layers(grid, scene, study.earliest) if over_time else grid
         return Bricks(scene, grid, accuracy, marks)
 
     @property
@@ -233,7 +233,7 @@ class Bricks(Mesh):
         missing = [m * max(indicators.worst / max(size, 1e-300), 1.0) for m in missing]
         if self.aim is not None:
             # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
-            share = grading.share_of(missing, AIM * target / (2 * grading.FALLS))
+            share = grading.threshold(missing, AIM * target / (2 * grading.FALLS))
             finer = replace(self, grid=grading.finer(self.grid, missing, share, self.aim), aim=None)
         else:
             reach.check_edges(self.grid, self.marks, indicators.goals, target)

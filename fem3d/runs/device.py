@@ -138,7 +138,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     marks = edge_exponents.features(part.scene)
     # The distance from the lower space is some four times the error that it bounds.
     rough = reach.first_grid(part.scene, min(accuracy, reach.COARSEST) / 4, marks)
-    grid = grading.graded(rough, part.scene, device.control.sample_time)
+    grid = grading.with_diffusion_layers(rough, part.scene, device.control.sample_time)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
     problems = discretize(boxes(part.scene, grid), accuracy)
