@@ -177,13 +177,15 @@ def contributions(
 def discretize(domain: Domain, accuracy: float) -> Problems:
     """Return the problems of a domain, to be solved for a relative accuracy.
 
-    Raises CoarseMeshError where all nodes of heated cells are fixed: no equation then contains their heat.
+    Raises CoarseMeshError where a heated part has no free node but on facets: no equation then sees inside its cells.
     """
-    heat = assemble(domain)
+    heat, space = assemble(domain), domain.space
     # Powers see the square of the error of potentials.
     conductor = conductors.find(heat, 1e-8 * accuracy)
     heated, free = [*(cells for _, cells in domain.sources), np.flatnonzero(domain.live)], heat.order[: heat.free]
-    if physics.heat(domain.scene) and not all(domain.space.of(cells)[free].any() for cells in heated if len(cells)):
+    ends = np.cumsum([each.shape[1] for each in (space.mesh.p, space.mesh.edges, space.mesh.facets)])
+    free = free[np.searchsorted(ends, space.entity[space.origin[free]], side="right") != 2]  # 2: on facets
+    if physics.heat(domain.scene) and not all(space.of(cells)[free].any() for cells in heated if len(cells)):
         raise CoarseMeshError("all nodes of a heated part have given temperatures")
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
     return Problems(

@@ -61,9 +61,8 @@ def respond(
 
     Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s),
     and so many ``generations`` at first. ``as_it_is`` accepts the response in any case."""
-    steady_errors: dict[str, float] = {}
+    steady_errors = {} if steady is None else steady.relative
     if steady is not None:
-        steady_errors = steady.relative
         # A response about a steady state does not need the factors of the lower spaces.
         for heat, conductor in zip(problems.heats[:-1], problems.conductors[:-1], strict=True):
             heat.let_go(steady=True)

@@ -190,8 +190,7 @@ class _March:
         self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
         self._rounding = 1e-11 * max(float(heat.domain.scene.initial_temperature), 1.0)
         self._linearization: _Linearization | None = None
-        still = np.zeros(heat.inputs.count)
-        self._since, self._piece = 0.0, (still, still)
+        self._since, self._piece = 0.0, (np.zeros(heat.inputs.count),) * 2
         self._largest, self._contraction, self._inner = 0.0, CONTRACTS, 0
 
     def run(self, end: float, earliest: float, ends: list[float]) -> FullResponse:
