@@ -240,7 +240,7 @@ class CellMesh(Mesh):
     def _counted(self) -> str:
         return f"{self.size.cells:,} {'tetrahedra' if self.simplex else 'hexahedra'}"
 
-    def steps(self, levels: int | None) -> tuple[Step, ...]:
+    def plan(self, levels: int | None) -> tuple[Step, ...]:
         cells = f"tetrahedra of the whole scene: {self.why}"
         if isinstance(self.source, Placed):
             cells = f"{self.source.mesh.file_cells} {self.source.mesh.file_type} cells of {self.scene.file}"

@@ -117,7 +117,7 @@ class Mesh(ABC):
         """Return cells, degrees and volume for a result."""
 
     @abstractmethod
-    def steps(self, levels: int | None) -> tuple[Step, ...]:
+    def plan(self, levels: int | None) -> tuple[Step, ...]:
         """Return the lines of the plan; after a run with the number of its refinements."""
 
     @abstractmethod
@@ -262,7 +262,7 @@ class Bricks(Mesh):
     def with_scene(self, scene: Scene) -> Bricks:
         return replace(self, scene=scene)
 
-    def steps(self, levels: int | None) -> tuple[Step, ...]:
+    def plan(self, levels: int | None) -> tuple[Step, ...]:
         """Return a line of the plan if the scene demands the grid, or if the grid is large."""
         size = size_of_grid(self.scene, self.grid)
         if not self.scene.mesh and size.unknowns <= LARGE:

@@ -183,18 +183,18 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Mesh | None = None) -> tupl
         before = *(Step(what, "done", text) for what, text in structure.described(scene)), line
         reached = f"refined until every estimated error is below {scene.accuracy:g}"
         reached += ", or memory ends it" * on.whole
-    steps = *before, *on.steps(mesh.levels if mesh else None), heat_step(scene, not scene.steady), electric_step(graph)
+    steps = *before, *on.plan(mesh.levels if mesh else None), heat_step(scene, not scene.steady), electric_step(graph)
     if scene.steady:
         only = "only the steady state was asked for"
         return *steps, Step("steady state", "done", reached), Step("transient", "skipped", only)
     if not physics.heat(scene):
         return *steps, *currents.plan(scene)
-    how = f"to {scene.end_time:g} s, {way(scene)}, errors held against {scene.accuracy:g}"
+    how = f"to {scene.end_time:g} s, {transient_method(scene)}, errors held against {scene.accuracy:g}"
     only = "only the transient was asked for"
     return *steps, Step("steady state", "skipped", only), Step("transient", "done", how)
 
 
-def way(scene: AnyScene) -> str:
+def transient_method(scene: AnyScene) -> str:
     """Return how a transient is solved."""
     all_unknowns = "with all unknowns, by a Runge-Kutta method of order 4"
     return all_unknowns if physics.nonlinear(scene, True) else "projected on a few Krylov fields"

@@ -138,7 +138,7 @@ def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | 
 def plan(sink: Sink, transient: bool) -> tuple[Step, ...]:
     """Return the steps of `solve` before it takes them."""
     part = symmetry.reduce(sink.scene())
-    lasts = f"to {sink.end_time * 1e3:g} ms, {scene_run.way(part.scene)}"
+    lasts = f"to {sink.end_time * 1e3:g} ms, {scene_run.transient_method(part.scene)}"
     return (
         part.step, scene_run.heat_step(part.scene, transient), scene_run.electric_step(grid.graph(part.scene)),
         Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),
