@@ -190,7 +190,7 @@ class Stage:
         from PIL import Image
 
         # One palette for all frames, else colours would flicker.
-        palette = Image.fromarray(np.concatenate(frames)).quantize()
+        palette = Image.fromarray(np.concatenate(frames)).quantize(method=Image.Quantize.MAXCOVERAGE)
         images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
         images[0].save(path, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0)
 
