@@ -264,20 +264,20 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
 def _felt(
     scene: Scene, joints: Sequence[Place], in_3d: Mapping[str, Estimate], by_hand: Mapping[str, Estimate]
 ) -> list[tuple[Place, float, float]]:
-    """The joints whose drop changes by more than a thousandth of the largest rise (or potential), the largest first:
-    3D's resistance (K/W or ohm), and its error over its change, at most 1."""
+    """The joints with a change of flow times drop above a thousandth of the largest flow times rise (or potential), the
+    largest first: 3D's resistance (K/W or ohm), and its error over its change, at most 1."""
     base = {"temperature": scene.initial_temperature, "potential": 0.0}
     rows: list[tuple[float, Place, float, float]] = []
-    largest = {
-        kind: max((abs(in_3d[p.one.name].value - start) for p in joints if p.one.quantity == kind), default=0.0)
-        for kind, start in base.items()
-    }
-    for place in joints:
+    flows, largest = [abs(in_3d[place.flow.name].value) for place in joints], dict.fromkeys(base, 0.0)
+    for p, flow in zip(joints, flows, strict=True):
+        size = flow * abs(in_3d[p.one.name].value - base[p.one.quantity])
+        largest[p.one.quantity] = max(size, largest[p.one.quantity])
+    for place, flow in zip(joints, flows, strict=True):
         measured, drawn = (_resistance(scene, place, steady) for steady in (in_3d, by_hand))
         change = abs(measured.value - drawn.value)
-        drop = part(change * abs(in_3d[place.flow.name].value), largest[place.one.quantity])
-        if math.isfinite(change + measured.error) and drop > 1e-3:
-            rows.append((drop, place, place.sign * measured.value, min(measured.error / change, 1.0)))
+        felt = part(change * flow**2, largest[place.one.quantity])
+        if math.isfinite(change + measured.error) and felt > 1e-3:
+            rows.append((felt, place, place.sign * measured.value, min(measured.error / change, 1.0)))
     return [row[1:] for row in sorted(rows, key=lambda row: -row[0])]
 
 
