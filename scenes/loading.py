@@ -87,7 +87,10 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
     Raises SceneError.
     """
     changed: Any = scene
-    check(changed) if changed.kind in TYPES else free.rebuilt(changed, _flat(changed))
+    if changed.kind in TYPES:
+        check(changed)
+    else:  # a temperature behind a contact_resistance becomes a film, as in a file
+        changed = replace(changed, boundaries=free.rebuilt(changed, _flat(changed)).boundaries)
     if not overrides:
         return changed
     flat = _flat(changed) if changed.parameters is None else changed.parameters.flat

@@ -101,6 +101,18 @@ def test_a_scene_changed_in_python_is_checked_like_a_file(resistance):
             assert "\n" not in str(caught.value)
 
 
+def test_a_temperature_behind_a_resistance_is_a_film_in_python_too():
+    bridge = replace(scenes.load("bridge"), steady=True)
+    base, *electrodes = bridge.boundaries
+    changed = replace(bridge, boundaries=(replace(base, contact_resistance=1e-6), *electrodes))
+    film = replace(base, kind="convection", value=1e6, ambient=base.value)
+    warm, same, cool = (compare.solve(each).fem3d.steady["middle"] for each in (
+        changed, replace(bridge, boundaries=(film, *electrodes)), bridge
+    ))  # fmt: skip
+    assert warm == same
+    assert warm.value - cool.value > 10 * warm.error
+
+
 def test_within_and_outside():
     """The stand-in's end rise is off by 30 %, its mean by 9 %."""
     scene = scenes.load("sink")
