@@ -158,7 +158,7 @@ class CellMesh(Mesh):
 
     @cached_property
     def estimator(self) -> Estimator:
-        exponents = edge_exponents.of_cells(self.cells, self.at_vertices) if self.simplex else None
+        exponents = edge_exponents.of_cells(self.cells, self.at_vertices)
         return Estimator.of_cells(exponents, self.cells, self.degree)
 
     def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:

@@ -112,16 +112,17 @@ class Estimator:
     needles: tuple[csr_array, np.ndarray] | None = None
 
     @classmethod
-    def of_cells(cls, exponents: np.ndarray | None, mesh: Any, degree: int) -> Estimator:
+    def of_cells(cls, exponents: np.ndarray, mesh: Any, degree: int) -> Estimator:
         """Return the estimator for the cells of scikit-fem's ``mesh``, of one degree.
 
         ``exponents`` (2, cells) are the smallest exponents, for heat and for current, of the edges that each cell
-        touches: infinite without an edge, None if unknown.
+        touches: infinite without an edge.
         """
         cells, later, needles = mesh.t.shape[1], None, None
-        p, smallest = np.full(cells, degree), np.full(cells, np.inf) if exponents is None else exponents.min(axis=0)
+        p, smallest = np.full(cells, degree), exponents.min(axis=0)
         slowest, fastest = np.minimum(rate_at_edge(p, smallest), SLOWEST), np.minimum(4 * smallest, FASTEST)
-        if exponents is not None:
+        fastest = fastest if degree > 2 else slowest  # a single contribution shows no rate
+        if len(mesh.t) == 4:
             theory, at_edge = tail(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
             later = np.where(at_edge, EXPECTED * theory, 0.0), np.where(at_edge, LATER * theory, AWAY)
             corners = mesh.p[:, mesh.t]
