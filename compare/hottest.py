@@ -98,20 +98,6 @@ def warnings(reached: Sequence[Hottest]) -> tuple[str, ...]:
     return tuple(said)
 
 
-def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
-    """Return a sentence where a probe is below absolute zero, because more heat is drawn than enters."""
-    for name in (probe.name for probe in scene.probes if probe.quantity == "temperature"):
-        tops = [result.steady[name].value + result.steady[name].error] if name in result.steady else []
-        if (traces := result.traces) is not None:
-            tops.append(float((traces.values[name] + traces.errors[name]).min()))
-        if min(tops) < 0:
-            return (
-                f"{name} reaches {min(tops):,.0f} K, below absolute zero: more heat is drawn out than comes in; look "
-                "at the fluxes and their signs",
-            )
-    return ()
-
-
 def moments(traces: Traces | None) -> np.ndarray:
     """Return up to 100 times (s) spread over the rows of traces, with the times of all extremes."""
     if traces is None:

@@ -83,8 +83,7 @@ class FreeKind(Kind[AnyScene]):
     def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         from compare import hottest
 
-        scene, result = outcome.scene, outcome.solved
-        return (*hottest.impossible(scene, result), *hottest.warnings(hottest.in_3d(scene, result)))
+        return hottest.warnings(hottest.in_3d(outcome.scene, outcome.solved))
 
     def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         scene, reduced1d = outcome.scene, outcome.reduced1d

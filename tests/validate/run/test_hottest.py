@@ -5,14 +5,12 @@ import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from compare import hottest
-from scenes.model import Material, Probe
-from scenes.result import Estimate, Result, Traces
+from scenes.model import Material
 from validate.cli import main
 
 RUNS = {
@@ -61,19 +59,3 @@ def test_the_hottest_place_and_moment_of_each_material():
     assert said.startswith("a reaches 400 K in the steady state, past the 399 K")
     assert hottest.farthest(fields, np.linspace(0, 1, 41), 300.0) == (0.5, True)
     assert hottest.farthest(fields, np.array([0.0, 1.0]), 500.0) == (0.0, False)
-
-
-def test_what_is_below_absolute_zero_is_said():
-    """By more than its error, of a temperature, and at any time."""
-    scene: Any = SimpleNamespace(
-        probes=[Probe("end", (0, 0, 0), (0, 0, 0)), Probe("I", (0, 0, 0), (0, 1, 1), "current")]
-    )
-    for steady, over_time, said in ((-807.0, 293.0, "end reaches -807 K"), (293.0, -9.0, "-9 K"), (0.5, -0.5, "")):
-        values = {"end": np.array([293.0, over_time]), "I": np.array([-5.0, -5.0])}
-        errors = dict.fromkeys(values, 0.0 if said else 1.0)
-        result = Result(
-            "3D", {"end": Estimate(steady, errors["end"]), "I": Estimate(-5.0, 0.0)},
-            Traces(np.array([0.0, 1.0]), values, errors), {},
-        )  # fmt: skip
-        assert said in "".join(hottest.impossible(scene, result))
-        assert bool(hottest.impossible(scene, result)) == bool(said)
