@@ -164,13 +164,10 @@ def split(
 
 def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
     """Name the largest part, relative to its scale, by the ``phrases`` of assumptions."""
-    candidates = [(one, each) for each in splits if each.scale for one in each.parts]
-    if not candidates:
-        return "nothing is to blame: no quantity has a scale"
-    largest, worst = max(candidates, key=lambda pair: abs(pair[0].value / pair[1].scale))
-    if abs(largest.value) <= largest.error:
-        most = f"{percent(largest.error / abs(worst.scale))} of the {worst.whole}"
-        return f"nothing is to blame: no part of the difference is larger than its numerical error, {most}"
+    sure = [(one, each) for each in splits for one in each.parts if each.scale and abs(one.value) > one.error]
+    if not sure:
+        return "nothing is to blame: no part of the difference is larger than its numerical error"
+    largest, worst = max(sure, key=lambda pair: abs(pair[0].value / pair[1].scale))
     when = "in the steady state" if worst.time is None else f"at {quantity(worst.time, 's', 3)}"
     rest = signed(worst.total - largest.value, worst.unit)
     return (

@@ -6,7 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
-from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, cast
+from types import ModuleType
+from typing import TYPE_CHECKING, ClassVar, Generic
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -17,29 +18,10 @@ from scenes.result import Result, Step, skipped_together, step
 from scenes.varied import neighbour
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from compare.models import Model
-    from compare.report.table import Section, Style
     from compare.slopes import Slopes
 
 STEADY = "only the steady state was asked for"
-S_contra = TypeVar("S_contra", contravariant=True)
-
-
-class Report(Protocol[S_contra]):
-    """The report of a run: its first lines, its sections, and entries of files; the analyses add their own."""
-
-    def headline(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> str: ...
-
-    def sections(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> list[Section]: ...
-
-    def document(self, outcome: Outcome[S_contra]) -> dict[str, object]:
-        """Return entries of summary.json."""
-
-    def columns(self, outcome: Outcome[S_contra]) -> dict[str, NDArray[np.float64]]:
-        """Return the columns of traces.csv; none without traces."""
 
 
 class Kind(ABC, Generic[S]):
@@ -231,9 +213,10 @@ class Kind(ABC, Generic[S]):
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
     @property
-    def report(self) -> Report[S]:
-        """The module of `compare.report` for this kind, by the kind's name."""
-        return cast("Report[S]", import_module(f"compare.report.{self.name}"))
+    def report(self) -> ModuleType:
+        """The module of `compare.report` for this kind: ``headline`` and ``sections`` of an outcome, ``document`` for
+        summary.json, and ``columns`` for traces.csv."""
+        return import_module(f"compare.report.{self.name}")
 
 
 def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:
