@@ -56,10 +56,9 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
         outcome.alarms = (*outcome.alarms, *kind.alarms(outcome))
         outcome.warn(*kind.warnings(outcome))
     for analysis in analyses:
-        if not analysis.skip_reason(outcome.scene, outcome.options):
-            found = analysis.run(outcome, progress)
-            if found is not None:
-                outcome.analyses[analysis.name] = found
+        found = analysis.run(outcome, progress)
+        if found is not None:
+            outcome.analyses[analysis.name] = found
     with progress.stage("answer"):
         outcome.answer = kind.answer(outcome, progress)
     outcome.timing = progress.timing()

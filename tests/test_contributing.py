@@ -76,8 +76,6 @@ def test_the_reduction(folder):
 @pytest.mark.long
 def test_the_analysis(folder):
     found = summary(folder, "analysis")
-    assert {"figure_power.png", "figure_power.svg"} <= set(found["files"])
-    assert "Power against time" in (folder / "analysis" / "figure_power.svg").read_text(encoding="utf-8")
     assert found["power"]["paper"]["largest_W"] > 3e-3
     assert "power" in [step["step"] for step in found["plan"]]
 

@@ -54,8 +54,8 @@ class Against(Analysis["Data"]):
     def section(self, found: Data, outcome: Outcome[Any], style: Style) -> Section:
         return Section("Your data", [found.said()], headed=False)
 
-    def document(self, found: Data, outcome: Outcome[Any]) -> dict[str, Any]:
-        return found.document()
+    def enter(self, summary: dict[str, Any], found: Data, outcome: Outcome[Any]) -> None:
+        summary["against"] = found.document()
 
 
 def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
@@ -172,8 +172,8 @@ class Validation(Analysis[Validated]):
         ]
         return Section("Validation", [Table(heads, rows), *text], headed=False)
 
-    def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
-        return {"statements": [statement.document() for statement in found.statements], "points": found.points}
+    def enter(self, summary: dict[str, Any], found: Validated, outcome: Outcome[Any]) -> None:
+        summary["validation"] = {"statements": [each.document() for each in found.statements], "points": found.points}
 
 
 def validate(

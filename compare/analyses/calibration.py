@@ -47,8 +47,8 @@ class Calibration(Analysis["Fit"]):
         table = Table(("fitted", "from", "to", "u", "95 % between", "and"), rows)
         return Section("Calibration", [table, text], headed=False)
 
-    def document(self, found: Fit, outcome: Outcome[Any]) -> dict[str, Any]:
-        return {
+    def enter(self, summary: dict[str, Any], found: Fit, outcome: Outcome[Any]) -> None:
+        summary["calibration"] = {
             "keys": {
                 key: {"start": found.start[key], "value": value, "relative_u": found.u[key],
                       "interval": list(found.interval(key))}
@@ -56,6 +56,3 @@ class Calibration(Analysis["Fit"]):
             },
             "correlations": found.correlations.tolist(), "misfit": found.misfit, "points": found.points,
         }  # fmt: skip
-
-    def enter(self, summary: dict[str, Any], found: Fit, outcome: Outcome[Any]) -> None:
-        summary["calibration"] = self.document(found, outcome)

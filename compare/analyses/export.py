@@ -39,8 +39,5 @@ class CompactExport(Analysis[dict[str, Any]]):
         said = f"Exported {words} ({validity(found)}{without}) to {outcome.options.export.folder}/"
         return Section("Compact model", [said, Table(("name", "SPICE node", "FMU variable"), rows)], headed=False)
 
-    def document(self, found: dict[str, Any], outcome: Outcome[Any]) -> dict[str, Any]:
-        return {}
-
     def enter(self, summary: dict[str, Any], found: dict[str, Any], outcome: Outcome[Any]) -> None:
         """The model has a document of its own, in its folder."""

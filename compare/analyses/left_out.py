@@ -126,8 +126,8 @@ class LeftOutStudy(Analysis[LeftOut]):
         said = "Changes of the 3D steady state with each effect, over that without." * bool(rows)
         return Section("What both models leave out", [table, said, *sentences(skipped)])
 
-    def document(self, found: LeftOut, outcome: Outcome[Any]) -> dict[str, Any]:
-        return {
+    def enter(self, summary: dict[str, Any], found: LeftOut, outcome: Outcome[Any]) -> None:
+        summary["left_out"] = {
             name: {"assumed": each.assumed, "source": each.source}
             | {q: {"change": c.value, "error": c.error} for q, c in each.changes.items()}
             for name, each in found.effects.items()

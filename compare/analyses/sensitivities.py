@@ -64,9 +64,9 @@ class Sensitivity(Analysis[AllSlopes]):
             said.append(f"0, of which there is no percent: {', '.join(without)}.")
         return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
 
-    def document(self, found: AllSlopes, outcome: Outcome[Any]) -> dict[str, Any]:
+    def enter(self, summary: dict[str, Any], found: AllSlopes, outcome: Outcome[Any]) -> None:
         """{key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
-        return {
+        summary["sensitivities"] = {
             key: {
                 name: {model: asdict(s) if model == "fem3d" else {"value": s.value} for model, s in each.items()}
                 for name, each in by_name.items()
@@ -199,17 +199,14 @@ class UncertainInputs(Analysis[Propagated]):
         text = f"Inputs known to (standard uncertainty): {keys}{pairs}."
         return Section("Uncertain inputs", [text, Table(heads, rows), of_checks], headed=False)
 
-    def document(self, found: Propagated, outcome: Outcome[Any]) -> dict[str, Any]:
+    def enter(self, summary: dict[str, Any], found: Propagated, outcome: Outcome[Any]) -> None:
+        """Put u_input beside the error of every steady quantity, too; of a transient for the largest value."""
         given = found.uncertain
-        return {
+        summary["uncertain"] = {
             "relative": given.relative,
             "correlations": [{"keys": list(keys), "value": r} for keys, r in given.correlations.items()],
             "difference": {name: {"u_input": u} for name, u in found.difference.items()},
         }
-
-    def enter(self, summary: dict[str, Any], found: Propagated, outcome: Outcome[Any]) -> None:
-        """Put u_input beside the error of every steady quantity, too; of a transient for the largest value."""
-        super().enter(summary, found, outcome)
         for model, deviations in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
             for name, u in deviations.items():
                 summary[model]["steady"].setdefault(name, {})["u_input"] = u

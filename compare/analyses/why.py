@@ -66,8 +66,8 @@ class Why(Analysis["Budget"]):
         name = "the paper's model" if found.start == "paper" else found.start
         return Section(f"Why {name} differs from 3D", [*parts, said])
 
-    def document(self, found: Budget, outcome: Outcome[Any]) -> dict[str, Any]:
-        return {
+    def enter(self, summary: dict[str, Any], found: Budget, outcome: Outcome[Any]) -> None:
+        summary["why"] = {
             "reduction": found.start,
             "sentence": found.sentence,
             "steady": {split.quantity: _document(split) for split in found.steady},

@@ -12,7 +12,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from compare.analyses import chosen
 from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
@@ -101,11 +100,6 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
             for name in kind.drawn(outcome.scene, outcome.options):
                 if figure := draw(name, outcome):
                     drawn += save(figure, folder, name)
-            for each in chosen(outcome.options):
-                found = outcome.analyses.get(each.name)
-                if each.figure_name and found is not None:
-                    figure = each.figure(found, outcome)
-                    drawn += [] if figure is None else save(figure, folder, each.figure_name)
             if field is not None:
                 # Last, because the picture comes from a process of its own.
                 image, name = renderer.image(), FIELDS[outcome.scene.kind]

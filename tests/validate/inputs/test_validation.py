@@ -8,11 +8,10 @@ import pytest
 
 from compare import quantities
 from compare.against import Data
-from compare.analyses.against import Statement, Validation, validate
+from compare.analyses.against import Statement, validate
 from compare.data.columns import make_column
 from compare.data.read import read_uncertainty
 from compare.fitting import Fit, Modelled, fit_scene, keys_of
-from compare.outcome import Outcome
 from compare.slopes import sink_1d
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
@@ -57,7 +56,7 @@ def test_data_of_the_model_itself_show_no_error():
     sink, data = Sink(), known(measured(Sink(), 0.2), "0.2K")
     made = validate(sink, data, {"1D": (model(sink), None)}, None)
     # 95 % of normally distributed noise lies within 2 u_D; of 60 points 57 give or take 1.7.
-    for points in Validation().document(made, Outcome(sink))["points"]:
+    for points in made.points:
         assert 52 <= points["within_2_u_val"] <= 60
     assert not any(s.seen for s in made.statements)
 
