@@ -18,7 +18,7 @@ import numpy as np
 
 from compare.course import Course
 from compare.outcome import Outcome
-from compare.verdict import PAPERS, Check, Definition, compared, part, share, spread, unit_of
+from compare.verdict import PAPER, Check, Definition, compared, part, share, spread, unit_of
 from reduced1d import equations
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent
@@ -79,7 +79,7 @@ def equation(name: str, outcome: Outcome[Sink]) -> Check:
 
 def _of_paper(outcome: Outcome[Sink]) -> bool:
     """Whether the equations are of the 1D model, or there is none."""
-    return outcome.reduced1d is None or outcome.reduced1d.model in PAPERS
+    return outcome.reduced1d is None or outcome.reduced1d.model == PAPER
 
 
 def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Check | None:

@@ -15,8 +15,8 @@ from scenes.sink import Sink
 
 Declaring = Sink | Device | Declared
 
-PAPERS = ("paper", "reduced1d")
-"""Names of the paper's own model as a result."""
+PAPER = "paper"
+"""The name of the paper's own model."""
 COVERS = 2.0
 """Standard uncertainties of a normal distribution within which 95 % lie (GUM 6.3.3)."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.verdict import PAPERS, Check, Definition, judged
+from compare.verdict import PAPER, Check, Definition, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
 from scenes.errors import RunawayError, SceneError, listed
@@ -131,7 +131,7 @@ class SinkKind(Kind[Sink]):
 
         fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
         model = reduced1d or outcome.solved
-        who = "The paper's 1D model" if model.model in PAPERS else f"The 1D model {model.model}"
+        who = "The paper's 1D model" if model.model == PAPER else f"The 1D model {model.model}"
         if fem3d is None or reduced1d is None:
             peak, end = (quantity(model.steady[key].value, "K") for key in ("peak_rise_K", "end_rise_K"))
             who = "The 3D model" if reduced1d is None else who
@@ -202,12 +202,12 @@ def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> Budget | None:
 
     steady, name, fem3d = [c for c in claims if c.time is None], outcome.reduced.model, outcome.solved
     wrong = [c for c in claims if c.verdict == "differs" and (c.time is None or not repeats(c, steady))]
-    if not wrong or (name not in PAPERS and not ladder.is_one(name)):
+    if not wrong or not ladder.is_one(name):
         return None
     if all(claim.time is None for claim in wrong):
         fem3d = replace(fem3d, traces=None)
     try:
-        return budget("paper" if name in PAPERS else name, fem3d, Levels(outcome.scene, rough=True))
+        return budget(name, fem3d, Levels(outcome.scene, rough=True))
     except ArithmeticError as error:
         outcome.warn(f"nothing is blamed: {error}")
         return None

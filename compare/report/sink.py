@@ -11,7 +11,7 @@ from compare.outcome import Outcome
 from compare.report import checks
 from compare.report import table as entries
 from compare.report.table import Section, Style, Table, wrapped
-from compare.verdict import PAPERS, Check, part
+from compare.verdict import PAPER, Check, part
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
 from scenes.sink import OF_A_SINK, Sink
@@ -20,7 +20,7 @@ from scenes.sink import OF_A_SINK, Sink
 def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
     """State the answer, then the number of checks that differ."""
     name, reduced1d = sink_text(outcome.scene), outcome.reduced1d
-    if reduced1d is not None and reduced1d.model not in PAPERS:
+    if reduced1d is not None and reduced1d.model != PAPER:
         name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
     counted = checks.counted(name, outcome, contrary)
     said = [style.paint(wrapped(text), "heading") for text in (outcome.answer, counted) if text]
@@ -42,7 +42,7 @@ def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
         rows.append(cells + [in_1d, *[off] * (fem3d is not None)] * (reduced1d is not None))
     heads = ["steady state"] + ["3D"] * (fem3d is not None)
     if reduced1d is not None:
-        heads += ["1D" if reduced1d.model in PAPERS else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
+        heads += ["1D" if reduced1d.model == PAPER else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
     judged = checks.sections(outcome.checks, contrary, style)
     return [Section("Steady state", [Table(heads, rows)], headed=False), *judged]
 

@@ -109,7 +109,7 @@ def test_current_that_does_not_change():
     fem3d = stand_in(sink)
     off = replace(fem3d.traces, values={k: 1.1 * v if k == "current_A" else v for k, v in fem3d.traces.values.items()})
     for traces, difference in ((fem3d.traces, 0.0), (off, 0.1)):
-        found = checks_of(Case(sink, fem3d, Result("reduced1d", fem3d.steady, traces)))["fig7_current"]
+        found = checks_of(Case(sink, fem3d, Result("paper", fem3d.steady, traces)))["fig7_current"]
         assert found.difference == pytest.approx(difference, abs=1e-12)
         assert "of itself" in found.title
 

@@ -16,7 +16,7 @@ import numpy as np
 from compare.kinds import kind_of
 from compare.kinds.free import probed, varies
 from compare.options import Options, whole
-from compare.verdict import PAPERS
+from compare.verdict import PAPER
 from scenes import loading
 from scenes.checks import OF_THE_PAPER, SINK_CHECKS
 from scenes.errors import SceneError, quoted, unknown
@@ -290,7 +290,7 @@ def _checked(scope: Scope, given: str | None, varied: Collection[str]) -> str:
         skipped = kind.skipped(scene, options)
         reason = f"{skipped[given]}: " if given in skipped else ""
         possible = SINK_CHECKS if "sink.spans" in varied else kind.definitions(scene, options)
-        others = skipped if scope.reductions[0] in PAPERS else {*skipped, *OF_THE_PAPER}
+        others = skipped if scope.reductions[0] == PAPER else {*skipped, *OF_THE_PAPER}
         known = [name for name in possible if name not in others]
     if given is not None and given not in known:
         raise unknown(f"{reason}there is no check", given, known)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
 from compare.sink_checks import profile as sampled
-from compare.verdict import PAPERS, Check
+from compare.verdict import PAPER, Check
 from reduced1d.equations import parabola
 from scenes.formats import cut, quantity, scale, sink_text
 from scenes.model import UNITS
@@ -73,7 +73,7 @@ def traces(
                 if name not in course.values:
                     continue
                 values = per * (course.values[name] - zero)
-                who = "1D" if result.model in PAPERS else result.model
+                who = "1D" if result.model == PAPER else result.model
                 look: dict[str, Any] = {"ls": ":", "lw": 2.4, "label": cut(f"{word}, {who}", MOST_NAME)}
                 if result is outcome.fem3d:
                     bound = per * course.error_at(name, course.time)
@@ -110,7 +110,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     if reduced1d is not None and {"end_rise_K", "peak_rise_K"} <= reduced1d.steady.keys():
         end, peak = reduced1d.steady["end_rise_K"].value, reduced1d.steady["peak_rise_K"].value
         places, values, look, name = um[[0, len(um) // 2, -1]], np.array([end, peak, end]), "o", reduced1d.model
-        if reduced1d.model in PAPERS:
+        if reduced1d.model == PAPER:
             places, values, look = um, parabola(y, peak - end, end, sink.length), ":"
             name = "1D, eqs 9, 17 and 18"
         above.plot(places, values, look, color=LINES["end_K"], label=name)
