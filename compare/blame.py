@@ -20,7 +20,6 @@ import numpy as np
 from compare.sink_checks import from_first
 from compare.verdict import Check, part, share
 from scenes.checks import FIRST_TIME
-from scenes.errors import RunawayError
 from scenes.formats import difference_text, percent, quantity, signed
 from scenes.model import UNITS, AnyScene, Scene
 from scenes.result import Estimate, Result
@@ -186,11 +185,7 @@ def budget(start: str, fem3d: Result, levels: Levels, progress: Callable[[str], 
     at, ladder, results = None if fem3d.traces is None else fem3d.traces.time, rungs(levels, start), []
     for rung in ladder:
         progress(f"solving the ladder: {rung.name}")
-        try:
-            results.append(solve(levels, rung, at is None, at))
-        except RunawayError as error:
-            where = f"on the ladder from {start} to 3D, in the model {rung.name} (see --why)"
-            raise RunawayError(f"{where}: {error}", error.limit) from None
+        results.append(solve(levels, rung, at is None, at))
     results.append(fem3d)
     phrases = {rung.blame: f"the {rung.blame}, as {rung.says}" for rung in ladder}
     times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)

@@ -82,14 +82,14 @@ class Run:
         return self.outcome.solved
 
     @property
-    def reduced1d(self) -> Result | None:
-        """The 1D result, of the same type; None without a 1D model."""
-        return self.outcome.reduced1d
-
-    @property
     def steady(self) -> dict[str, Estimate]:
         """Steady values of 3D."""
         return self.fem3d.steady
+
+    @property
+    def reduced1d(self) -> Result | None:
+        """The 1D result, of the same type; None without a 1D model."""
+        return self.outcome.reduced1d
 
     @property
     def why(self) -> Budget | None:
@@ -128,14 +128,11 @@ class Run:
         """
         if name in self.checks:
             return self.checks[name]
-        for step in self.outcome.plan:
-            kind, _, names = step.step.partition(" ")
-            if kind == "checks" and step.state == "skipped" and name in names.split(", "):
-                raise SceneError(f"this run made no check {quoted(name)}: {step.reason}")
-        ids = tuple(self.checks)
-        if not ids:
-            raise SceneError(f"{quoted(name)} is no check: this run made none, as it has no model to compare with 3D")
-        raise SceneError(f"{quoted(name)} is no check: give {', '.join(ids)}{did_you_mean(name, ids)}")
+        if why := kind_of(self.scene).skipped(self.scene, self.outcome.options).get(name):
+            raise SceneError(f"this run made no check {quoted(name)}: {why}")
+        if not self.checks:
+            raise SceneError(f"{quoted(name)} is no check: this run made none")
+        raise SceneError(f"{quoted(name)} is no check: give {', '.join(self.checks)}{did_you_mean(name, self.checks)}")
 
     def report(self) -> str:
         """Return the report that the command prints."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from compare.models import Model
-from compare.verdict import PAPERS
+from compare.verdict import PAPER
 from scenes.device import Device
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Estimate, Result
@@ -164,13 +164,11 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence
     """
     from reduced1d import ladder
 
-    name = "paper" if result.model in PAPERS else result.model
-
     def solve(changed: Sink, times: np.ndarray | None) -> Mapping[str, Any]:
-        found = ladder.solve(changed, name, steady_only=times is None, times=times)
+        found = ladder.solve(changed, result.model, steady_only=times is None, times=times)
         return {n: e.value for n, e in found.steady.items()} if times is None else found.over_time.values
 
-    over_time = name == "paper" and result.traces is not None
+    over_time = result.model == PAPER and result.traces is not None
     return in_1d(solve, sink, result, keys or numbers(sink), times if over_time else None)
 
 
@@ -188,15 +186,13 @@ def device_1d(device: Device, result: Result) -> Slopes:
 
 def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result) -> Slopes:
     """Return the slopes of a user's own model of the scene of a 3D result."""
-    times = None if result.traces is None else result.traces.time[result.traces.time > 0]
-    return in_1d(answers(model, fem3d), scene, result, keys, times, BESIDE[0] if model.exact else BESIDE[1])
-
-
-def answers(model: Model, fem3d: Result) -> Solve:
-    """Return the function that asks a model about the quantities of a 3D result."""
     from compare.models.sampling import ask, make_question
 
-    return lambda scene, times: ask(model, make_question(scene, fem3d), times).at(times).values
+    def solve(changed: Any, times: np.ndarray | None) -> Mapping[str, Any]:
+        return ask(model, make_question(changed, fem3d), times).at(times).values
+
+    times = None if result.traces is None else result.traces.time[result.traces.time > 0]
+    return in_1d(solve, scene, result, keys, times, BESIDE[0] if model.exact else BESIDE[1])
 
 
 def in_1d(

@@ -326,15 +326,13 @@ def _choose(run: Run, parameters: Sequence[Column], target: Target) -> np.ndarra
     if not said:
         return fits
     first, words = parameters[0], ", ".join(said)
-    curve = f'the whole curve: --column "{first.role} curve={first.plain}"'
     if not fits.any():
         other = target.show(first.role, float(first.values[0])).replace(" ", "")
         raise SceneError(
-            f"it has no run of this scene, {words}: export that run, or set the scene: --set {first.role}={other}"
-            f"{f', or compare {curve}' if target.quantities.steady else ''} "
+            f"it has no run of this scene, {words}: export that run, or set the scene: --set {first.role}={other} "
             f'(--column "ignore={first.plain}" where it is no such parameter)'
         )
-    run.words = f"the run at {words}{f' ({curve})' if target.quantities.steady and not fits.all() else ''}"
+    run.words = f"the run at {words}"
     return fits
 
 
