@@ -43,25 +43,16 @@ class Effect:
     changed: dict[str, Any]
     changes: dict[str, Estimate] = field(default_factory=dict)
 
-    @property
-    def size(self) -> float:
-        """The size of the change of the peak; a runaway is the largest of all."""
-        return abs(self.changes["peak_rise_K"].value) if self.changes else math.inf
-
-
-def conduction(sink: Sink) -> float:
-    """Return the film coefficient (W/(m2 K)) of air at rest above the beam.
-
-    Air conducts from one side of a thin plate, L long and w wide, with the shape factor pi L / ln(4 L / w) (Holman,
-    Heat Transfer, chapter 3: a plate in the surface of a half space).
-    """
-    long, short = sorted((sink.row_length, sink.width), reverse=True)
-    return math.pi * CONDUCTIVITY / (short * math.log(4 * long / short))
-
 
 def effects(sink: Sink) -> dict[str, Effect]:
-    """Return the effects by their names in summary.json."""
-    given, film, contact, emissivity, exponent = sink.silicon.thermal_conductivity, conduction(sink), 2e-8, 0.7, -1.3
+    """Return the effects by their names in summary.json.
+
+    Air at rest conducts from one side of a thin plate, L long and w wide, with the shape factor pi L / ln(4 L / w)
+    (Holman, Heat Transfer, chapter 3: a plate in the surface of a half space).
+    """
+    short, long = sorted((sink.row_length, sink.width))
+    film = math.pi * CONDUCTIVITY / (short * math.log(4 * long / short))
+    given, contact, emissivity, exponent = sink.silicon.thermal_conductivity, 2e-8, 0.7, -1.3
     falling = [k if laws.varies(k) else laws.PowerLaw(k, sink.room_temperature, exponent) for k in laws.along(given)]
     law = tuple(falling) if isinstance(given, tuple) else falling[0]
     return {
@@ -161,7 +152,11 @@ def study(sink: Sink, say: Callable[[str], None]) -> LeftOut:
             skipped[name] = "the scene has it"
         else:
             add(name, effect)
-    found = dict(sorted(found.items(), key=lambda item: -item[1].size))
+    # By the change of the peak; a runaway is the largest of all.
+    changes = {
+        name: abs(each.changes["peak_rise_K"].value) if each.changes else math.inf for name, each in found.items()
+    }
+    found = {name: found[name] for name in sorted(found, key=lambda name: -changes[name])}
     if len(found) > 1:
         everything = {key: value for each in found.values() for key, value in each.changed.items()}
         add(TOGETHER, Effect(f"{', '.join(found)} at once", "", everything))

@@ -9,7 +9,7 @@ import pytest
 
 import compare
 from compare.analyses import left_out
-from compare.analyses.left_out import CONDUCTIVITY, conduction
+from compare.analyses.left_out import CONDUCTIVITY
 from compare.outcome import Outcome
 from fem3d.runs.sink import solve
 from scenes.errors import RunawayError
@@ -40,7 +40,7 @@ def steady(sink: Sink) -> Result:
 
 
 def test_an_effect_is_the_sink_with_it_over_the_sink_without(found):
-    cooled = steady(replace(SINK, convection_coefficient=conduction(SINK)))
+    cooled = steady(replace(SINK, **left_out.effects(SINK)["air"].changed))
     for asked in OF_A_SINK.values():
         ratio = cooled.steady[asked.steady].value / steady(SINK).steady[asked.steady].value
         assert found.effects["air"].changes[asked.steady].value == pytest.approx(ratio - 1, rel=1e-12)
