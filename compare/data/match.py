@@ -60,7 +60,7 @@ class Target:
 
         node = re.sub(r"^[vi]\((.*)\)$|^(.*)#branch$", r"\1\2", column.name, flags=re.IGNORECASE)
         spellings = {plain(text) for text in (column.name, column.plain, node)}
-        spellings |= {re.sub(r"^fem3d | rise$| #\d+$", "", text) for text in spellings}
+        spellings |= {re.sub(r"^fem3d | rise$", "", text) for text in spellings}
         found = [name for word, name in self.quantities.names.items() if {plain(word), plain(name)} & spellings]
         return found[0] if len(found) == 1 else self._find_point(column)
 
@@ -109,13 +109,11 @@ def assign(columns: Sequence[Column], target: Target, given: Sequence[str]) -> l
             if not word or not wanted:
                 raise SceneError('give NAME=COLUMN, such as peak="T (K), Point 1"')
             role, unit, kind = _read_role(target, word)
-            name = _find_column(assigned, wanted)
-            if any(c.role and (c.name == name or c.role == role != IGNORED) for c in assigned):
+            places = _find_columns(assigned, wanted)
+            if any(c.role and (n in places or c.role == role != IGNORED) for n, c in enumerate(assigned)):
                 raise SceneError("this column, or another one for it, is named already: name each once")
-            # Vectors of ngspice may share one name, the time, which stands before each.
-            assigned = [
-                replace(c, role=role, kind=kind, unit=unit or c.unit) if c.name == name else c for c in assigned
-            ]
+            for n in places:
+                assigned[n] = replace(assigned[n], role=role, kind=kind, unit=unit or assigned[n].unit)
     return assigned
 
 
@@ -133,16 +131,16 @@ def _read_role(target: Target, text: str) -> tuple[str, Unit | None, str]:
     raise SceneError(f"it is no quantity: give {', '.join(choices)}{key}{did_you_mean(plain, choices)}")
 
 
-def _find_column(columns: Sequence[Column], wanted: str) -> str:
-    """The name of a column: as the header has it, without its unit where that is enough, or by number."""
-    names = list(dict.fromkeys(c.name for c in columns))
-    plain = " ".join(wanted.split())
+def _find_columns(columns: Sequence[Column], wanted: str) -> list[int]:
+    """The places of a column: by number, or by its header, without its unit where that is enough. Vectors of ngspice
+    may share one header, the time, which stands before each."""
+    plain, names = " ".join(wanted.split()), [c.name for c in columns]
     loose = {c.name for c in columns if plain.lower() in (c.name.lower(), c.plain.lower())}
     if plain in names or len(loose) == 1:
-        return plain if plain in names else loose.pop()
+        return [n for n, name in enumerate(names) if name == plain or (plain not in names and name in loose)]
     if wanted.isdigit() and 0 < int(wanted) <= len(columns):
-        return columns[int(wanted) - 1].name
-    shown = ", ".join(map(quoted, names[:12]))
+        return [int(wanted) - 1]
+    shown = ", ".join(map(quoted, dict.fromkeys(names[:12])))
     raise SceneError(f"no column is called so: there are {shown}{did_you_mean(plain, names)}")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
@@ -13,7 +12,7 @@ import numpy as np
 
 from compare.against import Data
 from compare.data import raw, text
-from compare.data.columns import Column, find_times, refusing
+from compare.data.columns import refusing
 from compare.data.match import Target, assign, match, pick
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
@@ -46,7 +45,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     kind, columns = (raw if raw.is_raw(content) else text).read(content)
     if kind == text.LIST and not catalogue.steady:
         raise SceneError("a list of steady values, and the scene is solved over time: give traces, or --steady")
-    columns = assign(_numbered(columns), target, given)
+    columns = assign(columns, target, given)
     run = pick(columns, target)
     values: dict[str, np.ndarray] = {}
     headers: dict[str, str] = {"time_s": run.clock} if run.clock else {}
@@ -58,7 +57,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         elif key in values:
             word = catalogue.word(key)
             raise SceneError(
-                f"both {quoted(headers[key])} and {quoted(column.name)} may be the scene's {word}: say which, "
+                f"both {quoted(headers[key])} and {quoted(column.name)} may be the scene's {word}: say which, by name or number, "
                 f'--column {word}="{printable(column.name)}"'
             )
         else:
@@ -85,17 +84,6 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         name, kind, time, values, headers, {key: note for key, note in how.items() if note}, notes, run.left_out,
         run.words, others=others, words=catalogue.words, curve=list(compress(run.curve, full)),
     )  # fmt: skip
-
-
-def _numbered(columns: Sequence[Column]) -> list[Column]:
-    """Number the columns of one name, but the times before every vector."""
-    seen, times = Counter[str](), {c.name for c in find_times(columns)}
-    numbered = []
-    for column in columns:
-        seen[column.name] += 1
-        again = seen[column.name] > 1 and column.name not in times
-        numbered.append(replace(column, name=f"{column.name} #{seen[column.name]}") if again else column)
-    return numbered
 
 
 def _compare_run(data: Data, target: Target) -> tuple[str, ...]:

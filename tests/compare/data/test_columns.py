@@ -56,12 +56,13 @@ def test_column_settles_what_cannot_be_told(tmp_path):
     assert "peak (K)" in data.left_out
 
 
-def test_names_that_stand_twice_are_told_apart(tmp_path):
+def test_names_that_stand_twice_are_told_apart_by_numbers(tmp_path):
     text = table(MILLISECONDS, ("T (K)", 293 + RISES), ("T (K)", 293 + RISES / 4))
-    for end in ("T (K) #2", "3"):
-        data = found(tmp_path, text, "peak=T (K)", f"end={end}")
-        assert data.values["peak_K"][-1] == pytest.approx(313.0)
-        assert data.values["end_K"][-1] == pytest.approx(298.0)
+    data = found(tmp_path, text, "peak=2", "end=3")
+    assert data.values["peak_K"][-1] == pytest.approx(313.0)
+    assert data.values["end_K"][-1] == pytest.approx(298.0)
+    with pytest.raises(SceneError, match=r'both "T .*by name or number, --column peak='):
+        found(tmp_path, text, "peak=T (K)")
 
 
 def test_a_column_that_is_in_the_way_is_left_out(tmp_path):
