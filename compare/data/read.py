@@ -57,8 +57,8 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         elif key in values:
             word = catalogue.word(key)
             raise SceneError(
-                f"both {quoted(headers[key])} and {quoted(column.name)} may be the scene's {word}: say which, by name or number, "
-                f'--column {word}="{printable(column.name)}"'
+                f"both {quoted(headers[key])} and {quoted(column.name)} may be the scene's {word}: say which, by name "
+                f'or number, --column {word}="{printable(column.name)}"'
             )
         else:
             values[key], headers[key], how[key] = found, column.name, note
@@ -69,12 +69,10 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
             f"none of its columns is a quantity of the scene, {known}{reasons}: call them so, or say which they are, "
             f'--column "{known.partition(", ")[0]}=NAME"'
         )
-    empty = {headers[key]: np.isnan(each) for key, each in values.items() if np.isnan(each).any()}
-    full = ~np.any([np.zeros(len(run.time), dtype=bool), *empty.values()], axis=0)
-    names = ", ".join(map(quoted, empty))
+    names = ", ".join(quoted(headers[key]) for key, each in values.items() if np.isnan(each).any())
+    full = np.all([np.isfinite(each) for each in values.values()], axis=0)
     if not full.any():
-        first = printable(next(iter(empty)))
-        raise SceneError(f'every row is empty in one of {names}: leave one of them out, --column "ignore={first}"')
+        raise SceneError(f"every row is empty in one of {names}: leave one of them out, --column ignore=COLUMN")
     notes = (f"{(~full).sum()} of {len(full)} rows are left out, for {names} has no number there",) if names else ()
     values = {key: each[full] for key, each in values.items()}
     time = np.repeat(AT_REST, full.sum()) if catalogue.steady else run.time[full]

@@ -64,7 +64,7 @@ class Fmu(Simulation):
         All ends are tried, because an FMU may move again. A run that fails has too long steps and ends the series.
         Raises SceneError where no run rests.
         """
-        found: Answer | None = None
+        rested: Answer | None = None
         failure: SceneError | None = None
         last, until = 0.0, time.monotonic() + LONGEST / 10
         for end in HORIZONS:
@@ -75,20 +75,19 @@ class Fmu(Simulation):
                 if last:
                     break
                 continue
-            values = np.array(list(run.values.values()))
-            last, change = end, np.ptp(values, axis=1)
+            last, values = end, np.array(list(run.values.values()))
+            change, rounding = np.ptp(values, axis=1), 1e-12 * np.abs(values).max(axis=1)
             late = np.ptp(values[:, values.shape[1] // 2 :], axis=1)
-            still = late <= REST * change + 1e-12 * np.abs(values).max(axis=1)
-            moved = change > 1e-12 * np.abs(values).max(axis=1)
-            if still.all() and (moved.any() or end == HORIZONS[-1]):
+            moved = (change > rounding).any() or end == HORIZONS[-1]
+            if moved and (late <= REST * change + rounding).all():
                 errors = dict(zip(run.values, late.tolist(), strict=True))
-                found = Answer({name: v[-1] for name, v in run.values.items()}, errors)
-        if found is not None:
-            return found
-        if failure is not None and not last:
+                rested = Answer({name: v[-1] for name, v in run.values.items()}, errors)
+        if rested is None and not last and failure is not None:
             raise failure
-        why = "" if failure is None else f": {failure}"
-        raise SceneError(f"it does not come to rest within {quantity(last, 's')}{why}")
+        if rested is None:
+            why = "" if failure is None else f": {failure}"
+            raise SceneError(f"it does not come to rest within {quantity(last, 's')}{why}")
+        return rested
 
     def simulate(self, question: Question, end: float, steps: int) -> Answer:
         return self._run(question, question.over_time, end, steps, LONGEST)
