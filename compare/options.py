@@ -166,17 +166,13 @@ def _export(given: Any, scene: Any, values: Given) -> Export:
     """The accuracy is the scene's, or of a device twice that: half is the solution's, half the model's own."""
     if not str(given).strip():
         raise SceneError('--export "" names no folder: give one, such as my-model')
-    accuracy = scene.accuracy
-    if scene.kind == DEVICE:
-        solved = scene.accuracy_3d if values.get("in_3d") else scene.accuracy
-        accuracy = 2.0 * solved
-    wanted, states = values.get("model_accuracy"), values.get("states")
+    of_device, wanted, states = scene.kind == DEVICE, values.get("model_accuracy"), values.get("states")
+    solved = scene.accuracy_3d if of_device and values.get("in_3d") else scene.accuracy
+    accuracy = solved * (1 + of_device)
     if wanted is not None:
         accuracy = ACCURACY.read("--model-accuracy", wanted) or accuracy
-        if scene.kind == DEVICE and accuracy < solved:
-            raise SceneError(
-                f"--model-accuracy {wanted} is below what the solution is known, {solved:g}: give --accuracy, too"
-            )
+        if of_device and accuracy < solved:
+            raise SceneError(f"--model-accuracy {wanted} is below the solution's, {solved:g}: give --accuracy, too")
     return Export(Path(given), accuracy, None if states is None else whole("--states", states, 1, 400))
 
 
@@ -300,21 +296,15 @@ class Options(SimpleNamespace):
 
 def check(kind: str, given: Given) -> None:
     """Raise SceneError for one option that needs or excludes another."""
-    options = {option.key: option for option in of_kind(kind)}
-    by_flag = {option.name: option for option in options.values()}
+    options = {option.name: option for option in of_kind(kind)}
 
     def said(flag: str) -> str:
         """The option as given, or empty."""
         name, _, wanted = flag.partition(" ")
-        if name not in by_flag:
+        option = options.get(name)
+        if option is None or not (value := given.get(option.key)) or (wanted and value != wanted):
             return ""
-        option = by_flag[name]
-        value = given.get(option.key)
-        if value in (None, False, "", ()) or value == [] or (wanted and value != wanted):
-            return ""
-        if option.switch or option.repeats or not isinstance(value, (str, int, float)):
-            return name
-        return f"{name} {printable(str(value))}"
+        return name if option.switch or option.repeats or callable(value) else f"{name} {printable(str(value))}"
 
     for option in options.values():
         if not (this := said(option.name)):

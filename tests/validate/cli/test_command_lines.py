@@ -159,8 +159,8 @@ REFUSED = {
     "sink --fields --field-times 0.1ms --steady": "--field-times",
     # reductions and models
     "sink --no-figures --export /dev/null/x": "cannot be written", "solve bridge --export m --states 0": "--states is",
-    "device --export m --model-accuracy 1e-6": "known, 5e-06: give --accuracy",
-    "device --3d --export m --model-accuracy 1e-4": "known, 0.001: give --accuracy",
+    "device --export m --model-accuracy 1e-6": "solution's, 5e-06: give --accuracy",
+    "device --3d --export m --model-accuracy 1e-4": "solution's, 0.001: give --accuracy",
     "solve bridge --export m --model-accuracy 2": "--model-accuracy = ",
     "solve bridge --export m --model-accuracy 1e-3 --states 3": "leave out --model-accuracy",
     "solve bridge --no-figures --export file/m": "cannot be written",
