@@ -19,7 +19,7 @@ __all__ = ["Answer", "Model", "Question", "open_model", "parse_reduction", "pars
 
 OF_THE_SCENE = "scene"
 _FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
-_KINDS = {".py": "function", ".cir": "netlist", ".net": "netlist", ".sp": "netlist", ".fmu": "fmu", ".csv": "table"}
+_KINDS = {".cir": "netlist", ".net": "netlist", ".sp": "netlist", ".fmu": "fmu", ".csv": "table"}
 _PROGRAMS = ("function", "netlist", "fmu")
 
 
@@ -46,8 +46,7 @@ def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Call
 
     if callable(given):
         return getattr(given, "__name__", type(given).__name__), given
-    file = given.rpartition(":")[0] or given
-    if is_one(given) or (given != "network" and Path(file).suffix.lower() not in _KINDS):
+    if is_one(given) or (given != "network" and not Path(given.partition(":")[0]).suffix):
         return canonical(given), ""
     _kind(given)
     return Path(given).name, given
@@ -71,11 +70,11 @@ def parse_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:
 
 def _kind(given: str) -> str:
     """Return the module of this package that opens a model. Raises SceneError where none does."""
+    file, _, function = given.rpartition(":")
     if given == "network":
         return given
-    file = given.rpartition(":")[0] if Path(given.rpartition(":")[0]).suffix == ".py" else given
-    kind = _KINDS.get(Path(file).suffix.lower())
-    if kind is None or (kind == "function" and file == given):
-        why = "is no model" if kind is None else "names no function"
-        raise SceneError(f"--model {quoted(given)} {why}: {_FORM}")
+    if file.endswith(".py") and function.strip():
+        return "function"
+    if (kind := _KINDS.get(Path(given).suffix.lower())) is None:
+        raise SceneError(f"--model {quoted(given)} is no model: {_FORM}")
     return kind

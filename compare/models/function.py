@@ -73,8 +73,6 @@ def open_model(given: str, folder: str) -> FileFunction:
     """Return the function of FILE.py:FUNCTION, loaded; the same as before where the file has not changed."""
     file, _, name = given.rpartition(":")
     path = find_file(file, folder, "a Python file and a function in it, such as lumped.py:bridge")
-    if not name.strip():
-        raise SceneError(f"it names no function: give {printable(file)}:FUNCTION")
     return _open(path.resolve(), name, path.stat().st_mtime_ns)
 
 

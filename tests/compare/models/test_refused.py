@@ -34,7 +34,7 @@ PYTHON = {
 
 REFUSED = [
     ("", "names no model"),
-    ("lumped.py", "names no function"),
+    ("lumped.py", "is no model: give FILE.py:FUNCTION"),
     ("lumped.py:barr", 'did you mean "bar"'),
     ("imports.py:bar", 'it has no function "bar": give "other"'),
     ("lumped.py:number", 'it has no function "number": give'),
