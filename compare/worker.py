@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 from weakref import finalize
 
 from compare.processes import ONE_THREAD
-from scenes.errors import NumericsError, SceneError
+from scenes.errors import SceneError
 
 T = TypeVar("T")
 Task = TypeVar("Task", bound=tuple[Any, ...])
@@ -169,11 +169,11 @@ def share(
 
 
 def map_tasks(
-    function: Callable[[int], T], numbers: Sequence[int], jobs: int, died: Callable[[int], T] | None = None
+    function: Callable[[int], T], numbers: Sequence[int], jobs: int, died: Callable[[int], T]
 ) -> Iterator[tuple[int, T]]:
     """Yield each number with ``function(number)`` as they come, computed by ``jobs`` processes, or by this one for 1.
 
-    A number whose process dies has the value ``died(number)``. Raises NumericsError without that.
+    A number whose process dies has the value ``died(number)``.
     """
     if jobs == 1:
         yield from ((number, function(number)) for number in numbers)
@@ -181,12 +181,9 @@ def map_tasks(
     with pool(jobs) as workers:
         for (number,), outcome in share(workers, function, ((number,) for number in numbers)):
             try:
-                value = outcome.result()
+                yield number, outcome.result()
             except EndedError:
-                if died is None:
-                    raise NumericsError(f"{DIED} (number {number})") from None
-                value = died(number)
-            yield number, value
+                yield number, died(number)
 
 
 def _serve(descriptor: int, parent: int) -> None:

@@ -8,7 +8,8 @@ from math import inf
 from typing import NamedTuple
 
 from benchmarks.rows import Row, failed
-from compare.worker import map_tasks
+from compare.worker import DIED, map_tasks
+from scenes.errors import NumericsError
 from validate.verify import exact, orders, orders_in_time, published, second_path, surroundings
 from validate.verify.manufactured import CAPACITIES, LAYERS, ONE_CAPACITY, ONE_K, heating, joule
 
@@ -65,7 +66,11 @@ def run(families: Sequence[str], jobs: int, progress: Callable[[str], None]) -> 
     chosen = [number for number, case in enumerate(CASES) if case.family in families]
     results: dict[int, list[Row]] = {}
     progress(f"{len(chosen)} cases")
-    for number, rows in map_tasks(perform, chosen, jobs):
+
+    def died(number: int) -> list[Row]:
+        return [failed(CASES[number].family, CASES[number].name, NumericsError(DIED))]
+
+    for number, rows in map_tasks(perform, chosen, jobs, died):
         results[number] = rows
         waiting = [CASES[n].name for n in chosen if n not in results]
         progress(f"{len(results)} of {len(chosen)} cases done; next {waiting[0]}" if waiting else "writing")
