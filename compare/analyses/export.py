@@ -21,7 +21,10 @@ class CompactExport(Analysis[dict[str, Any]]):
         return step("export", f"a compact model {count}, compared with the full one for a step of every input")
 
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
-        kind_of(outcome.scene).exportable(outcome.scene, outcome.options)
+        from fem3d.runs.compact import check
+
+        if (scene := kind_of(outcome.scene).exported(outcome.scene, outcome.options)) is not None:
+            check(scene)
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> dict[str, Any]:
         with progress.stage("export"):

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, ClassVar, Generic
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
 from compare.verdict import Check, Definition, judged
-from scenes.errors import SceneError
 from scenes.model import AnyScene
 from scenes.result import Result, Step, skipped_together, step
 from scenes.varied import neighbour
@@ -192,16 +191,10 @@ class Kind(ABC, Generic[S]):
         no_fields = absent.get("fields") or absent.get(self.field, "")
         return lines + [step("field files", "fem3d.pvd with its .vtu files", no_fields)] * bool(self.field)
 
-    def exported(self, scene: S, options: Options) -> AnyScene:
-        """Return the scene, of boxes or on a mesh, that a compact model is made of. Raises SceneError where there is
-        none."""
-        raise SceneError(f"{scene.name} is not made of boxes, as a compact model needs")
-
-    def exportable(self, scene: S, options: Options) -> None:
-        """Raise SceneError for a scene that has no compact model."""
-        from fem3d.runs.compact import check
-
-        check(self.exported(scene, options))
+    def exported(self, scene: S, options: Options) -> AnyScene | None:
+        """Return the scene, of boxes or on a mesh, that a compact model is made of; None for a kind with its own
+        ``compact``. Raises SceneError for a scene that has none."""
+        return None
 
     def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
         """Return the document of the compact model, with warnings where its accuracy is not reached; a given number of
@@ -209,6 +202,7 @@ class Kind(ABC, Generic[S]):
         from fem3d.runs.compact import compact
 
         scene, export = self.exported(outcome.scene, outcome.options), outcome.options.export
+        assert scene is not None
         seconds = progress.processor_time.get("fem3d")
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 

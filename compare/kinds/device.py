@@ -144,9 +144,6 @@ class DeviceKind(Kind[Device]):
     def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
         return {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
 
-    def exportable(self, scene: Device, options: Options) -> None:
-        """Accept every device."""
-
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
         """Return the compact model with its controllers, of 3D where it was solved, else of 1D."""
         from reduced1d.device import design as designs
