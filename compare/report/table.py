@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
@@ -105,8 +105,8 @@ class Table:
 
     def html(self) -> str:
         """For a page, a verdict with its sign and in its colour."""
-        heads = [" ".join(head.split()) for head in self.heads]
-        numbers, across, rows = [i for i, side in enumerate(self.aligned) if side == ">"], f'colspan="{len(heads)}"', []
+        numbers, rows = [i for i, side in enumerate(self.aligned) if side == ">"], []
+        heads, across = [html_text(" ".join(head.split())) for head in self.heads], f'colspan="{len(self.heads)}"'
         for row in self.marked:
             cells = [html_text(cell) for cell in row.cells]
             if row.verdict:
@@ -115,7 +115,8 @@ class Table:
             single = f'<tr class="kind"><th {across}>{cells[0]}</th></tr>'
             rows.append(single if len(cells) == 1 else _html_row(cells, numbers))
             rows += [f'<tr class="because"><td {across}>{html_text(row.below)}</td></tr>'] * bool(row.below)
-        return html_table(heads, rows, numbers)
+        body = "\n".join(rows)
+        return f"<table><thead>{_html_row(heads, numbers, 'th')}</thead>\n<tbody>\n{body}\n</tbody></table>"
 
 
 def stacked(name: str) -> str:
@@ -183,14 +184,8 @@ def html_section(title: str, *content: str) -> str:
     return f'<section id="{anchor}"><h2>{html_text(title)}</h2>\n{filled}\n</section>' if filled else ""
 
 
-def html_table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """A table of rows that are HTML, or cells that are; columns in ``numbers`` stand to the right."""
-    body = "\n".join(row if isinstance(row, str) else _html_row(row, numbers) for row in rows)
-    tops = _html_row([html_text(head) for head in heads], numbers, "th")
-    return f"<table><thead>{tops}</thead>\n<tbody>\n{body}\n</tbody></table>"
-
-
 def _html_row(cells: Sequence[str], numbers: Sequence[int], cell: str = "td") -> str:
+    """A row of cells that are HTML; columns in ``numbers`` stand to the right."""
     looks = [' class="n"' * (i in numbers) for i in range(len(cells))]
     return f"<tr>{''.join(f'<{cell}{look}>{each}</{cell}>' for look, each in zip(looks, cells, strict=True))}</tr>"
 
