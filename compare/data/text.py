@@ -107,20 +107,17 @@ def _read_pairs(lines: Sequence[str]) -> list[Column]:
 
 def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, int, list[bool]]:
     """Separator, decimal mark, number of columns, and the columns of texts, by some 400 rows: most numbers win."""
-    sample = [line for _, line in lines[:: len(lines) // 400 + 1]]
-    best: tuple[str | None, str, int, list[bool]] = (None, ".", 0, [False])
-    score = (0, 0)
+    tried = []
     for separator, mark in _DIALECTS:
-        parsed = ([parse_number(cell, mark) for cell in _split(line, separator)] for line in sample)
+        sample = (_split(line, separator) for _, line in lines[:: len(lines) // 400 + 1])
+        parsed = ([parse_number(cell, mark) for cell in cells] for cells in sample)
         rows = [row for row in parsed if len(row) > 1 and any(v is not None and v == v for v in row)]
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         columns = list(zip(*(row for row in rows if len(row) == width), strict=True))
-        texts = [column.count(None) for column in columns]
-        numbers = [sum(v is not None and v == v for v in column) for column in columns]
-        if (sum(numbers), -sum(texts)) > score:
-            score = sum(numbers), -sum(texts)
-            best = separator, mark, width, [t > n for t, n in zip(texts, numbers, strict=True)]
-    return best
+        counts = [(column.count(None), sum(v is not None and v == v for v in column)) for column in columns]
+        texts, numbers = (sum(count[n] for count in counts) for n in (0, 1))
+        tried.append((numbers, -texts, (separator, mark, width, [t > n for t, n in counts])))
+    return max(tried, key=lambda each: each[:2])[2]
 
 
 def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> list[Column]:
