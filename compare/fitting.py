@@ -94,10 +94,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
     start = {key: numbered[key] for key in keys}
     points = int(sure.sum()) * len(data.values)
     if points <= len(keys):
-        raise SceneError(
-            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(keys)} "
-            f"key{'s' * (len(keys) > 1)}: give data of more points than keys"
-        )
+        raise SceneError(f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)})")
     # Of the logarithm of a value over its first one.
     kinds = [(kind_of_key(scene, key), abs(start[key])) for key in keys]
     least = np.log([max(kind.lower / value, TINY) for kind, value in kinds]) - 1e-9

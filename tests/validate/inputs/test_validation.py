@@ -156,7 +156,7 @@ def test_bad_keys_are_refused(keys, said):
 def test_fewer_points_than_unknowns_are_refused():
     data = fitting_data(Sink(), 0)
     few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})
-    with pytest.raises(SceneError, match="1 point, which can't tell 2 keys"):
+    with pytest.raises(SceneError, match=r"too few points \(1\): give more than keys \(2\)"):
         fitted(few, OXIDE, SILICON)
 
 
