@@ -12,8 +12,7 @@ import numpy as np
 from compare.outcome import Outcome
 from compare.quantities import OF_A_DEVICE
 from compare.report import checks
-from compare.report import table as entries
-from compare.report.table import Section, Style, Table, sentences, wrapped
+from compare.report.table import Section, Style, Table, checks_document, sentences, wrapped
 from compare.verdict import Check
 from reduced1d.device.design import Design
 from reduced1d.device.lumped import shielding as shielding_1d
@@ -99,7 +98,7 @@ def document(outcome: Outcome[Device]) -> dict[str, Any]:
     return {
         "fem3d": None if solved is None else _run(solved.runs.base, solved.model),
         "reduced1d": _run(outcome.runs.base),
-        "checks": entries.checks(outcome),
+        "checks": checks_document(outcome),
         "findings": list(outcome.runs.base.result.findings),
         "shielding": shielding,
         "design": None if outcome.design is None else asdict(outcome.design),

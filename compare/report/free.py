@@ -12,8 +12,7 @@ import numpy as np
 from compare.course import ascending
 from compare.outcome import Outcome
 from compare.report import checks
-from compare.report import table as entries
-from compare.report.table import Row, Section, Style, Table, wrapped
+from compare.report.table import Row, Section, Style, Table, checks_document, steady_document, wrapped
 from compare.verdict import Check
 from reduced1d.network.lines import layout
 from reduced1d.network.model import Row as Entry
@@ -119,7 +118,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     scene, traces, details, reduced1d = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
     named = ("field_error", "energy_imbalance", "unknowns", "steps", "levels", "symmetry", "mesh")
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
-    in_3d: dict[str, Any] = {"units": units, **entries.in_3d(outcome.solved, *named)}
+    in_3d: dict[str, Any] = {"units": units, **steady_document(outcome.solved, *named)}
     if traces is not None:
         times, ranges = np.array(sorted({*scene.output_times, scene.end_time})), {}
         for name in traces.values:
@@ -133,10 +132,10 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
             "imbalance": details.get("transient_imbalance"), "runs_away": outcome.runs_away or None, "time_s": times,
             "values": {name: np.interp(times, traces.time, v) for name, v in traces.values.items()}, "range": ranges,
         }  # fmt: skip
-    judged = entries.checks(outcome)
+    judged = checks_document(outcome)
     if reduced1d is None:
         return {"fem3d": in_3d, **({"checks": judged} if judged else {})}
-    model: dict[str, Any] = {"model": reduced1d.model, **entries.in_3d(reduced1d)}
+    model: dict[str, Any] = {"model": reduced1d.model, **steady_document(reduced1d)}
     if reduced1d.traces is not None:
         model["errors"] = reduced1d.traces.errors
     if _is_network(outcome):

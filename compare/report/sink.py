@@ -9,8 +9,7 @@ import numpy as np
 
 from compare.outcome import Outcome
 from compare.report import checks
-from compare.report import table as entries
-from compare.report.table import Section, Style, Table, wrapped
+from compare.report.table import Section, Style, Table, checks_document, steady_document, wrapped
 from compare.verdict import PAPER, Check, part
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
@@ -52,11 +51,11 @@ def document(outcome: Outcome[Sink]) -> dict[str, Any]:
     fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
     document: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
     if fem3d is not None:
-        document["fem3d"] = entries.in_3d(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
+        document["fem3d"] = steady_document(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
         if fem3d.traces is not None:
             imbalance = fem3d.details.get("transient_imbalance")
             document["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
-    judged = entries.checks(outcome)
+    judged = checks_document(outcome)
     if reduced1d is not None:
         document["reduced1d"] = {
             "name": reduced1d.model, "steady": {key: {"value": e.value} for key, e in reduced1d.steady.items()},

@@ -190,13 +190,13 @@ def _html_row(cells: Sequence[str], numbers: Sequence[int], cell: str = "td") ->
     return f"<tr>{''.join(f'<{cell}{look}>{each}</{cell}>' for look, each in zip(looks, cells, strict=True))}</tr>"
 
 
-def in_3d(result: Result, *details: str) -> dict[str, Any]:
+def steady_document(result: Result, *details: str) -> dict[str, Any]:
     """Return steady values with their errors, and some of the details of a 3D result."""
     named = {"dofs" if name == "unknowns" else name: result.details.get(name) for name in details}
     return {"steady": {key: asdict(estimate) for key, estimate in result.steady.items()}, **named}
 
 
-def checks(outcome: Outcome[Any]) -> list[dict[str, Any]]:
+def checks_document(outcome: Outcome[Any]) -> list[dict[str, Any]]:
     """Return the checks without the uncertainties that they lack."""
     entries = [asdict(check) for check in outcome.checks]
     for entry in entries:
