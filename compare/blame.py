@@ -34,7 +34,6 @@ MORE = 1.1
 """A difference over time larger than this many times the steady one has a cause of its own."""
 SHOWN = 3
 """Quantities that a sentence has room for."""
-QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
 WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 """The quantities by their words in an answer."""
 REST = "what lines cannot say"
@@ -190,7 +189,8 @@ def budget(start: str, fem3d: Result, levels: Levels, progress: Callable[[str], 
     phrases = {rung.blame: f"the {rung.blame}, as {rung.says}" for rung in ladder}
     times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
     steady, transient = [], []
-    for name, entry in QUANTITIES.items():
+    for name in WHERE.values():
+        entry = OF_A_SINK[name]
         whole, scale = "final current" if name == "current" else "final rise", abs(fem3d.steady[entry.steady].value)
         shared, estimates = (name, entry.unit, scale, whole, [*phrases]), [r.steady[entry.steady] for r in results]
         steady.append(split(*shared, np.array([[e.value] for e in estimates]), [e.error for e in estimates]))
@@ -259,15 +259,14 @@ def _felt(
     """The joints with a change of flow times drop above a thousandth of the largest flow times rise (or potential), the
     largest first: 3D's resistance (K/W or ohm), and its error over its change, at most 1."""
     base = {"temperature": scene.initial_temperature, "potential": 0.0}
-    rows: list[tuple[float, Place, float, float]] = []
-    flows, largest = [abs(in_3d[place.flow.name].value) for place in joints], dict.fromkeys(base, 0.0)
-    for p, flow in zip(joints, flows, strict=True):
-        size = flow * abs(in_3d[p.one.name].value - base[p.one.quantity])
-        largest[p.one.quantity] = max(size, largest[p.one.quantity])
-    for place, flow in zip(joints, flows, strict=True):
+    rows, largest = list[tuple[float, "Place", float, float]](), dict.fromkeys(base, 0.0)
+    for p in joints:
+        size = in_3d[p.flow.name].value * (in_3d[p.one.name].value - base[p.one.quantity])
+        largest[p.one.quantity] = max(abs(size), largest[p.one.quantity])
+    for place in joints:
         measured, drawn = (_resistance(scene, place, steady) for steady in (in_3d, by_hand))
         change = abs(measured.value - drawn.value)
-        felt = part(change * flow**2, largest[place.one.quantity])
+        felt = part(change * in_3d[place.flow.name].value ** 2, largest[place.one.quantity])
         if math.isfinite(change + measured.error) and felt > 1e-3:
             rows.append((felt, place, place.sign * measured.value, min(measured.error / change, 1.0)))
     return [row[1:] for row in sorted(rows, key=lambda row: -row[0])]
