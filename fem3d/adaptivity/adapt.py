@@ -59,21 +59,15 @@ def adapt(
     An error is compared with the accuracy after division by the scale of its quantity in `Study`, a rise for a
     temperature. The errors of the answer have the units of the quantities.
 
-    Parameters
-    ----------
-    study : scene, quantities with their scales, accuracy and times (s)
-    with_transient, with_steady : solve the transient, the steady state, or both. A scene whose conditions vary in time
-        has no steady state: it takes with_steady=False.
-    progress : called with lines of text
-    mesh : first mesh, by default a grid of bricks
+    A scene whose conditions vary in time has no steady state: it takes ``with_steady=False``. ``progress`` gets lines
+    of text. The first ``mesh`` is by default a grid of bricks.
 
-    Returns the answer on the last mesh. Its errors exceed the accuracy only if the mesh may not be refined further,
-    because of memory or the most unknowns that are allowed, or if traces would need too many rows.
+    Errors of the answer exceed the accuracy only if the mesh may not be refined further, because of memory or the most
+    unknowns that are allowed, or if traces would need too many rows.
 
-    Raises RunawayError if there is no steady state at the whole drive, or none is found, RunawayInTimeError if the
-    transient runs away, BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default
-    grid exceeds the memory, and otherwise NumericsError, for example if heat has no exit, if the iteration does not
-    converge, or after `MOST_LEVELS` meshes.
+    Raises RunawayError if no steady state is found at the whole drive, RunawayInTimeError if the transient runs away,
+    BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default grid exceeds the memory,
+    and otherwise NumericsError, for example after `MOST_LEVELS` meshes.
     """
     search = Search(study, with_steady, with_transient, progress)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)

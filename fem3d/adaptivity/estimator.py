@@ -11,7 +11,7 @@ spaces. With the residual r = l - a(u(p-1), .) the last degree changes the goal 
 where w is the part of z(p) in the functions that V(p-1) lacks (Becker and Rannacher, Acta Numerica 10, 2001). The
 energy product of u(p) - u(p-1) and w is integrated over each cell and divided among the axes: d_p. The next pair of
 spaces gives d_(p-1) (`nested.contributions`). On bricks their absolute values are summed over cells of one degree in
-one interval, because those of a single cell may be small by chance.
+one interval, because the value of a single cell may be small by chance.
 
 If the error after degree q is C q^-a, then d_q = C ((q-1)^-a - q^-a), and the error after degree p is
 d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory limits. Beside an edge of exponent s the

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.assembly import at_films, linearized
 from fem3d.problems.conductors import combined, independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import LinearizedHeat, linearized
 from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
-from fem3d.solution.march import FullResponse, march_full
+from fem3d.solution.march import FullResponse, March
 from fem3d.solution.steady import NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov
 from scenes.errors import BeyondLawError, RunawayInTimeError
@@ -112,12 +112,12 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
     """
     tolerance = LOOSER * TIME_SHARE * study.accuracy
     try:
-        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest)
+        answer = March(base.heat, base.conductor, tolerance).run(study.end, study.earliest)
     except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
-        answer = march_full(base.heat, base.conductor, study.end, tolerance / LOOSER, study.earliest)
+        answer = March(base.heat, base.conductor, tolerance / LOOSER).run(study.end, study.earliest)
     for _ in range(ROUNDS):
         whole, tolerance = answer, tolerance / LOOSER
-        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, ends=whole.ends(2))
+        answer = March(base.heat, base.conductor, tolerance).run(study.end, study.earliest, whole.ends(2))
         response = FineResponse.compared(study, answer, whole, steady_out, 1 / 3)
         if response.converged(study.accuracy):
             break
@@ -127,7 +127,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
 def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
     """Return the problem linearized about its steady state, or without one about the hottest state of a response at
     some times (s)."""
-    if base.steady is not None and base.steady.heat.about is not None:
+    if base.steady is not None and isinstance(base.steady.heat, LinearizedHeat):
         return base.steady.heat
     heat, conductor, density = base.heat, base.conductor, np.empty(0)
     rises = response.rises(times)
@@ -135,7 +135,7 @@ def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
     if conductor is not None:
         voltage = heat.inputs.at(times[hottest : hottest + 1])[0] @ conductor.voltages
         density = conductor.solve(rises[hottest], voltage).density
-    return at_films(linearized(heat, conductor, rises[hottest], density), heat.field(rises[hottest]))
+    return linearized(heat, conductor, rises[hottest], density).with_films()
 
 
 def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineResponse) -> Response:
@@ -143,7 +143,8 @@ def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineRes
     steps, and quadratures of laws with a point fewer along each axis, so that the change shows their error too."""
     tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
-        return march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, -1, fine.answer.ends())
+        march = March(base.heat, base.conductor, tolerance, points=-1)
+        return march.run(study.end, study.earliest, fine.answer.ends())
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, tolerance)

@@ -133,7 +133,7 @@ class Answer:
     ----------
     mesh, heat, conductor: the mesh and the problems in its highest space.
     steady, errors: the steady solution and the errors of its quantities, by name, in their units.
-    relative: the errors over their scales; over time those without the errors between rows.
+    relative: the errors over their scales; over time without the errors between rows.
     response: the response over time.
     levels: how many meshes were solved.
     field_error: of the steady field over its largest rise; infinite where unknown.

@@ -21,9 +21,10 @@ import numpy as np
 
 from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble, nonlinear
+from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import LinearizedHeat, nonlinear
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import SteadyState, solve_steady
@@ -71,7 +72,7 @@ class Problems:
 
     def about(self, heat: HeatProblem) -> Problems:
         """Linearize the problems about the state of ``heat``, if the latter is linearized."""
-        if heat.about is None:
+        if not isinstance(heat, LinearizedHeat):
             return self
         return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
@@ -213,7 +214,7 @@ def solution(study: Study, problems: Problems, level: int = -1, start: np.ndarra
         fine = problems.states.get(len(problems.heats) - 1)
         if fine is not None:
             start = fine.heat.field(fine.rise)
-            if heat.exact is not None:
+            if isinstance(heat, LinearizedHeat):
                 # Use the quadrature of laws of the fine state.
                 conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
         at = None if start is None else heat.take(start)

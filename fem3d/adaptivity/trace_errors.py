@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,13 +13,14 @@ from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import FineResponse, jump_times, largest_differences, thin_out
 from fem3d.adaptivity.nested import Problems
-from fem3d.results import fields, outputs, probes
+from fem3d.results import outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.transient import Base, Transient
 from scenes.errors import RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
+MOST_ROWS = 20_000  # of traces
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +182,7 @@ def _indicators(
 
 def _rows(study: Study, answer: Response, scales: dict[str, float]) -> tuple[np.ndarray, Quantities, dict[str, float]]:
     """Return the times of the rows that the accuracy takes, the traces there, and the errors of lines between them."""
-    times, rows, between = fields.choose(
+    times, rows, between = choose_rows(
         [*(step.start for step in answer.steps), answer.end],
         lambda times: study.traces(outputs.of_transient(answer, study.part, times)),
         {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()},
@@ -193,6 +195,42 @@ def _rows(study: Study, answer: Response, scales: dict[str, float]) -> tuple[np.
         if mean and probes.starts_free(answer.heat.domain, probe):
             rows[probe.name][0] = study.part.scene.initial_temperature
     return times, rows, between
+
+
+def choose_rows(
+    ends: Sequence[float],
+    evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
+    allowed: dict[str, float],
+    jumps: Sequence[float] = (),
+    instants: Sequence[float] = (),
+) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, float]]:
+    """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace, the
+    traces there, and the interpolation errors.
+
+    The steps of the response, between their ``ends`` (s), are halved until a line is close enough at a quarter, a half
+    and three quarters of each.
+    Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
+    """
+    before = [b - 1e-9 * (b - a) for a, b in pairwise([0.0, *jumps])]
+    within = [t for t in instants if 0.0 <= t <= ends[-1]]
+    times = np.unique(np.array([*ends, *before, *jumps, *within]))
+    rows, new = evaluate(times), np.flatnonzero(~np.isin(times[1:], jumps))
+    worst, parts = dict.fromkeys(allowed, 0.0), np.array([0.25, 0.5, 0.75])
+    # A shorter interval is a jump.
+    while len(new := new[times[new + 1] - times[new] > 1e-12 * times[-1]]):
+        inner = times[new, None] * (1 - parts) + times[new + 1, None] * parts
+        between = {name: y.reshape(inner.shape) for name, y in evaluate(inner.ravel()).items()}
+        lines = {name: y[new, None] * (1 - parts) + y[new + 1, None] * parts for name, y in rows.items()}
+        off = {name: np.abs(between[name] - lines[name]).max(axis=1) for name in allowed}
+        coarse = np.any([off[name] > allowed[name] for name in allowed], axis=0)
+        coarse &= len(times) + coarse.sum() <= MOST_ROWS
+        worst = {name: max(worst[name], float(off[name][~coarse].max(initial=0.0))) for name in allowed}
+        at = new[coarse]
+        times = np.insert(times, at + 1, inner[coarse, 1])
+        rows = {name: np.insert(y, at + 1, between[name][coarse, 1]) for name, y in rows.items()}
+        first = at + np.arange(len(at))
+        new = np.sort(np.concatenate([first, first + 1]))
+    return times, rows, worst
 
 
 def _imbalance(study: Study, answer: Response) -> float:

@@ -1,4 +1,4 @@
-"""The heat problem of a scene, term by term of its weak form, its nonlinear boundaries, and its tangent.
+"""The heat problem of a scene, term by term of its weak form, and its nonlinear boundaries.
 
 For all v that vanish where temperatures are given,
 
@@ -13,17 +13,12 @@ outward flux q(T) by a Robin condition. Its coefficient h is q' at the higher of
 its constant is such that the flux at T_0 is exact. `Surface` adds the rest,
 
     int (q(T_0 + u) - q(T_0) - h u) v.
-
-The tangent about a state is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the
-rest: the change by a rise of the conductivity under the present gradient, and of the Joule heat. The latter assumes a
-current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
-relative change of the resistance in the circuit, a matrix of rank one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,8 +26,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Kept, Ordering, part
 from fem3d.problems.conductors import share_reactions
-from fem3d.problems.current import Conductor
-from fem3d.problems.following import Conduction, Rest, Storage, Term, following
+from fem3d.problems.following import Conduction, Storage, Term, following
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Entries, Faces, halves, marked, summed
@@ -43,11 +37,11 @@ from scenes.model import Schedule, Value, bends
 
 def assemble(domain: Domain) -> HeatProblem:
     """Assemble the heat problem of a domain."""
-    scene, space = domain.scene, domain.space
+    space = domain.space
     sources, generated = _sources(domain)
     films, cooled, loads, rows = _films_and_fluxes(domain)
-    held, values, (shares, edges), contradiction = _given_values(domain)
-    order = _numbering(domain, held)
+    given, values, (shares, edges), contradiction = _given_values(domain)
+    order = _numbering(domain, given)
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
     conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
     # Stiffness and mass must have one pattern.
@@ -57,15 +51,14 @@ def assemble(domain: Domain) -> HeatProblem:
     terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
     terms += surfaces(domain)
     storage = Storage(domain) if len(following(domain, "specific_heat")) else None
-    free = int((~held[order]).sum())
+    free = int((~given[order]).sum())
     fixed = order[free:]
     return HeatProblem(
-        domain.inputs, free, stiffness, mass, (sources + loads)[:, order], values[:, fixed], generated,
-        {name: share[order] for name, share in shares.items()}, part(edges, fixed),
-        {name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
-        domain.anchored, scene.end_time, space.unit[order], space.entity[order],
-        Ordering(space.places), domain, order,
-        contradiction[order], tuple(terms), storage,
+        domain=domain, free=free, order=order, ordering=Ordering(space.places), stiffness=stiffness, mass=mass,
+        loads=(sources + loads)[:, order], given=values[:, fixed], generated=generated,
+        shares={name: share[order] for name, share in shares.items()}, edges=part(edges, fixed),
+        films={name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
+        contradiction=contradiction[order], terms=tuple(terms), storage=storage,
     )  # fmt: skip
 
 
@@ -234,51 +227,3 @@ def surfaces(domain: Domain) -> tuple[Surface, ...]:
         if bends(b) and len(domain.on(b)):
             alike.setdefault((b.kind, b.value, b.ambient), []).append(b)
     return tuple(Surface(domain, tuple(boundaries)) for boundaries in alike.values())
-
-
-def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
-    """The problem whose films are tangents at a field u, where a boundary's heat is no straight line."""
-    films = dict(heat.films)
-    for term in (heat.exact or heat).terms:
-        if isinstance(term, Surface):
-            for b in term.boundaries:
-                still, per_kelvin = term.entering(u, heat.domain.faces(b))
-                films[b.name] = Film(heat.inputs.split(still), heat.take(per_kelvin))
-    return replace(heat, films=films)
-
-
-def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> HeatProblem:
-    """The problem of a nonlinear one about a ``rise`` (all nodes), with a current of a ``density`` (A/m2) there: K for
-    its stiffness, and R for its `rest`."""
-    u = heat.field(rise)
-    stiffness, matrix = heat.stiffness, csc_array((heat.size,) * 2)
-    for term in heat.terms:
-        symmetric, rest = term.tangent(u)
-        stiffness = csc_array(stiffness + part(symmetric, heat.order))
-        if rest is not None:
-            matrix = csc_array(matrix + part(rest, heat.order))
-    columns = rows = np.empty((0, heat.size))
-    if conductor is not None and conductor.warms and len(density):
-        heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
-        matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
-        dissipated = float((conductor.on.weights * heating).sum())
-        falls = 2 * conductor.taken(density, dissipated) / (dissipated or 1.0)
-        columns = falls * heat.take(conductor.on.load(heating))[None]
-        rows = heat.take(conductor.on.load(steepness * heating))[None]
-    stiffness.sort_indices()
-    return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)
-
-
-def nonlinear(heat: HeatProblem, conductor: Conductor | None) -> bool:
-    """Whether a law of the temperature makes the steady equations nonlinear."""
-    return bool(heat.terms) or (conductor is not None and conductor.following is not None)
-
-
-def refine_quadratures(
-    heat: HeatProblem, conductor: Conductor | None, points: int
-) -> tuple[HeatProblem, Conductor | None]:
-    """Return the problem by quadratures of its laws with so many more points along each axis."""
-    terms: tuple[Any, ...] = heat.terms
-    finer = replace(heat, terms=tuple(replace(term, more=term.more + points) for term in terms))
-    finer.kept.update(heat.kept)
-    return finer, conductor and conductor.finer(points)

@@ -56,7 +56,8 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     free = np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1])
     # The order of elimination of the heat problem serves where it has the same unknowns.
-    shared = space is heat.domain.space and not ends and np.isin(space.entity[free], heat.groups[: heat.free]).all()
+    of_heat = heat.domain.space.entity[heat.order[: heat.free]]
+    shared = space is heat.domain.space and not ends and np.isin(space.entity[free], of_heat).all()
     return Conductor(
         heat, cells, on, free, cold, warm, voltages, reactions, sections, csc_array(matrix),
         _named(domain, cells, crossed), heat.ordering if shared else Ordering(np.vstack([space.places, *ends])), solved,

@@ -1,12 +1,9 @@
-"""Heat conduction whose conductivity follows the temperature, and the unsymmetric part of a tangent.
+"""Properties that follow the temperature: conduction and heat storage by laws, and GMRES.
 
 The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
 grad u . grad v, by a quadrature of its own, and the two parts of its tangent: the matrix of k(T) - k0, symmetric, and
 the integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
 `HeatProblem.terms`.
-
-A nonlinear problem's tangent is K + R, R its unsymmetric rest. (K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by
-GMRES. K^-1 R is compact where R has fewer derivatives than K, and a few steps do.
 """
 
 from __future__ import annotations
@@ -19,16 +16,13 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces, halves, of_blocks, summed
 from scenes import laws, physics
-from scenes.errors import NumericsError
 from scenes.faces import COLDEST
 from scenes.laws import Property
 
 MOST_GMRES = 100  # of GMRES, without restarts
-DUAL_RESIDUAL = 1e-6  # relative, of a dual solution
 
 
 class Term(Protocol):
@@ -203,57 +197,13 @@ def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarra
     return CellProperty(domain, key, faces.cells).value(faces.by(domain.space).value(u))
 
 
-@dataclass(frozen=True, eq=False)
-class Rest:
-    """``matrix`` (n, n) + ``columns``^T ``rows``, the latter two (k, n) each."""
-
-    matrix: csc_array
-    columns: np.ndarray
-    rows: np.ndarray
-
-    def __call__(self, u: np.ndarray) -> np.ndarray:
-        """(..., n): its product with vectors (..., n)."""
-        return (self.matrix @ u.T).T + (u @ self.rows.T) @ self.columns
-
-    def transposed(self) -> Rest:
-        """The transposed one."""
-        return Rest(csc_array(self.matrix.T), self.rows, self.columns)
-
-    def times(self, factor: float) -> Rest:
-        """The same, some times as large."""
-        return Rest(csc_array(factor * self.matrix), factor * self.columns, self.rows)
-
-    def part(self, kept: np.ndarray) -> Rest:
-        """The rows and columns of some unknowns."""
-        return Rest(part(self.matrix, kept), self.columns[:, kept], self.rows[:, kept])
-
-    def solve(self, inverse: Callable[[np.ndarray], np.ndarray], loads: np.ndarray) -> np.ndarray:
-        """(k, n): the solutions of (K + R) d = load for loads (k, n) and the ``inverse`` of K, to a relative residual
-        of `DUAL_RESIDUAL`. Raises NumericsError where that isn't reached."""
-        solutions = [
-            solve_by_gmres(lambda v: v + inverse(self(v)), right, DUAL_RESIDUAL, MOST_GMRES)[0]
-            for right in inverse(loads)
-        ]
-        if any(solution is None for solution in solutions):
-            raise NumericsError("the problem linearized about a state is singular, or close to it")
-        return np.array(solutions)
-
-
 def solve_by_gmres(
     product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int
 ) -> tuple[np.ndarray | None, int]:
-    """Solve a preconditioned linear system by GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), without
-    restarts. SciPy's takes one product more, for the residual: a cold run of the sink takes 5 % longer with it.
-
-    Parameters
-    ----------
-    product : the preconditioned matrix times a vector (n,)
-    right : (n,), the preconditioned right-hand side
-    tolerance : relative residual
-    most : number of steps
-
-    Returns the solution (n,), or None where ``most`` steps do not reach the tolerance, and how many steps were taken.
-    """
+    """Solve a preconditioned linear system, ``product(x) = right``, by GMRES without restarts (Saad and Schultz, SIAM
+    J. Sci. Stat. Comput. 7, 1986). SciPy's takes one product more, for the residual: a cold run of the sink takes 5 %
+    longer with it. Return the solution (n,), or None where ``most`` steps do not reach the ``tolerance`` of the
+    relative residual, and how many steps were taken."""
     size, most = float(np.linalg.norm(right)), min(most, len(right))
     if size == 0.0:
         return right, 0

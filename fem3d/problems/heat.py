@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
-from fem3d.problems.following import Rest, Storage, Term
+from fem3d.problems.following import Storage, Term
 from fem3d.spaces.domain import Domain
 from scenes.model import Value
 from statespace.channels import Inputs
@@ -25,8 +26,7 @@ from statespace.channels import Inputs
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """A boundary of given flux or convection: the heat that enters at no rise (W, per channel), and per kelvin (W/K,
-    all nodes)."""
+    """The heat that enters at a boundary: at no rise (W, per channel), and per kelvin (W/K, all nodes)."""
 
     entering: np.ndarray
     per_kelvin: np.ndarray
@@ -38,47 +38,46 @@ class HeatProblem:
 
     Attributes
     ----------
-    free, end_time : number of free nodes; end of the run (s)
+    domain, free : the cells with the scene on them; number of free nodes
+    order : (all nodes,), index of each node among the functions of the domain's space
+    ordering : the elimination order of vertices, edges, facets and cells
     stiffness, mass : (all nodes, all nodes), W/K and J/K
     loads, given : (channels, all nodes), W, and (channels, fixed nodes), the given rises (K)
     generated : heat of the sources per channel (W)
-    held : for each boundary of given temperature, its part (all nodes,) of the reaction of each fixed node: tested with
-        it as a field, the equations give the heat that enters at the boundary
+    shares : for each boundary of given temperature, its part (all nodes,) of the reaction of each fixed node: tested
+        with it as a field, the equations give the heat that enters at the boundary
     edges : (fixed nodes, fixed nodes), at nodes where boundaries meet at an angle: the reactions of the edge alone
-    anchored : whether every part has an exit for heat, so that K is regular
-    unit : (all nodes,), coefficients of the constant 1
-    groups, ordering : (all nodes,), number of the vertex, edge, facet or cell of each node; their elimination order
-    order : (all nodes,), index of each node among the functions of the domain's space
+    films : the boundaries of given flux, convection or radiation
     contradiction : (all nodes,), difference between contradictory given temperatures (K)
     terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
-    about, rest, exact : only of a linearized problem (`fem3d.problems.assembly`): the field (functions,) of the
-        linearization, the part of the tangent beside the stiffness, and the exact problem
     """
 
-    inputs: Inputs
+    domain: Domain
     free: int
+    order: np.ndarray
+    ordering: Ordering
     stiffness: csc_array
     mass: csc_array
     loads: np.ndarray
     given: np.ndarray
     generated: np.ndarray
-    held: dict[str, np.ndarray]
+    shares: dict[str, np.ndarray]
     edges: csc_array
     films: dict[str, Film]
-    anchored: bool
-    end_time: float
-    unit: np.ndarray
-    groups: np.ndarray
-    ordering: Ordering
-    domain: Domain
-    order: np.ndarray
     contradiction: np.ndarray
-    terms: tuple[Term, ...] = ()
-    storage: Storage | None = None
-    rest: Rest | None = None
-    about: np.ndarray | None = None
-    exact: HeatProblem | None = None
+    terms: tuple[Term, ...]
+    storage: Storage | None
     kept: Kept = field(init=False, default_factory=Kept)
+
+    @property
+    def inputs(self) -> Inputs:
+        """The channels of sources and given values."""
+        return self.domain.inputs
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        """(all nodes,): coefficients of the constant 1."""
+        return self.domain.space.unit[self.order]
 
     def field(self, u: np.ndarray) -> np.ndarray:
         """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
@@ -91,20 +90,17 @@ class HeatProblem:
         """(..., all nodes): the unknowns of (..., functions)."""
         return row[..., self.order]
 
-    def lower(self, level: int) -> HeatProblem:
+    def lower(self, level: int) -> Self:
         """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
-        in_lower = self.domain.space.nested[level][self.order]
-        kept = np.flatnonzero(in_lower)
-        free = int(in_lower[: self.free].sum())
+        kept = np.flatnonzero(self.domain.space.nested[level][self.order])
+        free = int((kept < self.free).sum())
         fixed = kept[free:] - self.free
         return replace(
-            self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
+            self, free=free, order=self.order[kept], stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: share[kept] for name, share in self.held.items()}, edges=part(self.edges, fixed),
+            shares={name: share[kept] for name, share in self.shares.items()}, edges=part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
-            unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
-            contradiction=self.contradiction[kept], rest=None if self.rest is None else self.rest.part(kept),
-            exact=None if self.exact is None else self.exact.lower(level),
+            contradiction=self.contradiction[kept],
         )  # fmt: skip
 
     @property
@@ -124,27 +120,28 @@ class HeatProblem:
 
     def factors(self, matrix: csc_array) -> Factors:
         """The factors of a matrix of the free nodes, which couples no others than the stiffness."""
-        self.ordering.hold(self.inner_stiffness, self.groups[: self.free])
-        return Factors(matrix, self.groups[: self.free], self.ordering)
+        entities = self.domain.space.entity[self.order[: self.free]]
+        self.ordering.hold(self.inner_stiffness, entities)
+        return Factors(matrix, entities, self.ordering)
 
     @property
     def solve_steady(self) -> Solver:
         """Solver of K rise = load at the free nodes, by one factorization; without an exit for heat, of
-        (K + M / end_time) rise = load."""
+        (K + M / t) rise = load with the end t of the run."""
 
         def made() -> Solver:
-            matrix = self.inner_stiffness
-            matrix = matrix if self.anchored else combined(matrix, 1.0 / self.end_time, self.inner_mass)
+            matrix, domain = self.inner_stiffness, self.domain
+            if not domain.anchored:
+                matrix = combined(matrix, 1.0 / domain.scene.end_time, self.inner_mass)
             return self.factors(matrix).solve
 
         return self.kept.made("solve_steady", made)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all nodes,): the heat flow by conduction and films at a rise (all nodes), in W: K rise, and the terms."""
-        problem = self.exact or self
-        flow = problem.stiffness @ rise
-        for term in problem.terms:
-            flow += problem.take(term.outflow(problem.field(rise)))
+        flow: np.ndarray = self.stiffness @ rise
+        for term in self.terms:
+            flow += self.take(term.outflow(self.field(rise)))
         return flow
 
     def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:
@@ -155,18 +152,9 @@ class HeatProblem:
         return heat
 
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
-        """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of the
-        same shape; of the steady problem, or with (M + time K) in its place."""
-        solve = self.solve_steady if time is None else self.solve_shifted(time)
-        if self.rest is None:
-            return solve(loads)
-        return self.inner_rest.times(time or 1.0).transposed().solve(solve, loads)
-
-    @cached_property
-    def inner_rest(self) -> Rest:
-        """The rest of the tangent on the free nodes."""
-        assert self.rest is not None
-        return self.rest.part(np.arange(self.free))
+        """(k, free nodes): the solutions of the transposed problem for loads of the same shape; of the steady problem,
+        or with (M + time K) in its place."""
+        return self.solve_steady(loads) if time is None else self.solve_shifted(time)(loads)
 
     def solve_shifted(self, shift: float) -> Solver:
         """Solver of (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
@@ -190,7 +178,7 @@ class HeatProblem:
         for lift in lifts:
             if lift.any():
                 lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
-                if self.anchored:
+                if self.domain.anchored:
                     lift[:] = self.improve(lift, np.zeros(self.size))
         return lifts
 
@@ -220,18 +208,18 @@ class HeatProblem:
 
     def jumps(self, end: float) -> np.ndarray:
         """Instants (s) inside (0, end) at which a given temperature jumps."""
-        held = self.lifts.any(axis=1)
-        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jumps(t) * held).any()])
+        given = self.lifts.any(axis=1)
+        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jumps(t) * given).any()])
 
     def disputed(self, names: Sequence[str]) -> np.ndarray:
-        """(k, all nodes): fields like ``held``. The heat that enters at some boundaries together may be off by the sum
-        of their sizes, because boundaries share edges at an angle: there each part is only a leading term.
+        """(k, all nodes): fields like ``shares``. The heat that enters at some boundaries together may be off by the
+        sum of their sizes, because boundaries share edges at an angle: there each part is only a leading term.
 
         With a flux like r^(s - 1) on both, the true part of a boundary with the share t is t^s / (t^s + (1 - t)^s): off
         by 0.79 t (1 - t) at most for s = 2/3, of a re-entrant edge, between intervals whose lengths differ by a layer
         (meshes.grading.RATIO).
         """
-        together: np.ndarray = sum((self.held[name][self.free :] for name in names), np.zeros(self.edges.shape[0]))
+        together: np.ndarray = sum((self.shares[name][self.free :] for name in names), np.zeros(self.edges.shape[0]))
         weights = 0.8 * together * (1 - together) * (self.edges.diagonal() > 0)
         at = np.flatnonzero(weights > 1e-12)
         fields = np.zeros((len(at), self.size))
@@ -239,14 +227,14 @@ class HeatProblem:
         return fields
 
     @cached_property
-    def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    def reaction_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
-        return {name: (self.turned(v), self.mass @ v) for name, v in self.held.items()}
+        return {name: (self.turned(v), self.mass @ v) for name, v in self.shares.items()}
 
     def turned(self, z: np.ndarray) -> np.ndarray:
-        """(all nodes,): the transposed tangent times a field (all nodes), in W per K of the test function."""
+        """(all nodes,): the transposed matrix times a field (all nodes), in W per K of the test function."""
         tested: np.ndarray = self.stiffness @ z
-        return tested if self.rest is None else tested + self.rest.transposed()(z)
+        return tested
 
 
 def combined(a: csc_array, factor: float, b: csc_array) -> csc_array:

@@ -1,17 +1,15 @@
-"""Fields of the whole structure for pictures and files, and the times at which traces are written.
+"""Fields of the whole structure for pictures and files.
 
 A file for other programs holds quadratic cells at most. So a brick of degree p is cut along each axis into ceil(p/2)
 quadratic pieces, which have at least p + 1 nodes along it; cells of mesh files and tetrahedra are kept whole. A field
 is interpolated at the nodes of second order, and the distance of this interpolant from the solution is measured between
-the nodes. Traces have as few times as linear interpolation between them allows.
+the nodes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from skfem import ElementHex2, ElementTetP2
@@ -24,44 +22,6 @@ from fem3d.spaces.element import product_rule
 from fem3d.spaces.integrals import Space
 from meshes.symmetry import Symmetry
 from scenes.model import ROUNDING
-
-MOST_ROWS = 20_000
-
-
-def choose(
-    ends: Sequence[float],
-    evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
-    allowed: dict[str, float],
-    jumps: Sequence[float] = (),
-    instants: Sequence[float] = (),
-) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, float]]:
-    """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace, the
-    traces there, and the interpolation errors.
-
-    The steps of the response, between their ``ends`` (s), are halved until a line is close enough at a quarter, a half
-    and three quarters of each.
-    Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
-    """
-    before = [b - 1e-9 * (b - a) for a, b in pairwise([0.0, *jumps])]
-    within = [t for t in instants if 0.0 <= t <= ends[-1]]
-    times = np.unique(np.array([*ends, *before, *jumps, *within]))
-    rows, new = evaluate(times), np.flatnonzero(~np.isin(times[1:], jumps))
-    worst, parts = dict.fromkeys(allowed, 0.0), np.array([0.25, 0.5, 0.75])
-    # A shorter interval is a jump.
-    while len(new := new[times[new + 1] - times[new] > 1e-12 * times[-1]]):
-        inner = times[new, None] * (1 - parts) + times[new + 1, None] * parts
-        between = {name: y.reshape(inner.shape) for name, y in evaluate(inner.ravel()).items()}
-        lines = {name: y[new, None] * (1 - parts) + y[new + 1, None] * parts for name, y in rows.items()}
-        off = {name: np.abs(between[name] - lines[name]).max(axis=1) for name in allowed}
-        coarse = np.any([off[name] > allowed[name] for name in allowed], axis=0)
-        coarse &= len(times) + coarse.sum() <= MOST_ROWS
-        worst = {name: max(worst[name], float(off[name][~coarse].max(initial=0.0))) for name in allowed}
-        at = new[coarse]
-        times = np.insert(times, at + 1, inner[coarse, 1])
-        rows = {name: np.insert(y, at + 1, between[name][coarse, 1]) for name, y in rows.items()}
-        first = at + np.arange(len(at))
-        new = np.sort(np.concatenate([first, first + 1]))
-    return times, rows, worst
 
 
 @dataclass(frozen=True)

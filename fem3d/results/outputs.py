@@ -165,7 +165,7 @@ def _of_fields(
     g, fields = heat.inputs.at(times), heat.field(rises)
     leaving = np.array([heat.outflow(u) + heat.stored(u, w) for u, w in zip(rises, rates, strict=True)])
     reaction = (leaving - loads)[:, heat.free :]
-    flows = {name: reaction @ part[heat.free :] for name, part in heat.held.items()}
+    flows = {name: reaction @ part[heat.free :] for name, part in heat.shares.items()}
     flows |= {name: g @ film.entering + rises @ film.per_kelvin for name, film in heat.films.items()}
     for term in (each for each in heat.terms if isinstance(each, Surface)):
         for b in term.boundaries:
@@ -213,7 +213,7 @@ def of_states(
 
     c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
     z, pairs = np.concatenate([g, a], axis=1), (c[:, :, None] * c[:, None]).reshape(len(times), -1)
-    flows = {name: entering(heat.held[name], *rows) for name, rows in heat.held_rows.items()}
+    flows = {name: entering(heat.shares[name], *rows) for name, rows in heat.reaction_rows.items()}
     for name, tested in reduced.at_held.items():
         flows[name] = flows[name] - joule(tested)
     for name, film in heat.films.items():

@@ -15,6 +15,7 @@ import numpy as np
 from fem3d.problems.assembly import Surface, film
 from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import LinearizedHeat
 from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme
 from fem3d.solution.transient import Base
@@ -39,7 +40,7 @@ class Reading:
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): the derivative of the value by the rise, reactions included."""
-        return sum((heat.held_rows[name][0] for name in self.boundaries), self.row)
+        return sum((heat.reaction_rows[name][0] for name in self.boundaries), self.row)
 
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
@@ -79,24 +80,25 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
 
 def _of_gradient(heat: HeatProblem, probe: Any) -> Reading:
     """The heat flow through a flat probe by the gradient of the temperature."""
-    domain, cold, about = heat.domain, heat.domain.per_cell("thermal_conductivity"), heat.about
+    domain, cold = heat.domain, heat.domain.per_cell("thermal_conductivity")
 
     def at(u: np.ndarray) -> np.ndarray:
         return gradient(domain, probe, lambda faces: at_faces(domain, "thermal_conductivity", u, faces))
 
-    row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None]) if about is None else at(about)
-    follows = about is None and any(isinstance(term, Conduction) for term in heat.terms)
-    by_law = (lambda heat, u: heat.take(at(u) - row)) if follows else None
-    return Reading(heat.take(row), np.zeros(heat.inputs.count), by_law=by_law)
+    nothing = np.zeros(heat.inputs.count)
+    if isinstance(heat, LinearizedHeat):
+        return Reading(heat.take(at(heat.about)), nothing)
+    row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None])
+    follows = any(isinstance(term, Conduction) for term in heat.terms)
+    return Reading(heat.take(row), nothing, by_law=(lambda heat, u: heat.take(at(u) - row)) if follows else None)
 
 
 def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np.ndarray]]) -> Reading:
     """The heat flow through the ``shared`` facets of conditions (condition, its facets, shared) by their laws."""
     domain, row, entering = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     for b, on, shared in conditions:
-        if bends(b) and heat.about is not None:
-            terms = (heat.exact or heat).terms
-            term = next(term for term in terms if isinstance(term, Surface) and b in term.boundaries)
+        if bends(b) and isinstance(heat, LinearizedHeat):
+            term = next(term for term in heat.terms if isinstance(term, Surface) and b in term.boundaries)
             into, per_kelvin = term.entering(heat.about, domain.seen(shared))
             row, entering = row + heat.take(per_kelvin), entering + heat.inputs.split(into)
         elif b.kind != "temperature":
@@ -106,7 +108,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
             if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
                 row = row - (film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
     held = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
-    bent = heat.about is None and any(bends(b) for b, _, _ in conditions)
+    bent = not isinstance(heat, LinearizedHeat) and any(bends(b) for b, _, _ in conditions)
 
     def by_law(heat: HeatProblem, u: np.ndarray) -> np.ndarray:
         surfaces = [term for term in heat.terms if isinstance(term, Surface)]

@@ -52,19 +52,16 @@ def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None,
     seconds: float | None = None, rough: Result | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Make the document of a scene's compact model.
+    """Make the document of a scene's compact model, as `statespace.runtime.CompactModel` takes it.
 
     Parameters
     ----------
-    scene : scene of boxes or on a mesh file
     states : number of states; None for as many as the accuracy takes
     accuracy : largest error, relative to the same scales as the scene's accuracy
-    say : takes progress messages
     seconds : processor time of an earlier 3D solution; by default the time of the first run
     rough : the earlier 3D solution, whose mesh the first run over time begins with
 
-    Returns the document of `statespace.runtime.CompactModel`, with "warnings" where the time or the memory ends before
-    the accuracy is reached.
+    It has "warnings" where the time or the memory ends before the accuracy is reached.
     Raises SceneError for a scene that has no compact model, and NumericsError where the scene has no solution.
     """
     check(scene)

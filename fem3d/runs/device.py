@@ -43,16 +43,11 @@ class Model:
 
     Attributes
     ----------
-    fine, low, fewer : Modal
-        The model, the model of the next lower space, and the fine model with fewer fields.
-    by_fewer : dict
-        By quantity the relative error of fewer fields and nodes.
-    nodes : int
-        Unknown heats between samples.
-    edges : float
-        The error of steady values over the distance of the lower space, which singular edges decide.
-    structure : Structure
-        The problems of the solved part.
+    fine, low, fewer : the model, the model of the next lower space, and the fine model with fewer fields
+    by_fewer : by quantity the relative error of fewer fields and nodes
+    nodes : unknown heats between samples
+    edges : the error of steady values over the distance of the lower space, which singular edges decide
+    structure : the problems of the solved part
     """
 
     device: Device

@@ -117,21 +117,12 @@ Levels = tuple[Values, Values]
 
 
 def sensitivities(
-    study: Study,
-    answer: Answer,
-    known: Mapping[str, Estimate],
-    keys: Mapping[str, Vary],
-    rows: Any = None,
+    study: Study, answer: Answer, known: Mapping[str, Estimate], keys: Mapping[str, Vary], rows: Any = None
 ) -> Sensitivities:
-    """Return the derivatives of an answer by keys.
+    """Return the derivatives of an answer by ``keys``, for each the function that makes the study of a scene beside.
 
-    Parameters
-    ----------
-    study : the study of the answer, with rises in place of temperatures
-    known : the steady quantities to differentiate, with their errors
-    keys : by key the function that makes the study of a scene next to the answer's
-    rows : (places, functions) that sample the rise, for ``Sensitivities.profile``
-
+    The ``study`` of the answer has rises in place of temperatures. The steady quantities to differentiate are ``known``
+    with their errors. The ``rows`` (places, functions) sample the rise for ``Sensitivities.profile``.
     Raises NumericsError if the scene itself cannot be solved again.
     """
     solver = _Solver(study, answer, rows)
@@ -309,7 +300,7 @@ class _Solver:
         for probe in (heat.domain.probes[name] for name in dict.fromkeys(study.trace_goals.values())):
             duals += [goal_row(heat, probe, rise) for rise in rises]
             if probe.quantity == "heat_flow":
-                duals += [heat.held_rows[name][1] for name in reading(heat, probe).boundaries]
+                duals += [heat.reaction_rows[name][1] for name in reading(heat, probe).boundaries]
         if conductor is not None and conductor.warms:
             # A current follows the temperature by the resistivity times the heat of each pair of current fields.
             cold, warm = 0 * base.heat.unit, base.heat.unit

@@ -24,12 +24,7 @@ TOGETHER = 1e-6
 
 
 def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
-    """Return the domain of another scene on the cells of a scene's domain, moved.
-
-    Parameters
-    ----------
-    domain : the domain of ``part``
-    part, other : the parts of both scenes that are solved
+    """Return the domain of ``other``, the solved part of another scene, on the moved cells of the ``domain`` of a part.
 
     Raises SceneError if no such motion exists: faces in one plane move apart or past others, or a part or a symmetry is
     lost.

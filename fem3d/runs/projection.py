@@ -140,8 +140,8 @@ class Projection:
     def _held(self, name: str) -> Row:
         """The heat that enters at a boundary of given temperature."""
         heat, reduced = self.heat, self.reduced
-        per_rise, per_rate = heat.held_rows[name]
-        row = self._along(per_rise) + self._given(-heat.loads @ heat.held[name])
+        per_rise, per_rate = heat.reaction_rows[name]
+        row = self._along(per_rise) + self._given(-heat.loads @ heat.shares[name])
         if not self.steady:
             row += Row(w=(heat.lifts @ per_rate)[1:], r=per_rate[: heat.free] @ reduced.basis)
         return row + Row(p=-_of_pairs(reduced.at_held[name])) if name in reduced.at_held else row

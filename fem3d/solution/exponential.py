@@ -23,12 +23,12 @@ from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
 from statespace.runtime import phi
 
-MOST_IN_TIME = 20_000  # in time, those that are taken and those that fail
+MOST_IN_TIME = 20_000  # steps in time, taken and failed ones
 SHORTEST = 1e-13  # step over the end time
 
 
 @dataclass(frozen=True)
-class Step:
+class CollocationStep:
     """One step: ``start`` and ``length`` (s), initial state (r,), Legendre coefficients (q, r) of the source."""
 
     start: float
@@ -42,7 +42,7 @@ class Trajectory:
     """The state at every time from 0 to the end of the last step; ``rates`` are the decay rates (r,)."""
 
     rates: np.ndarray
-    steps: list[Step]
+    steps: list[CollocationStep]
 
     def __call__(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and sources, both (times, r)."""
@@ -84,7 +84,7 @@ def integrate(
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
     time, length = 0.0, end * 1e-4
     state = np.zeros(len(rates)) if start is None else start
-    jumps, steps, trials = jumps or {}, list[Step](), 0
+    jumps, steps, trials = jumps or {}, list[CollocationStep](), 0
     stops = [*sorted(t for t in jumps if 0 < t < end), end]
 
     def holds_at(instant: float) -> bool:
@@ -108,7 +108,7 @@ def integrate(
             tail = np.linalg.norm(kernel[:, -2:] * coefficients[-2:], axis=1)
             error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
             if error <= 1.0:
-                steps.append(Step(time, taken, state, coefficients))
+                steps.append(CollocationStep(time, taken, state, coefficients))
                 if not holds(time + taken, states[-1]):
                     raise runaway(last_time(holds_at, time, time + taken))
                 time, state = stop if last else time + taken, states[-1]

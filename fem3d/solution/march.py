@@ -28,11 +28,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.assembly import linearized, refine_quadratures
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
+from fem3d.problems.linearized import linearized, refine_quadratures
 from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, step_at
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
@@ -59,7 +59,7 @@ INNER = 1e-2  # relative residual of a linear system
 MOST_INNER = 40  # steps of GMRES in one system, and in one step in time before new factors, which take about as long
 
 
-class Step(NamedTuple):
+class CubicStep(NamedTuple):
     """One step: its start and length (s), and the rises (K) and rates (K/s) of all nodes at both ends."""
 
     start: float
@@ -85,7 +85,7 @@ class FullResponse:
 
     heat: HeatProblem
     conductor: Conductor | None
-    steps: list[Step]
+    steps: list[CubicStep]
     outputs: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
     """What `fem3d.results.outputs` has worked out, by the number of the step."""
 
@@ -107,36 +107,6 @@ class FullResponse:
         return np.array([self.at(time)[0] for time in times.tolist()])
 
 
-def march_full(
-    heat: HeatProblem,
-    conductor: Conductor | None,
-    end: float,
-    tolerance: float,
-    earliest: float,
-    points: int = 0,
-    ends: Sequence[float] = (),
-) -> FullResponse:
-    """Integrate the nonlinear equations of heat and current with all unknowns, from zero rise to time ``end``.
-
-    The Runge-Kutta method ESDIRK4(3) with adaptive steps integrates the equations in the docstring of this module.
-
-    Parameters
-    ----------
-    heat, conductor : the heat problem, not linearized, and the current problem of the same mesh, or None
-    end : end time (s)
-    tolerance : error of each step at the vertices, relative to the largest rise so far
-    earliest : earliest time of interest after a jump (s)
-    points : extra quadrature points along each axis for the laws; linearizations keep the quadrature of the problem
-    ends : ends of the steps (s), if these are given. In two spaces with the same steps the difference is of space.
-
-    Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
-
-    Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
-    where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
-    """
-    return _March(heat, conductor, tolerance, points).run(end, earliest, list(ends))
-
-
 class _State(NamedTuple):
     """A rise (K) and its rate (K/s) at all nodes, and the potential then."""
 
@@ -153,7 +123,7 @@ class _Linearization:
         if conductor is not None and state.potential is not None:
             density = -conductor.on.gradient(state.potential.potential) / conductor.resistivity(state.rise)
         tangent = linearized(heat, conductor, state.rise, density)
-        self._stiffness, self._rest, self._capacity = tangent.inner_stiffness, tangent.inner_rest, heat.inner_mass
+        self._stiffness, self._rest, self._capacity = tangent.inner_stiffness, tangent.inner_rest(), heat.inner_mass
         if heat.storage is not None:
             capacity, steepness = heat.storage.tangent(heat.field(state.rise), heat.field(state.rate))
             inner = heat.order[: heat.free]
@@ -173,12 +143,19 @@ class _Linearization:
         return solution, count
 
 
-class _March:
-    """The march through time: the problem, the linearization in use, and how well that serves."""
+class March:
+    """Integrate the equations in the docstring of this module from zero rise, in adaptive steps.
+
+    Parameters
+    ----------
+    heat, conductor : the heat problem, not linearized, and the current problem of the same mesh, or None
+    tolerance : error of each step at the vertices, relative to the largest rise so far
+    points : extra quadrature points along each axis for the laws; linearizations keep the quadrature of the problem
+    """
 
     growth = 8.0  # largest ratio of successive steps
 
-    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float, points: int) -> None:
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float, points: int = 0) -> None:
         self._linear, self._tolerance = (heat, conductor), tolerance
         self._heat, finer = refine_quadratures(heat, conductor, points) if points else (heat, conductor)
         self._conductor = finer
@@ -193,9 +170,14 @@ class _March:
         self._since, self._piece = 0.0, (np.zeros(heat.inputs.count),) * 2
         self._largest, self._contraction, self._inner = 0.0, CONTRACTS, 0
 
-    def run(self, end: float, earliest: float, ends: list[float]) -> FullResponse:
-        """The response, by steps of its own or to given ``ends`` (s)."""
-        heat, steps, trials, before = self._heat, list[Step](), 0, end
+    def run(self, end: float, earliest: float, ends: Sequence[float] = ()) -> FullResponse:
+        """The response until ``end``, with an ``earliest`` time of interest after a jump, by steps of its own or to
+        given ``ends`` (s). In two spaces with the same steps the difference is of space.
+
+        Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
+        where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
+        """
+        heat, steps, trials, before = self._heat, list[CubicStep](), 0, end
         state = _State(np.zeros(heat.size), np.zeros(heat.size))
         for time, stop in pairwise([0.0, *heat.inputs.knots(end).tolist(), end]):
             state, euler, second = self._pass_knot(state, time, stop - time, before, earliest)
@@ -251,7 +233,7 @@ class _March:
         length = min(self._tolerance * earliest, brief * gap)
         return state, length, self.growth * length
 
-    def _next_length(self, steps: Sequence[Step], taken: float, error: float, last_error: float) -> float:
+    def _next_length(self, steps: Sequence[CubicStep], taken: float, error: float, last_error: float) -> float:
         """The length (s) after a step of an error over the error allowed; of an accepted one, the last of ``steps``, as
         if the error goes on to change as it has (Gustafsson, ACM Trans. Math. Softw. 20, 1994)."""
         factor = 0.9 * max(error, 1e-12) ** (-1 / 4)
@@ -259,7 +241,7 @@ class _March:
             factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / 4)
         return taken * min(max(factor, 0.2), self.growth)
 
-    def _limit(self, step: Step) -> None:
+    def _limit(self, step: CubicStep) -> None:
         """Raise RunawayInTimeError, with the time, where the rise exceeds every solid in a step."""
 
         def holds(time: float) -> bool:
@@ -270,14 +252,14 @@ class _March:
         if not holds(end):
             raise runaway(last_time(holds, step.start, end))
 
-    def _euler(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
+    def _euler(self, state: _State, time: float, length: float) -> tuple[CubicStep, _State, float]:
         """A step of the implicit Euler method; the rise is linear in the step."""
         n = self._heat.free
         new = self._stage(state.rise[:n], np.zeros(n), time + length, length, state)
         line = (new.rise - state.rise) / length
-        return Step(time, length, state.rise, line, new.rise, line), new, 0.0
+        return CubicStep(time, length, state.rise, line, new.rise, line), new, 0.0
 
-    def _step(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
+    def _step(self, state: _State, time: float, length: float) -> tuple[CubicStep, _State, float]:
         """A step of the ESDIRK method, with its error over the error allowed."""
         n, shift, new, self._inner = self._heat.free, A[1, 1] * length, state, 0
         rates = [state.rate[:n]]
@@ -290,7 +272,7 @@ class _March:
         if self._inner > MOST_INNER or self._contraction > CONTRACTS:
             self._linearization = None
         return (
-            Step(time, length, state.rise, state.rate, new.rise, new.rate), new,
+            CubicStep(time, length, state.rise, state.rate, new.rise, new.rate), new,
             largest(error[self._vertices]) / self._allowed(new.rise),
         )  # fmt: skip
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.assembly import linearized, nonlinear, refine_quadratures
 from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import MOST_GMRES, Conduction, solve_by_gmres, unseen
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import LinearizedHeat, linearized, nonlinear, refine_quadratures
 from scenes.errors import BeyondLawError, NumericsError
 
 # Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
@@ -185,7 +185,7 @@ class Linearization:
     def __init__(self, newton: Newton, point: Point) -> None:
         self._newton, self._point = newton, point
         heat, c = newton.heat, newton.conductor
-        self._tangent = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
+        self._tangent: HeatProblem = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
         self._held = heat.given[0] * (not newton.electric)
         if c is not None:
             self._precondition = c.preconditioner(point.resistivity)
@@ -200,7 +200,7 @@ class Linearization:
         v, w = x[: heat.free], x[heat.free : -1]
         whole = np.concatenate([v, x[-1] * self._held])
         leaving = self._tangent.stiffness @ whole - x[-1] * point.driven
-        if self._tangent.rest is not None:
+        if isinstance(self._tangent, LinearizedHeat):
             leaving = leaving + self._tangent.rest(whole)
         leaving = leaving[: heat.free]
         if c is None:

@@ -123,7 +123,7 @@ def project(
     for c, lift in enumerate(heat.lifts):
         if lift.any():
             inertia[c] = (heat.mass @ lift)[:n] @ basis
-            if not heat.anchored:
+            if not heat.domain.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
     stiffness = basis.T @ (heat.inner_stiffness @ basis[:, :few])
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
@@ -143,7 +143,7 @@ def _joule(
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
     resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + few))
-    in_box, at_held = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.held}
+    in_box, at_held = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
     potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
     parts = {
         "resistance": resistance, "heating": heating, "in_box": in_box, "at_held": at_held, "potentials": potentials,
@@ -154,7 +154,7 @@ def _joule(
     densities = np.array([p.density for p in patterns])
     values = on.value(heat.field(basis.T)) if values is None else values
     fields = np.concatenate([on.value(heat.field(heat.lifts)), values])
-    held = {name: on.value(heat.field(u)) for name, u in heat.held.items()}
+    held = {name: on.value(heat.field(u)) for name, u in heat.shares.items()}
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
     for name in dict.fromkeys(conductor.names.tolist()):

@@ -25,9 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.assembly import at_films, linearized, refine_quadratures
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import LinearizedHeat, linearized, refine_quadratures
 from fem3d.solution.newton import (
     HOTTEST,
     INNER,
@@ -73,6 +73,11 @@ class SteadyState:
     folded: bool = False
     density: np.ndarray = field(default_factory=lambda: np.zeros((3, 0, 0)))
 
+    @property
+    def exact(self) -> HeatProblem:
+        """The heat problem before its linearization."""
+        return self.heat.exact if isinstance(self.heat, LinearizedHeat) else self.heat
+
 
 def solve_steady(
     heat: HeatProblem,
@@ -83,38 +88,29 @@ def solve_steady(
     thermal: bool = True,
     potential: np.ndarray | None = None,
 ) -> SteadyState:
-    """Solve the coupled steady equations of heat and current on one mesh; this module's docstring has the equations.
-
-    Newton's method starts at ``start`` and, if that fails, at the state without drive. Where its steps do not shrink
-    fast, the path of states is followed from no drive towards the whole drive. Where the path turns back first, or
-    heats without end, the scene runs away.
+    """Solve the coupled steady equations of heat and current on one mesh, as the docstring of this module describes.
 
     Parameters
     ----------
-    heat : the heat equation, with its inputs
-    conductor : the current equation on the same mesh, with its voltages; None for heat alone
-    drive : voltage (V) or current (A), the unit of `RunawayError.limit`; the actual drive is that of the inputs.
+    heat, conductor : the heat equation, and the current equation on the same mesh; None for heat alone
+    drive : voltage (V) or current (A), the unit of `RunawayError.limit`; the inputs hold the actual drive.
         0 for heat alone, whose limit is a fraction of the heating.
-    accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it;
-        `SteadyState.unsettled` is their relative error.
+    accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it.
     start, potential : (all nodes,), rise (K), and (functions,), V, near the solution, as in another space
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
-    Returns the `SteadyState`.
-
-    Raises RunawayError if the path ends below the whole drive: in a runaway, at a rise beyond `newton.HOTTEST`, after
-    too many points, or where Newton's method fails. Its ``limit`` is the largest drive on the path, and its message
-    names the case. Raises BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law
-    lie between the points of its quadrature, and other NumericsError if conditions vary in time or heat has no exit.
+    Raises RunawayError if the path ends below the whole drive: its ``limit`` is the largest drive on the path. Raises
+    BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law lie between the points of
+    its quadrature, and other NumericsError if conditions vary in time or heat has no exit.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
     if not thermal:
         return _currents_alone(heat, conductor)
-    if not heat.anchored:
+    if not heat.domain.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
-    tangent = heat if heat.exact is not None else None
-    newton = Newton(heat.exact or heat, conductor, (tangent or heat).solve_steady)
+    tangent = heat if isinstance(heat, LinearizedHeat) else None
+    newton = Newton(tangent.exact if tangent else heat, conductor, heat.solve_steady)
     point, unsettled = _search(newton, drive, INNER * accuracy, start, potential)
     off = unseen = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
@@ -301,7 +297,7 @@ class Path:
         return error
 
 
-def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProblem | None) -> SteadyState:
+def read_state(newton: Newton, point: Point, unsettled: float, tangent: LinearizedHeat | None) -> SteadyState:
     """The steady state of a point, with the problem linearized about it where a law makes it nonlinear."""
     heat, c, rise, source = newton.heat, newton.conductor, point.rise, newton.heat.loads[0]
     joule, currents, potential, density = dict[str, float](), dict[str, float](), None, np.zeros((3, 0, 0))
@@ -311,16 +307,16 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: HeatProb
         # The heat at the rise that the source is of: so they balance.
         joule, currents = c.joule(density, rise), hot.currents
         source = source + c.joule_load(density, rise)
+    problem: HeatProblem = heat
     if newton.nonlinear:
         near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
         rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
-        u = heat.field(rise)
-        problem = at_films(replace(near, about=u, exact=heat), u)
+        problem = replace(near, about=heat.field(rise)).with_films()
         problem.kept.update(solve_steady=near.solve_steady)
         # The linearized stiffness times the rise is not the outflow where a term is no conduction.
         source = source + problem.stiffness @ rise - heat.outflow(rise)
     else:
-        problem, rise = heat, heat.improve(rise, source)
+        rise = heat.improve(rise, source)
     return SteadyState(
         problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, unsettled,
         newton.folded, density,
@@ -348,10 +344,9 @@ class Tangent:
     """
 
     def __init__(self, state: SteadyState, accuracy: float) -> None:
-        heat = state.heat.exact or state.heat
         # Each solution for the residual of the one before reduces it by the tolerance of GMRES.
         self._solutions = math.ceil(math.log(TIGHT * accuracy) / math.log(INNER))
-        self._state, self._newton = state, Newton(heat, state.conductor, state.heat.solve_steady)
+        self._state, self._newton = state, Newton(state.exact, state.conductor, state.heat.solve_steady)
         self._point = self._newton.at_rise(state.rise, 1.0)
         self._derivative = Linearization(self._newton, self._point)
 
@@ -363,8 +358,8 @@ class Tangent:
             change += self._derivative.solve(residual - self._derivative(change), newton.along_mu)
             change[-1] = 0.0
         tangent = None
-        if newton.nonlinear:
-            tangent = replace(newton.heat, stiffness=self._state.heat.stiffness, rest=self._state.heat.rest)
+        if isinstance(mine := self._state.heat, LinearizedHeat):
+            tangent = LinearizedHeat.of(newton.heat, mine.about, mine.stiffness, mine.rest)
             tangent.kept.update(solve_steady=newton.factors)
         return read_state(newton, newton.at(self._point.x + change), 0.0, tangent)
 

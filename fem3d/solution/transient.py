@@ -15,12 +15,12 @@ from functools import partial
 
 import numpy as np
 
-from fem3d.problems.assembly import nonlinear
 from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import nonlinear
 from fem3d.problems.paths import CurrentField
-from fem3d.solution.exponential import Source, Step, Trajectory, integrate
+from fem3d.solution.exponential import CollocationStep, Source, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, independent_fields, orthonormal, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
@@ -50,8 +50,8 @@ class Base:
     def of_steady(state: SteadyState, accuracy: float = 0.0) -> Base:
         """The base of a response to a constant drive with a steady state, which is relatively accurate."""
         heat, conductor, lift = state.heat, state.conductor, state.heat.lifts[0]
-        if heat.exact is not None or heat.storage is not None:
-            return replace(Base.bare(heat.exact or heat, conductor), steady=state)
+        if (exact := state.exact) is not heat or heat.storage is not None:
+            return replace(Base.bare(exact, conductor), steady=state)
         rise, load = (state.rise - lift)[: heat.free], heat.loads[0]
         fields, patterns = [rise], list[CurrentField]()
         if conductor is not None and state.potential is not None:
@@ -100,14 +100,14 @@ def jumping_lifts(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
     were, which needs a field in the space that cancels the lift; without it heat would appear from nowhere."""
     inputs = heat.inputs
-    jumps = np.vstack([inputs.at(0.0), inputs.jumps(inputs.knots(heat.end_time))])
+    jumps = np.vstack([inputs.at(0.0), inputs.jumps(inputs.knots(heat.domain.scene.end_time))])
     jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
     return heat.lifts[jumping, : heat.free].T
 
 
 def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
     """The loads of a scene without any current: per channel its sources, and its given temperatures."""
-    held = [] if heat.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
+    held = [] if heat.domain.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
     return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *held])
 
 
@@ -121,17 +121,14 @@ class Transient:
 
     @property
     def heat(self) -> HeatProblem:
-        """The heat problem."""
         return self.base.heat
 
     @property
     def conductor(self) -> Conductor | None:
-        """The conductor, if any."""
         return self.base.conductor
 
     @property
-    def steps(self) -> list[Step]:
-        """The steps in time."""
+    def steps(self) -> list[CollocationStep]:
         return self.trajectory.steps
 
     @property
@@ -199,19 +196,12 @@ def shift(slowest: float, earliest: float) -> float:
 
 
 def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
-    """Integrate the reduced heat equation M da/dt + K a = f(t) + q(a, t) from rest to ``end``.
+    """Integrate the reduced heat equation M da/dt + K a = f(t) + q(a, t) from rest to ``end`` (s). The modes of K
+    diagonalize it. Exponential collocation integrates the linear part exactly.
 
-    The modes of K diagonalize the equation. Exponential collocation integrates the linear part exactly.
+    The error of each step is below ``accuracy``, relative to ``base.size`` or else to the state that inputs can reach.
+    The last ``drop`` fields are left out: the change of the response estimates the truncation error.
 
-    Parameters
-    ----------
-    base : heat problem and conductor of one mesh, with the start of the transient
-    reduced : the problem projected on r mass-orthonormal temperature fields, by `Base.project`
-    end : end time (s)
-    accuracy : bound for the error of each step, relative to ``base.size`` or else to the state that inputs can reach
-    drop : number of last fields to leave out; the change of the response estimates the truncation error
-
-    Returns a `Transient`; its ``rises(times)`` (times, all nodes) are above the initial temperature (K).
     Raises RunawayInTimeError where the heating runs away, BeyondLawError where the heat vanishes with the resistivity,
     and NumericsError where no step is short enough.
     """

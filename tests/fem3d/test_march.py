@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fem3d.adaptivity.trace_errors import choose_rows
 from fem3d.problems import conductors
-from fem3d.problems.assembly import linearized
-from fem3d.results import fields
+from fem3d.problems.linearized import linearized
 from fem3d.runs.scene import solve
 from fem3d.solution import exponential
 from fem3d.solution.exponential import integrate
-from fem3d.solution.march import EMBEDDED, A, C, march_full
+from fem3d.solution.march import EMBEDDED, A, C, March
 from scenes.errors import NumericsError
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -63,7 +63,7 @@ def radau(heat, conductor, times):
     def slope(time, inner):
         _, rise, potential = state(time, inner)
         tangent = linearized(heat, conductor, rise, np.empty(0) if conductor is None else potential.density)
-        return -inverse @ (tangent.inner_stiffness.toarray() + tangent.inner_rest(np.eye(n)).T)
+        return -inverse @ (tangent.inner_stiffness.toarray() + tangent.inner_rest()(np.eye(n)).T)
 
     inverse = np.linalg.inv(heat.inner_mass.toarray())
     solved = solve_ivp(rate, (0.0, times[-1]), np.zeros(n), "Radau", times, jac=slope, rtol=1e-6, atol=1e-4)
@@ -93,7 +93,7 @@ def test_response_is_that_of_radau(name):
     conductor, times = conductors.find(heat), last * np.array([0.01, 0.1, 0.3, 0.6, 1.0])
     exact, apart = radau(heat, conductor, times), []
     for tolerance in (1e-4, 1e-6):
-        response = march_full(heat, conductor, last, tolerance, 1e-3 * last)
+        response = March(heat, conductor, tolerance).run(last, 1e-3 * last)
         apart.append(off(response.rises(times), exact))
         assert apart[-1] < 20 * tolerance
     assert np.abs(exact).max() > 50.0
@@ -105,7 +105,7 @@ def test_steps_have_a_budget(monkeypatch):
     scene, last = SCENES["a ramp"]
     heat = problem(scene, bar_grid(scene, 2, 2))
     with pytest.raises(NumericsError, match="needs more than 5 steps in time"):
-        march_full(heat, None, last, 1e-5, 1e-3 * last)
+        March(heat, None, 1e-5).run(last, 1e-3 * last)
 
 
 RATES = np.array([3.0, 40.0, 900.0, 2e5])
@@ -158,7 +158,7 @@ def test_lines_between_rows_stay_within_their_share_behind_a_bend_that_samples_h
         behind = np.maximum(t - 1.0, 0.0)
         return {"flow": np.minimum(t, 1.0) + np.exp(-behind / fading)}
 
-    times, rows, errors = fields.choose([0.0, 1.0, 2.0], evaluate, {"flow": 1e-3})
+    times, rows, errors = choose_rows([0.0, 1.0, 2.0], evaluate, {"flow": 1e-3})
     dense = np.unique(np.concatenate([1 + np.geomspace(1e-7, 1, 5000), np.linspace(0, 2, 5000)]))
     worst = np.abs(np.interp(dense, times, rows["flow"]) - evaluate(dense)["flow"]).max()
     assert worst <= 1.05 * errors["flow"] <= 1.05e-3

@@ -1,0 +1,137 @@
+"""Nonlinear heat problems: their tangents about a state, and their quadratures.
+
+The tangent about a state is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the
+rest: the change by a rise of the conductivity under the present gradient, and of the Joule heat. The latter assumes a
+current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
+relative change of the resistance in the circuit, a matrix of rank one.
+
+(K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by GMRES. K^-1 R is compact where R has fewer derivatives than K, and
+a few steps do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.problems.assembly import Surface
+from fem3d.problems.cholesky import part
+from fem3d.problems.current import Conductor
+from fem3d.problems.following import MOST_GMRES, solve_by_gmres
+from fem3d.problems.heat import Film, HeatProblem
+from scenes.errors import NumericsError
+
+DUAL_RESIDUAL = 1e-6  # relative, of a dual solution
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """``matrix`` (n, n) + ``columns``^T ``rows``, the latter two (k, n) each."""
+
+    matrix: csc_array
+    columns: np.ndarray
+    rows: np.ndarray
+
+    def __call__(self, u: np.ndarray) -> np.ndarray:
+        """(..., n): its product with vectors (..., n)."""
+        return (self.matrix @ u.T).T + (u @ self.rows.T) @ self.columns
+
+    def transposed(self, factor: float = 1.0) -> Rest:
+        """The transposed one, some times as large."""
+        return Rest(csc_array(factor * self.matrix.T), self.rows, factor * self.columns)
+
+    def part(self, kept: np.ndarray) -> Rest:
+        """The rows and columns of some unknowns."""
+        return Rest(part(self.matrix, kept), self.columns[:, kept], self.rows[:, kept])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LinearizedHeat(HeatProblem):
+    """The tangent of an ``exact`` problem ``about`` a field (functions,): K for its stiffness, and R for its ``rest``.
+
+    Its heat flow and the terms are the exact ones."""
+
+    exact: HeatProblem
+    about: np.ndarray
+    rest: Rest
+
+    @classmethod
+    def of(cls, exact: HeatProblem, about: np.ndarray, stiffness: csc_array, rest: Rest) -> Self:
+        """The tangent of a problem, with the films of the linear one."""
+        given = {f.name: getattr(exact, f.name) for f in fields(HeatProblem) if f.init} | {"stiffness": stiffness}
+        return cls(**given, exact=exact, about=about, rest=rest)
+
+    def with_films(self) -> Self:
+        """The same, with films that are tangents, too, where a boundary's heat is no straight line."""
+        films = dict(self.films)
+        for term in self.terms:
+            if isinstance(term, Surface):
+                for b in term.boundaries:
+                    entering, per_kelvin = term.entering(self.about, self.domain.faces(b))
+                    films[b.name] = Film(self.inputs.split(entering), self.take(per_kelvin))
+        return replace(self, films=films)
+
+    def lower(self, level: int) -> Self:
+        kept = np.flatnonzero(self.domain.space.nested[level][self.order])
+        return replace(super().lower(level), exact=self.exact.lower(level), rest=self.rest.part(kept))
+
+    def outflow(self, rise: np.ndarray) -> np.ndarray:
+        return self.exact.outflow(rise)
+
+    def inner_rest(self) -> Rest:
+        """The rest on the free nodes."""
+        return self.rest.part(np.arange(self.free))
+
+    def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
+        solve = self.solve_steady if time is None else self.solve_shifted(time)
+        rest = self.inner_rest().transposed(time or 1.0)
+
+        def product(v: np.ndarray) -> np.ndarray:
+            return v + solve(rest(v))
+
+        solutions = [solve_by_gmres(product, first, DUAL_RESIDUAL, MOST_GMRES)[0] for first in solve(loads)]
+        if any(solution is None for solution in solutions):
+            raise NumericsError("the problem linearized about a state is singular, or close to it")
+        return np.array(solutions)
+
+    def turned(self, z: np.ndarray) -> np.ndarray:
+        return super().turned(z) + self.rest.transposed()(z)
+
+
+def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> LinearizedHeat:
+    """The tangent of a problem about a ``rise`` (all nodes), with a current of a ``density`` (A/m2) there."""
+    u = heat.field(rise)
+    stiffness, matrix = heat.stiffness, csc_array((heat.size,) * 2)
+    for term in heat.terms:
+        symmetric, rest = term.tangent(u)
+        stiffness = csc_array(stiffness + part(symmetric, heat.order))
+        if rest is not None:
+            matrix = csc_array(matrix + part(rest, heat.order))
+    columns = rows = np.empty((0, heat.size))
+    if conductor is not None and conductor.warms and len(density):
+        heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
+        matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
+        dissipated = float((conductor.on.weights * heating).sum())
+        falls = 2 * conductor.taken(density, dissipated) / (dissipated or 1.0)
+        columns = falls * heat.take(conductor.on.load(heating))[None]
+        rows = heat.take(conductor.on.load(steepness * heating))[None]
+    stiffness.sort_indices()
+    return LinearizedHeat.of(heat, u, stiffness, Rest(matrix, columns, rows))
+
+
+def nonlinear(heat: HeatProblem, conductor: Conductor | None) -> bool:
+    """Whether a law of the temperature makes the steady equations nonlinear."""
+    return bool(heat.terms) or (conductor is not None and conductor.following is not None)
+
+
+def refine_quadratures(
+    heat: HeatProblem, conductor: Conductor | None, points: int
+) -> tuple[HeatProblem, Conductor | None]:
+    """Return the problem by quadratures of its laws with so many more points along each axis."""
+    terms: tuple[Any, ...] = heat.terms
+    finer = replace(heat, terms=tuple(replace(term, more=term.more + points) for term in terms))
+    finer.kept.update(heat.kept)
+    return finer, conductor and conductor.finer(points)
