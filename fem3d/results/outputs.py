@@ -11,10 +11,11 @@ for a steady state ``rounding`` (W, rounding error of flows that are zero).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -23,6 +24,7 @@ from fem3d.problems.assembly import Surface
 from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
+from fem3d.results.extremes import Extreme
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
@@ -75,34 +77,19 @@ Response = Transient | FullResponse
 """A response in a reduced space or at full order."""
 
 
-class _Part(NamedTuple):
-    """Outputs of the solved part, as numbers or over time: heat flows, currents and Joule heats by name, the electric
-    power and the power of the sources (W). Its functions evaluate a `Reading` without its boundaries, an extreme with
-    its remainder, the potential of a probe, and the heat that enters at fields (k, all nodes)."""
-
-    flows: Outputs
-    currents: Outputs
-    joule: Outputs
-    power: np.ndarray
-    generated: np.ndarray
-    row: Callable[[Reading], np.ndarray]
-    extreme: Callable[[Any], tuple[np.ndarray, np.ndarray]]
-    potential: Callable[[Any], np.ndarray]
-    entering: Callable[[np.ndarray], np.ndarray]
-
-
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
-    heat, rises, still = state.heat, state.rise[None], np.zeros((1, state.heat.size))
+    heat, rises, at_rest = state.heat, state.rise[None], np.zeros((1, state.heat.size))
     currents, joule = ({name: np.array([v]) for name, v in each.items()} for each in (state.currents, state.joule))
     # The source balances the stiffness, which is linearized where properties follow the temperature.
     loads = (state.source + heat.outflow(state.rise) - heat.stiffness @ state.rise)[None]
-    part = _of_fields(heat, np.zeros(1), rises, still, loads, [state.potential], currents, joule)
+    part = _OfNodes(heat, np.zeros(1), rises, at_rest, loads, [state.potential], currents, joule)
+    part.power = np.array([state.power])
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
     terms += sum(np.abs(film.entering).sum() + np.abs(film.per_kelvin) @ sizes for film in heat.films.values())
-    out = _whole(symmetry, heat, np.zeros(1), part._replace(power=np.array([state.power])))
+    out = part.whole(symmetry)
     return {name: value[0] for name, value in out.items()} | {"rounding": np.array(ROUNDING * symmetry.copies * terms)}
 
 
@@ -110,7 +97,7 @@ def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> O
     """The outputs at some times (s)."""
     if isinstance(response, FullResponse):
         return _of_steps(response, symmetry, times)
-    return of_states(response.base, response.reduced, symmetry, times, *response.states(times))
+    return OfStates(response.base, response.reduced, times, *response.states(times)).whole(symmetry)
 
 
 def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
@@ -143,92 +130,177 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
         loads += [conductor.joule_load(p.density, rise) for p, rise in zip(potentials, rises, strict=True)]
         currents = _stacked([p.currents for p in potentials])
         joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
-    known: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
-    return _whole(symmetry, heat, times, _of_fields(heat, times, rises, rates, loads, known, currents, joule))
+    solved: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
+    return _OfNodes(heat, times, rises, rates, loads, solved, currents, joule).whole(symmetry)
 
 
 def _stacked(each: Sequence[dict[str, float]]) -> Outputs:
     return {name: np.array([values[name] for values in each]) for name in each[0]}
 
 
-def _of_fields(
-    heat: HeatProblem,
-    times: np.ndarray,
-    rises: np.ndarray,
-    rates: np.ndarray,
-    loads: np.ndarray,
-    potentials: Sequence[np.ndarray | None],
-    currents: Outputs,
-    joule: Outputs,
-) -> _Part:
-    """The outputs of rises, their rates and loads (each (times, all nodes)) and of the potentials."""
-    g, fields = heat.inputs.at(times), heat.field(rises)
-    leaving = np.array([heat.outflow(u) + heat.stored(u, w) for u, w in zip(rises, rates, strict=True)])
-    reaction = (leaving - loads)[:, heat.free :]
-    flows = {name: reaction @ part[heat.free :] for name, part in heat.shares.items()}
-    flows |= {name: g @ film.entering + rises @ film.per_kelvin for name, film in heat.films.items()}
-    for term in (each for each in heat.terms if isinstance(each, Surface)):
-        for b in term.boundaries:
-            tangents = [(u, *term.entering(u, heat.domain.faces(b))) for u in fields]
-            flows[b.name] = np.array([still + per_kelvin @ u for u, still, per_kelvin in tangents])
+class _Part(ABC):
+    """The solved part at some times (s): currents and Joule heats by name, the electric power (W), and the inputs
+    ``g`` (times, channels). A subclass has the rises of the nodes, or the states of a reduced problem."""
 
-    def read(how: Reading) -> np.ndarray:
-        flow = rises @ how.row + g @ how.entering
-        if how.by_law is not None:
-            flow = flow + [how.by_law(heat, u) @ rise for u, rise in zip(fields, rises, strict=True)]
-        return np.asarray(flow)
+    def __init__(self, heat: HeatProblem, times: np.ndarray, currents: Outputs, joule: Outputs) -> None:
+        self.heat, self.times, self.g = heat, times, heat.inputs.at(times)
+        self.currents, self.joule = currents, joule
+        self.power: np.ndarray = sum(joule.values(), np.zeros(len(times)))
 
-    def potential(probe: Any) -> np.ndarray:
-        meter = Voltmeter(heat.domain, probe)
-        return np.array([meter.read(phi, t) for phi, t in zip(potentials, times.tolist(), strict=True)])
+    @abstractmethod
+    def along(self, row: np.ndarray) -> np.ndarray:
+        """(times,): the product of a row (all nodes,) with the rises."""
 
-    return _Part(
-        flows, currents, joule, sum(joule.values(), np.zeros(len(times))), g @ heat.generated, read,
-        lambda extreme: extreme(fields, np.eye(len(times))), potential,
-        lambda disputed: disputed[:, heat.free :] @ reaction.T,
-    )  # fmt: skip
+    @abstractmethod
+    def entering(self, fields: np.ndarray) -> np.ndarray:
+        """(k, times): the heat (W) that enters at the fixed nodes, tested with fields (k, all nodes)."""
+
+    @abstractmethod
+    def extreme(self, extreme: Extreme) -> tuple[np.ndarray, np.ndarray]:
+        """(times,) each: an extreme and its remainder."""
+
+    @abstractmethod
+    def potential(self, probe: Any) -> np.ndarray:
+        """(times,): the potential (V) at a probe."""
+
+    @abstractmethod
+    def flows(self) -> Outputs:
+        """The heat (W) that enters at each boundary."""
+
+    def through_films(self) -> Outputs:
+        """The heat (W) that enters at each boundary of given flux, convection or radiation."""
+        films = self.heat.films.items()
+        return {name: self.g @ film.entering + self.along(film.per_kelvin) for name, film in films}
+
+    def row(self, how: Reading) -> np.ndarray:
+        """A reading without its boundaries."""
+        return self.along(how.row) + self.g @ how.entering
+
+    def whole(self, symmetry: Symmetry) -> Outputs:
+        """The outputs of the whole structure."""
+        out, zero, copies, flows = {"time": self.times}, np.zeros(self.times.shape), symmetry.copies, self.flows()
+        for probe in (each for each in self.heat.domain.scene.probes if each.name in symmetry.probes):
+            if probe.quantity == "potential":
+                value = self.potential(probe)
+            elif probe.quantity == "power":
+                value = sum((share(name, probe.name) * heat for name, heat in self.joule.items()), zero)
+            elif (how := reading(self.heat, probe)).extreme is not None:
+                value, out[f"doubt:{probe.name}"] = self.extreme(how.extreme)
+            elif probe.quantity == "current":
+                names = how.boundaries or (f"through:{probe.name}",)
+                value = how.sign * sum((self.currents.get(name, zero) for name in names), zero)
+            else:
+                value = sum((flows[name] for name in how.boundaries), self.row(how))
+            factor, added = symmetry.probes[probe.name]
+            out[f"probe:{probe.name}"] = sum((channels.value(v, self.times) for v in added), factor * value)
+            if probe.quantity == "heat_flow" and len(fields := self.heat.disputed(how.boundaries)):
+                out[f"doubt:{probe.name}"] = copies * np.abs(self.entering(fields)).sum(axis=0)
+        for name, flow in symmetry.flows.items():
+            if flow.boundary in flows:
+                out[f"flow:{name}"] = flow.heat * flows[flow.boundary]
+            if flow.boundary in self.currents:
+                out[f"current:{name}"] = flow.current * self.currents[flow.boundary]
+        for name, value in self.joule.items():
+            box = box_of(name)
+            if box in symmetry.box_copies:
+                out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
+        powers = {"power": self.power, "generated": self.g @ self.heat.generated}
+        powers["dissipated"] = sum(self.joule.values(), zero)
+        return out | {name: copies * value for name, value in powers.items()}
 
 
-def of_states(
-    base: Base, reduced: Reduced, symmetry: Symmetry, times: np.ndarray, a: np.ndarray, rates: np.ndarray
-) -> Outputs:
-    """The outputs of a reduced problem at some times (s), for its states (times, r) and their rates (1/s)."""
-    heat, basis, drive, lifts = base.heat, reduced.basis, base.heat.inputs, base.heat.lifts
-    g, changing = drive.at(times), drive.rates(times)
+class _OfNodes(_Part):
+    """By the rises, their rates and loads (each (times, all nodes)) and the potentials (functions,) at the times."""
 
-    def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
-        return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
+    def __init__(
+        self, heat: HeatProblem, times: np.ndarray, rises: np.ndarray, rates: np.ndarray, loads: np.ndarray,
+        potentials: Sequence[np.ndarray | None], currents: Outputs, joule: Outputs,
+    ) -> None:  # fmt: skip
+        super().__init__(heat, times, currents, joule)
+        self.rises, self.potentials, self.fields = rises, potentials, heat.field(rises)
+        leaving = np.array([heat.outflow(u) + heat.stored(u, w) for u, w in zip(rises, rates, strict=True)])
+        self.reaction = (leaving - loads)[:, heat.free :]
 
-    def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
-        return along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
+    def along(self, row: np.ndarray) -> np.ndarray:
+        return self.rises @ row
 
-    def potential(probe: Any) -> np.ndarray:
-        if probe.name not in reduced.potentials:
-            return potential_over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
-        shares, drop = reduced.potentials[probe.name]
-        return g @ shares - np.einsum("ti,ti->t", c, z @ drop.T)
+    def entering(self, fields: np.ndarray) -> np.ndarray:
+        return fields[:, self.heat.free :] @ self.reaction.T
 
-    def joule(tested: np.ndarray) -> np.ndarray:
-        return np.asarray((pairs * (z @ tested.reshape(-1, z.shape[1]).T)).sum(axis=1))
+    def extreme(self, extreme: Extreme) -> tuple[np.ndarray, np.ndarray]:
+        return extreme(self.fields, np.eye(len(self.times)))
 
-    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
-    z, pairs = np.concatenate([g, a], axis=1), (c[:, :, None] * c[:, None]).reshape(len(times), -1)
-    flows = {name: entering(heat.shares[name], *rows) for name, rows in heat.reaction_rows.items()}
-    for name, tested in reduced.at_held.items():
-        flows[name] = flows[name] - joule(tested)
-    for name, film in heat.films.items():
-        flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
-    names = base.patterns[0].currents if base.patterns else {}
-    currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
-    heats = {name: joule(tested) for name, tested in reduced.in_box.items()}
-    power = sum(heats.values(), np.zeros(len(times)))
-    whole = cache(lambda: heat.field(np.concatenate([heat.whole(basis.T), lifts])))
-    return _whole(symmetry, heat, times, _Part(
-        flows, currents, heats, power, g @ heat.generated, lambda how: along(how.row, a, g) + g @ how.entering,
-        lambda extreme: extreme(whole(), np.concatenate([a, g], axis=1)), potential,
+    def potential(self, probe: Any) -> np.ndarray:
+        meter = Voltmeter(self.heat.domain, probe)
+        return np.array([meter.read(phi, t) for phi, t in zip(self.potentials, self.times.tolist(), strict=True)])
+
+    def flows(self) -> Outputs:
+        heat = self.heat
+        flows = {name: self.reaction @ part[heat.free :] for name, part in heat.shares.items()} | self.through_films()
+        for term in (each for each in heat.terms if isinstance(each, Surface)):
+            for b in term.boundaries:
+                tangents = [(u, *term.entering(u, heat.domain.faces(b))) for u in self.fields]
+                flows[b.name] = np.array([cold + per_kelvin @ u for u, cold, per_kelvin in tangents])
+        return flows
+
+    def row(self, how: Reading) -> np.ndarray:
+        if how.by_law is None:
+            return super().row(how)
+        pairs = zip(self.fields, self.rises, strict=True)
+        return super().row(how) + [how.by_law(self.heat, u) @ rise for u, rise in pairs]
+
+
+class OfStates(_Part):
+    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s)."""
+
+    def __init__(self, base: Base, reduced: Reduced, times: np.ndarray, a: np.ndarray, rates: np.ndarray) -> None:
+        self.base, self.reduced, self.a, self.rates = base, reduced, a, rates
+        g = base.heat.inputs.at(times)
+        self.z = np.concatenate([g, a], axis=1)
+        self.c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
+        self.pairs = (self.c[:, :, None] * self.c[:, None]).reshape(len(times), -1)
+        names = base.patterns[0].currents if base.patterns else {}
+        currents = {name: self.c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
+        super().__init__(base.heat, times, currents, {n: self._heat(tested) for n, tested in reduced.in_box.items()})
+
+    def _heat(self, tested: np.ndarray) -> np.ndarray:
+        """(times,): the Joule heat (W) of the pairs of current fields, ``tested``."""
+        return np.asarray((self.pairs * (self.z @ tested.reshape(-1, self.z.shape[1]).T)).sum(axis=1))
+
+    def _along(self, row: np.ndarray, states: np.ndarray, g: np.ndarray) -> np.ndarray:
+        return states @ (row[: self.heat.free] @ self.reduced.basis) + g @ (self.heat.lifts @ row)
+
+    def _reaction(self, field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
+        stored = self._along(per_rate, self.rates, self.heat.inputs.rates(self.times))
+        return self.along(per_rise) + stored - self.g @ (self.heat.loads @ field)
+
+    def along(self, row: np.ndarray) -> np.ndarray:
+        return self._along(row, self.a, self.g)
+
+    def entering(self, fields: np.ndarray) -> np.ndarray:
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
-        lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
-    ))  # fmt: skip
+        return np.array([self._reaction(f, self.heat.stiffness @ f, self.heat.mass @ f) for f in fields])
+
+    @cached_property
+    def _fields(self) -> np.ndarray:
+        return self.heat.field(np.concatenate([self.heat.whole(self.reduced.basis.T), self.heat.lifts]))
+
+    def extreme(self, extreme: Extreme) -> tuple[np.ndarray, np.ndarray]:
+        return extreme(self._fields, np.concatenate([self.a, self.g], axis=1))
+
+    def potential(self, probe: Any) -> np.ndarray:
+        heat, reduced = self.heat, self.reduced
+        if probe.name not in reduced.potentials:
+            return potential_over_time(
+                self.base, lambda: heat.whole(self.a @ reduced.basis.T) + self.g @ heat.lifts, probe, self.times
+            )
+        shares, drop = reduced.potentials[probe.name]
+        return self.g @ shares - np.einsum("ti,ti->t", self.c, self.z @ drop.T)
+
+    def flows(self) -> Outputs:
+        flows = {name: self._reaction(self.heat.shares[name], *rows) for name, rows in self.heat.reaction_rows.items()}
+        flows |= {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_held.items()}
+        return flows | self.through_films()
 
 
 def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
@@ -256,40 +328,6 @@ def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
     parts = [out["power"], out["generated"], *(v for name, v in out.items() if name.startswith("flow:"))]
     none = np.zeros_like(out["power"])
     return sum((np.maximum(v, 0.0) for v in parts), none), sum((np.maximum(-v, 0.0) for v in parts), none)
-
-
-def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part) -> Outputs:
-    """From the part that was solved to the whole."""
-    out, zero, copies = {"time": times}, np.zeros(times.shape), symmetry.copies
-    for probe in (each for each in heat.domain.scene.probes if each.name in symmetry.probes):
-        if probe.quantity == "potential":
-            value = part.potential(probe)
-        elif probe.quantity == "power":
-            value = sum((share(name, probe.name) * heat for name, heat in part.joule.items()), zero)
-        elif (how := reading(heat, probe)).extreme is not None:
-            value, out[f"doubt:{probe.name}"] = part.extreme(how.extreme)
-        elif probe.quantity == "current":
-            names = how.boundaries or (f"through:{probe.name}",)
-            value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
-        else:
-            value = sum((part.flows[name] for name in how.boundaries), part.row(how))
-        factor, added = symmetry.probes[probe.name]
-        out[f"probe:{probe.name}"] = sum((channels.value(each, times) for each in added), factor * value)
-        if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
-            out[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
-    for name, flow in symmetry.flows.items():
-        if flow.boundary in part.flows:
-            out[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
-        if flow.boundary in part.currents:
-            out[f"current:{name}"] = flow.current * part.currents[flow.boundary]
-    for name, value in part.joule.items():
-        box = box_of(name)
-        if box in symmetry.box_copies:
-            out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
-    dissipated = sum(part.joule.values(), zero)
-    return out | {
-        "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated
-    }  # fmt: skip
 
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:

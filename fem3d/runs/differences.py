@@ -285,7 +285,7 @@ class _Solver:
         coefficients = replace(reduced, basis=np.eye(reduced.states)).changed(sums)
         marched = transient.march(replace(base, conductor=None), coefficients, study.end, SHORT**2)
         states, rates = (each @ marched.reduced.basis.T for each in marched.states(self.times))
-        out = outputs.of_states(base, reduced, study.part, self.times, states, rates)
+        out = outputs.OfStates(base, reduced, self.times, states, rates).whole(study.part)
         return replace(values, traces=study.traces(out))
 
     def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, int, np.ndarray | None]:
