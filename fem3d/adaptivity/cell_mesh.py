@@ -27,7 +27,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain, boxes, groups
-from fem3d.spaces.size import START_UP, Size, size_of_cells, size_of_grid
+from fem3d.spaces.size import START_UP, Size, allowed_memory, fits_memory, memory_limit, size_of_cells, size_of_grid
 from meshes import grading
 from meshes import grid as grids
 from meshes.columns import Columns
@@ -142,7 +142,7 @@ class CellMesh(Mesh):
     def _room(self) -> float:
         """The largest growth factor of the unknowns, limited by memory, and by time unless run.memory is given."""
         # Factors grow like n^(4/3) in three dimensions (George, SIAM J. Numer. Anal. 10, 1973).
-        room = (reach.limit(self.scene) - START_UP) / (self.size.memory - START_UP)
+        room = (memory_limit(self.scene) - START_UP) / (self.size.memory - START_UP)
         most = MOST_UNKNOWNS if self.scene.steady else FEWER
         return float(min(np.inf if self.scene.memory else most / self.size.unknowns, max(room, 0.0) ** (3 / 4)))
 
@@ -193,7 +193,7 @@ class CellMesh(Mesh):
 
     def refine_all(self) -> CellMesh | None:
         finer = None if self.last else self._finer(self._longest())
-        return finer if finer and reach.fits(self.scene, finer.size) else None
+        return finer if finer and fits_memory(self.scene, finer.size) else None
 
     def _longest(self, by_axis: np.ndarray | float = 1.0) -> np.ndarray:
         """Return (3, cells) the axes along which to halve each cell, for indicators per axis (3, cells): axes longer
@@ -233,7 +233,7 @@ class CellMesh(Mesh):
             advice = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
             remarks = check.remarks(self.source.mesh)
         if self.simplex and self.degree < 3:
-            remarks.insert(0, f"elements of degree 2, for degree 3 takes more memory: {reach.allowed(self.scene)}")
+            remarks.insert(0, f"elements of degree 2, for degree 3 takes more memory: {allowed_memory(self.scene)}")
         return [*less_accurate(study, relative, f"{self._counted} of degree {self.degree}; {advice}"), *remarks]
 
     @property
@@ -258,11 +258,11 @@ class CellMesh(Mesh):
         """
         for degree in (3, 2) if self.simplex else (2,):
             mesh = replace(self, degree=degree)
-            if reach.fits(self.scene, mesh.size):
+            if fits_memory(self.scene, mesh.size):
                 return mesh
         raise TooLargeError(
             f"the {self._counted} of {getattr(self.scene, 'file', 'the scene')} take {mesh.size.memory / 1e9:.2g} GB "
-            f"with elements of degree 2, the lowest with an error estimate, and {reach.allowed(self.scene)}; set "
+            f"with elements of degree 2, the lowest with an error estimate, and {allowed_memory(self.scene)}; set "
             "run.memory, or use a machine with more memory"
         )
 
@@ -289,7 +289,7 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
     most = LARGE * 7.0 ** max(np.log10(1e-2 / scene.accuracy), 0.0)
 
     def suits(size: Size) -> bool:
-        return size.unknowns <= most and reach.fits(scene, size)
+        return size.unknowns <= most and fits_memory(scene, size)
 
     size = size_of_grid(scene, grids.coarsest(scene, 2))
     if scene.mesh == "bricks" or (not scene.mesh and suits(size)):

@@ -26,7 +26,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Boxes, Domain, boxes
-from fem3d.spaces.size import Size, size_of_grid
+from fem3d.spaces.size import Size, check_memory, fits_memory, size_of_grid
 from meshes import grading
 from meshes import grid as grids
 from meshes.grading import Features
@@ -198,7 +198,7 @@ class Bricks(Mesh):
     def of(study: Study, over_time: bool = False) -> Bricks:
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
-        reach.check(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
+        check_memory(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
         marks = edge_exponents.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
         grid = grading.with_diffusion_layers(grid, scene, study.earliest) if over_time else grid
@@ -251,12 +251,12 @@ class Bricks(Mesh):
     def _checked(self) -> Size:
         """Return the size of the grid; raise TooLargeError where memory has no room for it."""
         size, why = size_of_grid(self.scene, self.grid), reach.because(self.marks)
-        reach.check(self.scene, size, f"at an accuracy of {self.accuracy:g}", why)
+        check_memory(self.scene, size, f"at an accuracy of {self.accuracy:g}", why)
         return size
 
     def _within_memory(self) -> Bricks | None:
         """Return the mesh; None where it exceeds the memory and the one before is to be kept then."""
-        fits = not self.as_far_as_it_goes or reach.fits(self.scene, size_of_grid(self.scene, self.grid))
+        fits = not self.as_far_as_it_goes or fits_memory(self.scene, size_of_grid(self.scene, self.grid))
         return self if fits else None
 
     def with_scene(self, scene: Scene) -> Bricks:

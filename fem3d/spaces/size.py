@@ -1,12 +1,15 @@
-"""Predict the cost of a grid of bricks before assembly: unknowns, matrix entries, memory.
+"""Predict the cost of a mesh before assembly, in unknowns, matrix entries and memory, and the memory that is free.
 
 The unknowns are counted by the degrees of each vertex, edge, face and cell.
 """
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +17,8 @@ from fem3d.spaces.domain import Domain
 from fem3d.spaces.element import Degrees, local
 from meshes import grid as grids
 from meshes.grid import Grid
+from scenes.errors import TooLargeError
+from scenes.free.grid import crowding
 from scenes.model import Scene
 
 LEAF, AT_LEAF = 120.0, 40.0
@@ -30,6 +35,8 @@ PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8
 # meander with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh (58,000 to 146,000 unknowns, 0.5 to
 # 3.6 GB) is predicted 1.07 to 1.7 times too large, and never too small.
 PER_ENTRY_OF_CELLS, PER_FACTOR_OF_CELLS = 90.0, 5.0
+
+_CGROUPS = Path("/sys/fs/cgroup")
 
 
 @dataclass(frozen=True)
@@ -100,3 +107,67 @@ def size_of_cells(domain: Domain) -> Size:
     across = float(((low <= middle) & (high > middle)).sum(axis=1).min())
     matrices, live = PER_ENTRY_OF_CELLS * functions**2 * cells, float(domain.live.mean())
     return _size(cells, domain.space.size, across, live, matrices, PER_FACTOR_OF_CELLS)
+
+
+def fits_memory(scene: Scene, size: Size) -> bool:
+    """Return whether memory has room for a mesh."""
+    return size.memory <= memory_limit(scene)
+
+
+def check_memory(scene: Scene, size: Size, when: str, why: str = "") -> None:
+    """Raise TooLargeError for a grid of bricks that takes too much memory."""
+    if not fits_memory(scene, size):
+        unknowns, planes = float(f"{size.unknowns:.2g}"), grids.graph(scene).planes
+        raise TooLargeError(
+            f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
+            f"{allowed_memory(scene)}{why}; {crowding(planes)}: let more coincide, or leave out what does not "
+            "matter"
+        )
+
+
+def memory_limit(scene: Any) -> float:
+    """Return the bytes that a run of a scene may take in all."""
+    words = _words(Path("/proc/self/statm"))
+    resident = float(words[1]) * os.sysconf("SC_PAGE_SIZE") if len(words) > 1 else 0.0  # of this process, where known
+    # Sizes are foreseen to within 30 %, and other programs need some.
+    return float(scene.memory or 0.8 * (free_memory() + resident))
+
+
+def allowed_memory(scene: Any) -> str:
+    """Return the limit in words, for a message."""
+    size = f"{memory_limit(scene) / 1e9:.2g} GB"
+    return f"run.memory allows {size}" if scene.memory else f"this machine has {size} to spare"
+
+
+def free_memory() -> float:
+    """Return the bytes that are free for new memory on this machine and in the control groups of this process, of
+    version 1 or 2."""
+    room = [_free_of_machine()]
+    inside = [Path(word.rpartition(":")[2].lstrip("/")) for word in _words(Path("/proc/self/cgroup"))]
+    places = {Path(), *inside, *(parent for group in inside for parent in group.parents)}
+    names = ("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes")
+    for group in (root / place for root in (_CGROUPS, _CGROUPS / "memory") for place in places):
+        parts = _words(group / "memory.stat")
+        for bound, taken in ((_words(group / most), _words(group / used)) for most, used in names if parts):
+            if bound and taken and bound[0].isdigit():
+                # Pages of files that can be dropped count as taken, and are free.
+                cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
+                room.append(float(bound[0]) - float(taken[0]) + cache)
+    return max(min(room), 0.0)
+
+
+def _free_of_machine() -> float:
+    words = _words(Path("/proc/meminfo"))
+    if "MemAvailable:" in words:
+        return 1024.0 * float(words[words.index("MemAvailable:") + 1])
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")) / 2
+    except (AttributeError, OSError, ValueError):
+        return 4e9  # the operating system does not say
+
+
+def _words(file: Path) -> list[str]:
+    try:
+        return file.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeDecodeError):
+        return []
