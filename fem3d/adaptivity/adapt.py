@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem3d.adaptivity import marched, nested
+from fem3d.adaptivity import nested, responses
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate_field_error
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse, respond
+from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse, bound_response
 from fem3d.results.outputs import Study
 from fem3d.solution import transient
 from fem3d.solution.newton import CoarseMeshError
@@ -159,9 +159,9 @@ class Search:
             bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
             if not bases[0].nonlinear:  # hot states are searched in the lower space alone
                 lower = problems.heats[-2], problems.conductors[-2]
-                low, hot = marched.search_hot_states(*lower, shift, study.end, study.accuracy)
-                bases = [marched.make_base(problems.heat, problems.conductor, hot), low]
-        response = respond(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
+                low, hot = responses.search_hot_states(*lower, shift, study.end, study.accuracy)
+                bases = [responses.make_base(problems.heat, problems.conductor, hot), low]
+        response = bound_response(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
         if level is None:
             self.slowest, self.generations = response.slowest, response.generations
         return response
@@ -178,7 +178,7 @@ class Search:
         confirmed = runaway.whole - runaway.limit > SURELY * change + off
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
-        # A limit whose last two changes are small is believed without such a state.
+        # A choice: a limit whose last two changes are within 2 %, which its message states, needs no such state.
         if confirmed and SURELY * max(change, before) + off <= 0.02 * runaway.limit:
             runaway.error = SURELY * max(change, before) + off
             return None
@@ -196,6 +196,7 @@ class Search:
         allowed = self.study.accuracy / (1 - below)
         if confirmed and level.worst <= allowed and change <= self.study.accuracy * runaway.limit:
             return None
+        # A level may pass already and its limit change: its error is to fall by half at least.
         return mesh.refine(indicators(level), min(allowed, level.worst) / 2)
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:

@@ -43,7 +43,7 @@ from scenes.result import Step
 # Errors of extrapolated readings are at most this part of their estimates: none of 46 random plates, Gmsh meshes and
 # stacks exceeds 0.70 of this bound.
 AS_IT_IS = 0.5
-ROUNDING = 1e-8  # relative: smaller errors, and readings that move less, show rounding alone
+UNMOVED = 1e-8  # relative: smaller errors, and readings that move less, show rounding alone
 # A reading that moves by more than its estimate falls is wrong by more than estimated. Its bound is then twice its
 # fraction, where the estimate fell to this part or less: by less it may fall by chance.
 FELL = 0.8
@@ -77,8 +77,8 @@ def _fractions(now: Record, history: Sequence[Record]) -> tuple[float, Mapping[s
     fractions, larger = dict[str, float](), dict[str, float]()
     for before in history:
         for n, estimate in before.errors.items():
-            moved, after, rounding = abs(now.values[n] - before.values[n]), now.errors[n], ROUNDING * before.scales[n]
-            if min(estimate, moved) > rounding and after > ROUNDING * now.scales[n]:
+            moved, after, rounding = abs(now.values[n] - before.values[n]), now.errors[n], UNMOVED * before.scales[n]
+            if min(estimate, moved) > rounding and after > UNMOVED * now.scales[n]:
                 fraction = moved / max(estimate - after, 1e-300)
                 fractions[n] = max(fractions.get(n, 0.0), fraction)
                 if fraction > 1 and after <= FELL * estimate:

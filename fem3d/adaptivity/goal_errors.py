@@ -18,7 +18,7 @@ from fem3d.adaptivity.estimator import Contributions, Estimator, tail
 from fem3d.adaptivity.nested import Problems, Solution, solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
-from fem3d.results.outputs import ROUNDING, Study
+from fem3d.results.outputs import SOLVE_ROUNDING, Study
 from fem3d.results.probes import extreme, reading
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import SteadyState
@@ -263,7 +263,7 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     if estimator.later_factors is not None:
         better, doubts = nested.extrapolate(study, problems, fine, low, scales, heat, current, estimator)
         doubts = {name: doubt + scales[name] * float(np.sum(clash.get(name, 0.0))) for name, doubt in doubts.items()}
-    unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
+    unsettled = fine.state.unsettled + low.state.unsettled + SOLVE_ROUNDING
     errors, least = (_add_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
     moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)
     return Level(problems, better, low, scales, errors, goals, least, moved)

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, marched
+from fem3d.adaptivity import goal_errors, responses
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.marched import FineResponse, jump_times, largest_differences, thin_out
 from fem3d.adaptivity.nested import Problems
+from fem3d.adaptivity.responses import FineResponse, jump_times, largest_differences, thin_out
 from fem3d.results import outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
 from fem3d.solution.newton import CoarseMeshError
@@ -49,7 +49,7 @@ class BoundedResponse:
         return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
 
 
-def respond(
+def bound_response(
     study: Study,
     problems: Problems,
     bases: Sequence[Base],
@@ -73,14 +73,14 @@ def respond(
                 conductor.kept.pop("near", None)
     steady_out = None if steady is None else steady.fine.out
     if bases[0].nonlinear:
-        fine = marched.march_nonlinear(study, bases[0], steady_out)
-        problems = problems.about(marched.tangent(bases[0], fine.answer, fine.times))
+        fine = responses.march_nonlinear(study, bases[0], steady_out)
+        problems = problems.about(responses.tangent(bases[0], fine.answer, fine.times))
     else:
-        fine = marched.march_linear(study, bases[0], shift, steady_out, generations)
+        fine = responses.march_linear(study, bases[0], shift, steady_out, generations)
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:
-        low = marched.respond_in_lower_space(study, bases[1], shift, fine)
+        low = responses.respond_in_lower_space(study, bases[1], shift, fine)
     except RunawayInTimeError as runaway:
         if not bases[0].nonlinear:
             raise
@@ -93,7 +93,7 @@ def respond(
             fine.times, fine.traces, errors, False, np.nan, answer, fine.generations, goals, relative
         )
     times, rows, between = _rows(study, answer, scales)
-    errors = {name: error + between[name] + outputs.ROUNDING * scales[name] for name, error in errors.items()}
+    errors = {name: error + between[name] + outputs.SOLVE_ROUNDING * scales[name] for name, error in errors.items()}
     early = _early(study, fine, low) if study.from_start else {}
     return BoundedResponse(
         times, rows, errors, True, _imbalance(study, answer), answer, fine.generations, goals, relative, scales,
@@ -106,10 +106,10 @@ def _early(study: Study, fine: FineResponse, low: Response) -> dict[str, float]:
     the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
     first, inputs = min(study.earliest, study.end), fine.answer.heat.inputs
     starts = np.append(0.0, jump_times(inputs, study.end))
-    since = np.append(0.0, np.geomspace(marched.SOONEST * first, first, 10))
-    times = np.unique(np.minimum((starts[thin_out(starts, marched.KNOTS), None] + since).ravel(), study.end))
-    responses = fine.answer, low, fine.worse
-    traces, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in responses)
+    since = np.append(0.0, np.geomspace(responses.SOONEST * first, first, 10))
+    times = np.unique(np.minimum((starts[thin_out(starts, responses.KNOTS), None] + since).ravel(), study.end))
+    each = fine.answer, low, fine.worse
+    traces, *others = (study.traces(outputs.of_transient(one, study.part, times)) for one in each)
     apart = [largest_differences(traces, other) for other in others]
     return {name: 2 * sum(each[name] for each in apart) for name in traces}
 
@@ -256,7 +256,7 @@ def _imbalance(study: Study, answer: Response) -> float:
     stored, after = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
     jumped = np.where(np.isin(edges[:-1], sudden), after - np.append(0.0, stored[:-1]), 0.0)
     gap = np.abs(stored + left - entered - np.cumsum(jumped))
-    rounding = outputs.ROUNDING * study.part.copies * max(heat.domain.scene.initial_temperature, 1.0)
+    rounding = outputs.SOLVE_ROUNDING * study.part.copies * max(heat.domain.scene.initial_temperature, 1.0)
     none = rounding * float(heat.unit @ (heat.mass @ heat.unit))
     late = edges[1:] >= min(study.earliest, edges[-1])
     passed = np.maximum(entered, left) + np.cumsum(np.abs(jumped))

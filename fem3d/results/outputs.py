@@ -36,7 +36,7 @@ from scenes import laws
 from statespace import channels
 
 Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
-ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
+SOLVE_ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +89,8 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     sizes = np.abs(state.rise)
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
     terms += sum(np.abs(film.entering).sum() + np.abs(film.per_kelvin) @ sizes for film in heat.films.values())
-    out = part.whole(symmetry)
-    return {name: value[0] for name, value in out.items()} | {"rounding": np.array(ROUNDING * symmetry.copies * terms)}
+    out = {name: value[0] for name, value in part.whole(symmetry).items()}
+    return out | {"rounding": np.array(SOLVE_ROUNDING * symmetry.copies * terms)}
 
 
 def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> Outputs:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fem3d.adaptivity import marched
+from fem3d.adaptivity import responses
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.nested import Problems
@@ -278,8 +278,8 @@ def _rich(
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
     shift = transient.shift(min(slow, end), first)
-    _, hot = marched.search_hot_states(problems.heats[-2], problems.conductors[-2], shift, end, accuracy)
-    base = marched.make_base(heat, conductor, hot)
+    _, hot = responses.search_hot_states(problems.heats[-2], problems.conductors[-2], shift, end, accuracy)
+    base = responses.make_base(heat, conductor, hot)
     loads, times = [*base.loads, *projection.joule_loads(base)], None if scene.steady else (first, min(slow, end))
     fields = heat.solve_steady(np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)).T
     if times is not None:

@@ -16,8 +16,8 @@ import numpy as np
 
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import tail
-from fem3d.adaptivity.marched import TIME_SHARE
 from fem3d.adaptivity.nested import discretize
+from fem3d.adaptivity.responses import TIME_SHARE
 from fem3d.runs.device_model import DEPARTS, Structure, projected, structures
 from fem3d.runs.differences import STEP, Difference, Table, Values
 from fem3d.runs.motion import move

@@ -28,9 +28,9 @@ from threadpoolctl import threadpool_limits
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import tail
 from fem3d.adaptivity.goal_errors import goal_row
-from fem3d.adaptivity.marched import make_base, search_hot_states
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Problems
+from fem3d.adaptivity.responses import make_base, search_hot_states
 from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
 from fem3d.results import outputs

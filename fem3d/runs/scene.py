@@ -14,8 +14,8 @@ import numpy as np
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.marched import BEFORE
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
+from fem3d.adaptivity.responses import BEFORE
 from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse
 from fem3d.results import outputs
 from fem3d.results.fields import Fields

@@ -55,8 +55,8 @@ C = np.array([0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1])
 # Entry i extrapolates the rates of the stages up to i to the time of the next one, as a polynomial.
 AHEAD = [np.linalg.solve(np.vander(C[:i], increasing=True).T, C[i] ** np.arange(i)) for i in range(1, 6)]
 NEWTON = 0.1  # error of Newton's method over that of a step (Hairer and Wanner, Solving ODEs II, section IV.8)
-INNER = 1e-2  # relative residual of a linear system
-MOST_INNER = 40  # steps of GMRES in one system, and in one step in time before new factors, which take about as long
+STEP_RESIDUAL = 1e-2  # relative residual of a linear system
+MOST_STEP_GMRES = 40  # in one system, and in one step in time before new factors, which take about as long
 
 
 class CubicStep(NamedTuple):
@@ -137,7 +137,7 @@ class _Linearization:
         def product(v: np.ndarray) -> np.ndarray:
             return self._inverse(self._capacity @ v + shift * (self._stiffness @ v + self._rest(v)))
 
-        solution, count = solve_by_gmres(product, self._inverse(load), INNER, MOST_INNER)
+        solution, count = solve_by_gmres(product, self._inverse(load), STEP_RESIDUAL, MOST_STEP_GMRES)
         if solution is None:
             raise NumericsError("the linearized equations of a step are not solved")
         return solution, count
@@ -269,7 +269,7 @@ class March:
             new = self._stage(base, guess, time + c * length, shift, new)
             rates.append(new.rate[:n])
         error = length * sum(w * k for w, k in zip(A[-1] - EMBEDDED, rates, strict=True))
-        if self._inner > MOST_INNER or self._contraction > CONTRACTS:
+        if self._inner > MOST_STEP_GMRES or self._contraction > CONTRACTS:
             self._linearization = None
         return (
             CubicStep(time, length, state.rise, state.rate, new.rise, new.rate), new,
@@ -306,7 +306,7 @@ class March:
                 self._contraction = size / max(before, 1e-300)
             else:
                 # The contraction of the last stage (Hairer and Wanner, equation IV.8.10), and the residual of GMRES.
-                self._contraction = max(self._contraction, INNER) ** 0.8
+                self._contraction = max(self._contraction, STEP_RESIDUAL) ** 0.8
             enough = NEWTON * self._allowed(state.rise)
             if size * min(self._contraction, 1.0) <= enough * (1 - min(self._contraction, 0.9)):
                 rise = np.concatenate([base + shift * rate, held])

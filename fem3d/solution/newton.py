@@ -20,7 +20,7 @@ from scenes.errors import BeyondLawError, NumericsError
 
 # Relative residual of a linear system, and part of the accuracy that Newton's iteration may leave: so a step leaves no
 # more of the one before than the last step may leave of the accuracy.
-INNER = 1e-4
+RESIDUAL = 1e-4
 MOST_NEWTON = 20  # steps at one point
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
 # section 2.1: 1/2).
@@ -111,7 +111,7 @@ class Newton:
         The second result is the relative size of the step that would be next, at most ``tolerance``. With ``surely``
         the first contraction must be below 1/4: by Kantorovich's theorem no other state is near.
         """
-        before, contraction = np.inf, INNER
+        before, contraction = np.inf, RESIDUAL
         for number in range(MOST_NEWTON):
             self.steps += 1
             change = Linearization(self, point).solve(point.residual, self.along_mu if row is None else row)
@@ -250,7 +250,7 @@ class Linearization:
             leaving = self(x * scale)
             return preconditioned(solve(leaving[:n]), leaving, float(row @ (x * scale))) / scale
 
-        change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, INNER, MOST_GMRES)
+        change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, RESIDUAL, MOST_GMRES)
         return None if change is None else change * scale, count
 
 

@@ -30,7 +30,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, refine_quadratures
 from fem3d.solution.newton import (
     HOTTEST,
-    INNER,
+    RESIDUAL,
     CoarseMeshError,
     Linearization,
     Newton,
@@ -111,7 +111,7 @@ def solve_steady(
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     tangent = heat if isinstance(heat, LinearizedHeat) else None
     newton = Newton(tangent.exact if tangent else heat, conductor, heat.solve_steady)
-    point, unsettled = _search(newton, drive, INNER * accuracy, start, potential)
+    point, unsettled = _search(newton, drive, RESIDUAL * accuracy, start, potential)
     off = unseen = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
         unseen = newton.unseen(point)
@@ -120,11 +120,11 @@ def solve_steady(
             break
         finer = newton.finer(2)
         try:
-            point, unsettled = finer.correct(finer.at(point.x), None, INNER * accuracy)
+            point, unsettled = finer.correct(finer.at(point.x), None, RESIDUAL * accuracy)
         except NotConvergedError:
             if unseen <= accuracy:
                 break  # the coarser quadrature stands, with its error
-            point, unsettled = _search(finer, drive, INNER * accuracy)
+            point, unsettled = _search(finer, drive, RESIDUAL * accuracy)
         finer.folded |= newton.folded
         newton = finer
     if unseen > accuracy:
@@ -345,7 +345,7 @@ class Tangent:
 
     def __init__(self, state: SteadyState, accuracy: float) -> None:
         # Each solution for the residual of the one before reduces it by the tolerance of GMRES.
-        self._solutions = math.ceil(math.log(TIGHT * accuracy) / math.log(INNER))
+        self._solutions = math.ceil(math.log(TIGHT * accuracy) / math.log(RESIDUAL))
         self._state, self._newton = state, Newton(state.exact, state.conductor, state.heat.solve_steady)
         self._point = self._newton.at_rise(state.rise, 1.0)
         self._derivative = Linearization(self._newton, self._point)

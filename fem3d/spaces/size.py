@@ -36,8 +36,6 @@ PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8
 # 3.6 GB) is predicted 1.07 to 1.7 times too large, and never too small.
 PER_ENTRY_OF_CELLS, PER_FACTOR_OF_CELLS = 90.0, 5.0
 
-_CGROUPS = Path("/sys/fs/cgroup")
-
 
 @dataclass(frozen=True)
 class Size:
@@ -120,8 +118,7 @@ def check_memory(scene: Scene, size: Size, when: str, why: str = "") -> None:
         unknowns, planes = float(f"{size.unknowns:.2g}"), grids.graph(scene).planes
         raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
-            f"{allowed_memory(scene)}{why}; {crowding(planes)}: let more coincide, or leave out what does not "
-            "matter"
+            f"{allowed_memory(scene)}{why}; {crowding(planes)}: let more coincide, or leave out what does not matter"
         )
 
 
@@ -140,13 +137,12 @@ def allowed_memory(scene: Any) -> str:
 
 
 def free_memory() -> float:
-    """Return the bytes that are free for new memory on this machine and in the control groups of this process, of
-    version 1 or 2."""
-    room = [_free_of_machine()]
+    """Return the bytes that are free on this machine and in the control groups of this process, of version 1 or 2."""
+    room, top = [_free_of_machine()], Path("/sys/fs/cgroup")
     inside = [Path(word.rpartition(":")[2].lstrip("/")) for word in _words(Path("/proc/self/cgroup"))]
     places = {Path(), *inside, *(parent for group in inside for parent in group.parents)}
     names = ("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes")
-    for group in (root / place for root in (_CGROUPS, _CGROUPS / "memory") for place in places):
+    for group in (root / place for root in (top, top / "memory") for place in places):
         parts = _words(group / "memory.stat")
         for bound, taken in ((_words(group / most), _words(group / used)) for most, used in names if parts):
             if bound and taken and bound[0].isdigit():

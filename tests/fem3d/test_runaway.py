@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.marched import BEFORE
+from fem3d.adaptivity.responses import BEFORE
 from fem3d.runs.scene import solve, until
 from fem3d.runs.sink import study
 from fem3d.solution.transient import LEAST

@@ -1,4 +1,4 @@
-"""Transient response of one space: in a Krylov space as large as the accuracy requires, also for a resistivity that is
+"""Response over time of one space: in a Krylov space as large as the accuracy requires, also for a resistivity that is
 linear in the temperature; with all unknowns where a property follows the temperature by a law or table.
 
 Without a solved steady state the Krylov space begins with a basis of currents and loads. It starts from the currents at
@@ -26,15 +26,74 @@ from fem3d.solution.transient import Base, Krylov
 from scenes.errors import BeyondLawError, RunawayInTimeError
 from statespace.channels import Inputs
 
-TIME_SHARE = 0.01  # part of the accuracy for time stepping, and for iterations within a step
+# Part of the accuracy for time stepping, and for iterations within a step. A choice: a response with `LOOSER` times the
+# tolerance, whose distance is the error, may miss a tenth of the accuracy; it takes two thirds of the steps (order 6).
+TIME_SHARE = 0.01
 LOOSER = 10.0  # ratio of the tolerances of two responses that are compared
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
-KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
+KNOTS = 12  # bends and jumps, at most, with 6 times of comparison each: a choice, as many as the run has without them
 SOONEST = 1e-3  # part of the first requested time: sooner after a jump only values before the jump matter
 ROUNDS = 5  # of searches for hot instants, and of halving steps at full order
 # A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
 # value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
 BEFORE = 0.95
+
+
+HotState = tuple[np.ndarray, np.ndarray]  # where heating changes the currents: rise (functions,), inputs (channels,)
+
+
+def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotState]) -> Base:
+    """Return the base with the currents at the initial temperature and in ``hot`` states."""
+    loads, lifts = transient.heat_loads(heat), transient.jumping_lifts(heat)
+    if conductor is None:
+        return Base(heat, None, [], lifts, loads)
+    rises = [heat.inputs.at(0.0) @ heat.lifts, *(heat.take(field) for field, _ in hot)]
+    driven = np.flatnonzero(conductor.voltages.any(axis=1))
+    potentials = [[conductor.solve(rise, v) for v in conductor.voltages[driven]] for rise in rises]
+    patterns = independent(conductor, potentials[0])
+    pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
+    loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
+    for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
+        loads.append(conductor.joule_load(combined(each, drive[driven]), rise))
+    return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), lifts, loads)
+
+
+def search_hot_states(
+    heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
+) -> tuple[Base, list[HotState]]:
+    """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
+    rough response, some just before changes of the inputs, the worst joins until none matters."""
+    hot: list[HotState] = []
+    base = make_base(heat, conductor, hot)
+    if conductor is None or not conductor.warms or not conductor.voltages.any():
+        return base, hot
+    drive, size = heat.inputs, 1e-300
+    knots = drive.knots(end)
+    times = np.union1d(np.geomspace(end / 100, end, 4), knots[thin_out(knots, 4)] * (1 - 1e-9))
+    for _ in range(ROUNDS):
+        reduced = base.project(Krylov(base, shift).fields(FIELDS))
+        try:
+            answer = transient.march(base, reduced, end, accuracy)
+        except (BeyondLawError, RunawayInTimeError) as stop:  # only the accurate response decides about a runaway
+            answer = transient.march(base, reduced, BEFORE * stop.time, accuracy)
+        times = np.unique(np.minimum(times, answer.end))
+        inputs = drive.at(times)
+        currents = answer.reduced.currents(answer.trajectory(times)[0], inputs)
+        worst, largest = None, NEGLIGIBLE * accuracy
+        for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
+            voltage = g @ conductor.voltages
+            if not (voltage.any() and conductor.conducts(rise)):
+                continue
+            load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
+            size = max(size, float(np.abs(load).sum()))
+            change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c), rise)).sum()) / size
+            if change > largest:
+                worst, largest = (heat.field(rise), g), change
+        if worst is None:
+            break
+        hot.append(worst)
+        base = make_base(heat, conductor, hot)
+    return base, hot
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +134,7 @@ class FineResponse:
 
 
 def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> FineResponse:
-    """Solve a linear problem in as many fields as the accuracy requires; arguments as for `trace_errors.respond`."""
+    """Solve a linear problem in as many fields as the accuracy requires; arguments of `trace_errors.bound_response`."""
     accuracy, end = study.accuracy, study.end
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 4))
@@ -186,61 +245,3 @@ def thin_out(times: np.ndarray, most: int) -> np.ndarray:
 def largest_differences(a: Quantities, b: Quantities) -> dict[str, float]:
     """Return the largest difference of each quantity."""
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
-
-
-HotState = tuple[np.ndarray, np.ndarray]
-"""A state at which heating changes the currents: the rise (functions,), and the inputs (channels,)."""
-
-
-def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotState]) -> Base:
-    """Return the base with the currents at the initial temperature and in ``hot`` states."""
-    loads, lifts = transient.heat_loads(heat), transient.jumping_lifts(heat)
-    if conductor is None:
-        return Base(heat, None, [], lifts, loads)
-    rises = [heat.inputs.at(0.0) @ heat.lifts, *(heat.take(field) for field, _ in hot)]
-    driven = np.flatnonzero(conductor.voltages.any(axis=1))
-    potentials = [[conductor.solve(rise, v) for v in conductor.voltages[driven]] for rise in rises]
-    patterns = independent(conductor, potentials[0])
-    pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
-    loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
-    for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
-        loads.append(conductor.joule_load(combined(each, drive[driven]), rise))
-    return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), lifts, loads)
-
-
-def search_hot_states(
-    heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
-) -> tuple[Base, list[HotState]]:
-    """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
-    rough response, some just before changes of the inputs, the worst joins until none matters."""
-    hot: list[HotState] = []
-    base = make_base(heat, conductor, hot)
-    if conductor is None or not conductor.warms or not conductor.voltages.any():
-        return base, hot
-    drive, size = heat.inputs, 1e-300
-    knots = drive.knots(end)
-    times = np.union1d(np.geomspace(end / 100, end, 4), knots[thin_out(knots, 4)] * (1 - 1e-9))
-    for _ in range(ROUNDS):
-        reduced = base.project(Krylov(base, shift).fields(FIELDS))
-        try:
-            answer = transient.march(base, reduced, end, accuracy)
-        except (BeyondLawError, RunawayInTimeError) as stop:  # only the accurate response decides about a runaway
-            answer = transient.march(base, reduced, BEFORE * stop.time, accuracy)
-        times = np.unique(np.minimum(times, answer.end))
-        inputs = drive.at(times)
-        currents = answer.reduced.currents(answer.trajectory(times)[0], inputs)
-        worst, largest = None, NEGLIGIBLE * accuracy
-        for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
-            voltage = g @ conductor.voltages
-            if not (voltage.any() and conductor.conducts(rise)):
-                continue
-            load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
-            size = max(size, float(np.abs(load).sum()))
-            change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c), rise)).sum()) / size
-            if change > largest:
-                worst, largest = (heat.field(rise), g), change
-        if worst is None:
-            break
-        hot.append(worst)
-        base = make_base(heat, conductor, hot)
-    return base, hot
