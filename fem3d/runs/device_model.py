@@ -25,8 +25,7 @@ from scenes.device import SUBSTRATE, Device
 from scenes.model import Schedule
 from statespace.device_model import FILMS, Inlet, Modal
 
-DEPARTS = 0.1
-"""Part of the accuracy that local departures of a film's temperature may add without being followed."""
+DEPARTS = 0.1  # of the accuracy, for a film's local departures that are left out: a choice, which errors include
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,8 +80,10 @@ def _at(boundary: Any, out: Outputs) -> np.ndarray:
     return given - boundary.series_resistance * out[f"current:{boundary.name}"]
 
 
-OF_FLOW = 0.01  # of the largest flow, power or current: the least scale of the error of one
-EARLY, LATE = 1e-3, 0.1  # parts of the end time: `earliest` without requested instants, and its largest value
+OF_FLOW = 0.01  # of the largest flow, power or current: the least scale of the error of one. A choice: 0 has no scale
+# Parts of the end time: `earliest` without requested instants, and its largest value. Choices: a tenth of the earliest
+# time takes first layers thinner by the root of 10, and a late first instant leaves a tenth of the run without bounds.
+EARLY, LATE = 1e-3, 0.1
 
 
 def study(scene: AnyScene, part: Symmetry) -> Study:
