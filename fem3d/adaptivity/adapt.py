@@ -60,10 +60,9 @@ def adapt(
     temperature. The errors of the answer have the units of the quantities.
 
     A scene whose conditions vary in time has no steady state: it takes ``with_steady=False``. ``progress`` gets lines
-    of text. The first ``mesh`` is by default a grid of bricks.
-
-    Errors of the answer exceed the accuracy only if the mesh may not be refined further, because of memory or the most
-    unknowns that are allowed, or if traces would need too many rows.
+    of text. The first ``mesh`` is by default a grid of bricks. Errors of the answer exceed the accuracy only if the
+    mesh may not be refined further, because of memory or the most unknowns that are allowed, or if traces would need
+    too many rows.
 
     Raises RunawayError if no steady state is found at the whole drive, RunawayInTimeError if the transient runs away,
     BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default grid exceeds the memory,

@@ -27,7 +27,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, nonlinear
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
 from fem3d.solution.newton import CoarseMeshError
-from fem3d.solution.steady import SteadyState, solve_steady
+from fem3d.solution.steady import SteadyState, solve_currents, solve_steady
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Space
@@ -218,9 +218,11 @@ def solution(study: Study, problems: Problems, level: int = -1, start: np.ndarra
                 # Use the quadrature of laws of the fine state.
                 conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
         at = None if start is None else heat.take(start)
-        thermal = physics.heat(problems.domain.scene)
         potential = None if fine is None else fine.potential
-        problems.states[level] = solve_steady(heat, conductor, study.drive, study.accuracy, at, thermal, potential)
+        if physics.heat(problems.domain.scene):
+            problems.states[level] = solve_steady(heat, conductor, study.drive, study.accuracy, at, potential)
+        else:
+            problems.states[level] = solve_currents(heat, conductor)
     state = problems.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))

@@ -60,7 +60,7 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
             f"the errors of {len(instants)} voltages that vary apart add up to {worst:.1e} of what they drive "
             f"together, more than the accuracy of {scene.accuracy:g}"
         )
-    details = {**results[0].details, **most, "scales": scales, "plan": plan, "warnings": warnings}
+    details = results[0].details | most | {"scales": scales, "plan": plan, "warnings": warnings}
     details["transient_imbalance"] = most["energy_imbalance"]
     return Result("fem3d", {}, Traces(times, values, errors), details)
 

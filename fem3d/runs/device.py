@@ -100,7 +100,8 @@ class Model:
 
         Raises ArithmeticError where the powers between two samples do not converge.
         """
-        runs = [march(modal, self.nodes, device, _steps(device), meter, start) for modal in (self.fine, self.low)]
+        tolerance = TIME_SHARE * device.accuracy_3d * device.set_rise  # K, of the powers between samples
+        runs = [march(modal, self.nodes, device, tolerance, meter, start) for modal in (self.fine, self.low)]
         scale, apart = _scales(device, runs[0]), runs[0].distance(runs[1])
         rest = {q: self.by_fewer[q] * scale[q] for q in _NAMES}
         errors, parts = {q: apart[q] + rest[q] for q in _NAMES}, {"space": apart, "states and time": rest}
@@ -175,23 +176,18 @@ def _short(device: Device) -> Device:
 def _judged(device: Device, fine: Modal, low: Modal, fewer: Modal, nodes: int) -> dict[str, dict[str, float]]:
     """Distances from the models of the lower space, with fewer fields and with fewer nodes, for each quantity relative
     to its scale, in a short run and in the steady state."""
-    short, state = _short(device), steady(fine, device)
-    run = march(fine, nodes, short, _steps(device))
+    short, state, tolerance = _short(device), steady(fine, device), TIME_SHARE * device.accuracy_3d * device.set_rise
+    run = march(fine, nodes, short, tolerance)
     others = {"low": (low, nodes), "fewer": (fewer, nodes), "nodes": (fine, nodes - 2)}
     scale, distances = _scales(device, run), dict[str, dict[str, float]]()
     for name, (modal, count) in others.items():
-        apart = run.distance(march(modal, count, short, _steps(device)))
+        apart = run.distance(march(modal, count, short, tolerance))
         distances[name] = {q: apart[q] / scale[q] for q in _NAMES}
         for q in ("sink_power_W", "sensor_power_W"):
             size = max(abs(getattr(state, q)), 1e-3 * scale[q])
             off = abs(getattr(state, q) - getattr(steady(modal, device), q)) / size
             distances[name][q] = max(distances[name][q], off)
     return distances
-
-
-def _steps(device: Device) -> float:
-    """The tolerance (K) of the iteration for the powers between samples."""
-    return TIME_SHARE * device.accuracy_3d * device.set_rise
 
 
 def _scales(device: Device, run: March) -> dict[str, float]:

@@ -34,8 +34,7 @@ AT_ONCE = "the currents follow the voltages at once: the steady state of each ha
 def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Sensitivities:
     """Differentiate a result of `fem3d.runs.sink.solve` by its physical keys other than zero, or by some ``keys``.
 
-    With ``profile`` also differentiate the rises of its profile, at places that move along.
-    Raises NumericsError.
+    With ``profile`` also differentiate the rises of its profile, at places that move along. Raises NumericsError.
     """
     answer, left_out = result.details["answer"], dict[str, str]()
     if answer.response is not None and (why := physics.nonlinear(sink.scene(), True)):

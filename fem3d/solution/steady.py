@@ -85,7 +85,6 @@ def solve_steady(
     drive: float,
     accuracy: float,
     start: np.ndarray | None = None,
-    thermal: bool = True,
     potential: np.ndarray | None = None,
 ) -> SteadyState:
     """Solve the coupled steady equations of heat and current on one mesh, as the docstring of this module describes.
@@ -93,11 +92,9 @@ def solve_steady(
     Parameters
     ----------
     heat, conductor : the heat equation, and the current equation on the same mesh; None for heat alone
-    drive : voltage (V) or current (A), the unit of `RunawayError.limit`; the inputs hold the actual drive.
-        0 for heat alone, whose limit is a fraction of the heating.
+    drive : voltage (V) or current (A) of the inputs, for `RunawayError.limit`; 0 for heat alone, for a fraction of it
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it.
     start, potential : (all nodes,), rise (K), and (functions,), V, near the solution, as in another space
-    thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
     Raises RunawayError if the path ends below the whole drive: its ``limit`` is the largest drive on the path. Raises
     BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law lie between the points of
@@ -105,8 +102,6 @@ def solve_steady(
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
-    if not thermal:
-        return _currents_alone(heat, conductor)
     if not heat.domain.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     tangent = heat if isinstance(heat, LinearizedHeat) else None
@@ -161,13 +156,9 @@ class Path:
     relative to the answer to the cold Joule heat) and in mu."""
 
     def __init__(self, newton: Newton, start: Point, drive: float) -> None:
-        self._newton, self._start, self._drive, self._whole = newton, start, abs(drive), abs(drive) or 1.0
-        self._measure = ""  # of heat alone a fraction
-        if newton.conductor is not None and newton.electric and drive:
-            self._measure = "A" if newton.conductor.by_current else "V"
+        self._newton, self._start, self._ends = newton, start, Ends(newton, drive)
         self._answer = newton.factors(Linearization(newton, start).driven)
         self._size = newton.heat.norm(self._answer) ** 2 or 1.0
-        self._hottest = float(newton.heat.domain.scene.initial_temperature) + HOTTEST
         self._off = 0.0  # relative error of the largest mu by quadratures of laws
         self._jagged = False  # whether the path turned forward again below its largest mu
 
@@ -204,7 +195,7 @@ class Path:
                 raise self._too_hot(top, point, new)
             top = max(top, highest.mu)
             if new.mu <= 0.0:
-                raise self._runaway(top)
+                raise self._ends.runaway(top, self._off)
             length += step
             before, point, ahead = point, new, self._unit(new.x - point.x)
             step = 2 * step if newton.steps - count <= 3 else step
@@ -241,10 +232,6 @@ class Path:
             minimize_scalar(missing, bounds=(0.0, places[-1]), method="bounded", options={"xatol": 1e-3 * places[-1]})
         return max(states, key=lambda each: each.mu)
 
-    def _fraction(self, mu: float) -> float:
-        """The fraction of the drive."""
-        return float(np.sqrt(max(mu, 0.0))) if self._newton.electric else mu
-
     def _too_hot(self, top: float, point: Point, new: Point) -> RunawayError:
         """The error of a path that leads beyond the hottest state of interest, from a point to a new one."""
         from scipy.optimize import brentq
@@ -261,11 +248,8 @@ class Path:
         ratio = largest(last.rise) / max(largest(point.rise), 1e-300)
         # Without laws the hottest rise grows like mu: where it grows like mu squared or faster it runs away.
         if last.mu <= top or 2 * np.log(last.mu / max(point.mu, 1e-300)) < np.log(ratio):
-            return self._runaway(max(last.mu, top))
-        return self._ends_at(last.mu, (
-            f"at {self._fraction(last.mu):.3g} times what drives the scene the steady state is at {self._hottest:,.0f} "
-            "K, hotter than any solid: no hotter one is looked for"
-        ))  # fmt: skip
+            return self._ends.runaway(max(last.mu, top), self._off)
+        return self._ends.too_hot(last.mu, self._off)
 
     def _end(self, top: float, point: Point, vanished: bool) -> NumericsError:
         """The error of a path that does not go on."""
@@ -274,26 +258,47 @@ class Path:
         if vanished and c is not None and (c.by_current or not (c.warm < 0).any()):
             return BeyondLawError()
         if vanished or (top > point.mu and not self._jagged):
-            return self._runaway(top)
-        self._off = math.inf if self._jagged else self._off  # a finer mesh may show where such a path leads
-        beyond = f"no steady state is found beyond {self._fraction(top):.3g} times what drives the scene"
-        return self._ends_at(top, f"{beyond}, which need not be a runaway")
+            return self._ends.runaway(top, self._off)
+        # A finer mesh may show where a jagged path leads.
+        return self._ends.lost(top, math.inf if self._jagged else self._off)
 
-    def _runaway(self, mu: float) -> RunawayError:
-        """The error of a path that goes no further than some mu."""
+
+class Ends:
+    """The errors, in words, of a path that ends below the whole drive: at some mu, with its relative error ``off``."""
+
+    def __init__(self, newton: Newton, drive: float) -> None:
+        self._electric, self._drive, self._measure = newton.electric, abs(drive), ""  # of heat alone a fraction
+        if newton.conductor is not None and newton.electric and drive:
+            self._measure = "A" if newton.conductor.by_current else "V"
+        self._hottest = f"{float(newton.heat.domain.scene.initial_temperature) + HOTTEST:,.0f} K"
+
+    def too_hot(self, mu: float, off: float) -> RunawayError:
+        """The path goes on to hotter states than any of interest."""
+        at = f"at {self._fraction(mu):.3g} times what drives the scene the steady state is at {self._hottest}"
+        return self._error(mu, off, f"{at}, hotter than any solid: no hotter one is looked for")
+
+    def lost(self, mu: float, off: float) -> RunawayError:
+        """No further state is found."""
+        beyond = f"no steady state is found beyond {self._fraction(mu):.3g} times what drives the scene"
+        return self._error(mu, off, f"{beyond}, which need not be a runaway")
+
+    def runaway(self, mu: float, off: float) -> RunawayError:
+        """The path turns back."""
         limited, at, why, unit = "part of what heats the scene", "", "the conductivity falls", self._measure
         if unit:
             limited = "current" if unit == "A" else "voltage"
             at, why = f"at {self._drive:g} {unit} ", "the conductivity or the resistance changes"
-        return self._ends_at(
-            mu, f"thermal runaway: {at}no steady state exists below {self._hottest:,.0f} K, because {why} as it heats",
-            f"the largest {limited} with a steady state",
-        )  # fmt: skip
+        message = f"thermal runaway: {at}no steady state exists below {self._hottest}, because {why} as it heats"
+        return self._error(mu, off, message, f"the largest {limited} with a steady state")
 
-    def _ends_at(self, mu: float, message: str, limited: str = "") -> RunawayError:
-        limit = self._fraction(mu) * self._whole
-        error = RunawayError(message, limit, limited, self._measure, self._whole)
-        error.error = self._off * limit if limit else 0.0
+    def _fraction(self, mu: float) -> float:
+        return float(np.sqrt(max(mu, 0.0))) if self._electric else mu
+
+    def _error(self, mu: float, off: float, message: str, limited: str = "") -> RunawayError:
+        whole = self._drive or 1.0
+        limit = self._fraction(mu) * whole
+        error = RunawayError(message, limit, limited, self._measure, whole)
+        error.error = off * limit if limit else 0.0
         return error
 
 
@@ -323,8 +328,8 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: Lineariz
     )  # fmt: skip
 
 
-def _currents_alone(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
-    """The currents at the initial temperature; none where the voltages are equal."""
+def solve_currents(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
+    """Solve for the currents at the initial temperature alone; there are none where the voltages are equal."""
     no_rise = np.zeros(heat.size)
     if conductor is None:
         return SteadyState(heat, None, no_rise, heat.loads[0])
