@@ -202,7 +202,7 @@ def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> Budget | None:
 
     steady, name, fem3d = [c for c in claims if c.time is None], outcome.reduced.model, outcome.solved
     wrong = [c for c in claims if c.verdict == "differs" and (c.time is None or not repeats(c, steady))]
-    if not wrong or not ladder.is_one(name):
+    if not wrong or outcome.own_model is not None or not ladder.is_one(name):
         return None
     if all(claim.time is None for claim in wrong):
         fem3d = replace(fem3d, traces=None)
