@@ -178,8 +178,8 @@ class CellMesh(Mesh):
         too_much = missing > grading.threshold([missing], AIM * target)
         shorter = self._longest(by_axis) & too_much
         order = np.argsort(-missing)
-        held = np.searchsorted(np.cumsum(missing[order]), 0.9 * missing.sum()) + 1  # nearly all of the error
-        count = min(int(held), int(too_much.sum()))
+        most = np.searchsorted(np.cumsum(missing[order]), 0.9 * missing.sum()) + 1  # nearly all of the error
+        count = min(int(most), int(too_much.sum()))
         while count:
             marked = np.zeros_like(shorter)
             marked[:, order[:count]] = shorter[:, order[:count]]

@@ -74,8 +74,8 @@ class Duals:
         densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
         reactions = []
         for name in self.rows:
-            held = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
-            reaction = sum((heat.field(heat.shares[b]) for b in held), np.zeros(problems.domain.space.size))
+            boundaries = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
+            reaction = sum((heat.field(heat.shares[b]) for b in boundaries), np.zeros(problems.domain.space.size))
             reactions.append(reaction / self.scales.get(name, 1.0))
         seen = []
         for upper, density, duals in zip(problems.conductors[1:], densities, self.fields, strict=True):

@@ -299,7 +299,7 @@ class OfStates(_Part):
 
     def flows(self) -> Outputs:
         flows = {name: self._reaction(self.heat.shares[name], *rows) for name, rows in self.heat.reaction_rows.items()}
-        flows |= {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_held.items()}
+        flows |= {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_given.items()}
         return flows | self.through_films()
 
 

@@ -59,13 +59,13 @@ def keep_places(heat: HeatProblem) -> dict[str, Any]:
 
 
 def _reading(heat: HeatProblem, probe: Any) -> Reading:
-    domain, nothing, still = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
+    domain, nothing, no_inputs = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     if probe.quantity == "temperature":
         if probe.reduce == "mean":
-            return Reading(heat.take(domain.mean(probe)), still)
-        return Reading(nothing, still, extreme=extreme(domain, probe))
+            return Reading(heat.take(domain.mean(probe)), no_inputs)
+        return Reading(nothing, no_inputs, extreme=extreme(domain, probe))
     if probe.quantity == "current":
-        return Reading(nothing, still, *_electrodes(domain, probe))
+        return Reading(nothing, no_inputs, *_electrodes(domain, probe))
     facets = domain.facets(probe)
     conditions = [
         (b, on, shared)
@@ -107,7 +107,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
             entering = entering + part * heat.films[b.name].entering
             if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
                 row = row - (film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
-    held = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
+    given = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
     bent = not isinstance(heat, LinearizedHeat) and any(bends(b) for b, _, _ in conditions)
 
     def by_law(heat: HeatProblem, u: np.ndarray) -> np.ndarray:
@@ -115,7 +115,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
         pairs = [(term, shared) for term in surfaces for b, _, shared in conditions if b in term.boundaries]
         return -heat.take(sum((term.through(term.on_one(on), u) for term, on in pairs), np.zeros(len(u))))
 
-    return Reading(row, entering, held, by_law=by_law if bent else None)
+    return Reading(row, entering, given, by_law=by_law if bent else None)
 
 
 def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
@@ -156,10 +156,10 @@ def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
 def starts_free(domain: Domain, probe: Any) -> bool:
     """Return whether a mean temperature equals the initial temperature at t = 0: no part of the probe, of the same
     dimension, lies on a boundary of given temperature."""
-    held = [b for b in domain.scene.boundaries if b.kind == "temperature"]
+    given = [b for b in domain.scene.boundaries if b.kind == "temperature"]
     if domain.locate(probe).dimension == 2:
-        return not any(np.isin(domain.on(b), domain.facets(probe)).any() for b in held)
-    fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in held)], axis=0)
+        return not any(np.isin(domain.on(b), domain.facets(probe)).any() for b in given)
+    fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in given)], axis=0)
     return not fixed[np.flatnonzero(domain.mean(probe))].all()
 
 

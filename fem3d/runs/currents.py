@@ -83,8 +83,8 @@ def at_instant(scene: Any, time: float) -> Any:
 
     heated = scene.heated[1]
     sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
-    held = tuple(replace(b, value=then(b.value), ambient=then(b.ambient)) for b in scene.boundaries)
-    return replace(scene, boundaries=held, steady=True, output_times=(), **{heated: sources})
+    boundaries = tuple(replace(b, value=then(b.value), ambient=then(b.ambient)) for b in scene.boundaries)
+    return replace(scene, boundaries=boundaries, steady=True, output_times=(), **{heated: sources})
 
 
 def _superposition(scene: AnyScene) -> tuple[np.ndarray, list[float], np.ndarray]:

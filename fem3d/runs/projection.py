@@ -117,7 +117,7 @@ class Projection:
         how = reading(self.heat, probe)
         if probe.quantity == "current":
             return how.sign * self._drawn(how.boundaries or (f"through:{probe.name}",))
-        flows = (self._held(name) for name in how.boundaries)
+        flows = (self._entering(name) for name in how.boundaries)
         return sum(flows, self._along(how.row) + self._given(how.entering))
 
     def _port(self, number: int, channel: Channel) -> tuple[Row, str, float]:
@@ -133,18 +133,18 @@ class Projection:
         if channel.kind == "voltage":
             return flow.current * self._drawn([flow.boundary]), "A", 1.0
         if channel.kind == "temperature":
-            return flow.heat * self._held(flow.boundary), "W", 1.0
+            return flow.heat * self._entering(flow.boundary), "W", 1.0
         film = heat.films[flow.boundary]
         return flow.heat * (self._along(film.per_kelvin) + self._given(film.entering)), "W", 1.0
 
-    def _held(self, name: str) -> Row:
+    def _entering(self, name: str) -> Row:
         """The heat that enters at a boundary of given temperature."""
         heat, reduced = self.heat, self.reduced
         per_rise, per_rate = heat.reaction_rows[name]
         row = self._along(per_rise) + self._given(-heat.loads @ heat.shares[name])
         if not self.steady:
             row += Row(w=(heat.lifts @ per_rate)[1:], r=per_rate[: heat.free] @ reduced.basis)
-        return row + Row(p=-_of_pairs(reduced.at_held[name])) if name in reduced.at_held else row
+        return row + Row(p=-_of_pairs(reduced.at_given[name])) if name in reduced.at_given else row
 
 
 def _of_pairs(heat: np.ndarray) -> np.ndarray:

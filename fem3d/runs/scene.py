@@ -216,8 +216,8 @@ def electric_step(graph: CellGraph) -> Step:
     warm = physics.heat(graph.scene) and any(m.warms for m in physics.materials(graph.scene))
     follows = ", whose resistance follows the temperature" * warm
     dead = graph.names(graph.solid & ~graph.live)
-    still = f"; no current flows in {listed(dead)}" if dead else ""
-    return Step("electric problem", "done", f"in {listed(graph.names(graph.live))}{follows}{still}")
+    without = f"; no current flows in {listed(dead)}" if dead else ""
+    return Step("electric problem", "done", f"in {listed(graph.names(graph.live))}{follows}{without}")
 
 
 def until(

@@ -285,10 +285,10 @@ class March:
         a state near it."""
         heat, conductor, (first, slope) = self._heat, self._conductor, self._piece
         g = first + (time - self._since) * slope
-        held, changing = g @ heat.given, slope @ heat.given
+        given, changing = g @ heat.given, slope @ heat.given
         size, potential = np.inf, near.potential
         for number in range(MOST_NEWTON):
-            state = _State(np.concatenate([base + shift * rate, held]), np.concatenate([rate, changing]), potential)
+            state = _State(np.concatenate([base + shift * rate, given]), np.concatenate([rate, changing]), potential)
             lack = g @ heat.loads - heat.outflow(state.rise) - heat.stored(state.rise, state.rate)
             if conductor is not None:
                 guess = None if potential is None else potential.potential
@@ -309,7 +309,7 @@ class March:
                 self._contraction = max(self._contraction, STEP_RESIDUAL) ** 0.8
             enough = NEWTON * self._allowed(state.rise)
             if size * min(self._contraction, 1.0) <= enough * (1 - min(self._contraction, 0.9)):
-                rise = np.concatenate([base + shift * rate, held])
+                rise = np.concatenate([base + shift * rate, given])
                 return _State(rise, np.concatenate([rate, changing]), potential)
             if number and self._contraction >= 1.0:
                 break

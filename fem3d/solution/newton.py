@@ -186,7 +186,7 @@ class Linearization:
         self._newton, self._point = newton, point
         heat, c = newton.heat, newton.conductor
         self._tangent: HeatProblem = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
-        self._held = heat.given[0] * (not newton.electric)
+        self._given = heat.given[0] * (not newton.electric)
         if c is not None:
             self._precondition = c.preconditioner(point.resistivity)
         if c is not None and c.warms:
@@ -198,7 +198,7 @@ class Linearization:
         """Its product with a change (unknowns,): the changes of heat (W) and current (A) that leave."""
         heat, c, point = self._newton.heat, self._newton.conductor, self._point
         v, w = x[: heat.free], x[heat.free : -1]
-        whole = np.concatenate([v, x[-1] * self._held])
+        whole = np.concatenate([v, x[-1] * self._given])
         leaving = self._tangent.stiffness @ whole - x[-1] * point.driven
         if isinstance(self._tangent, LinearizedHeat):
             leaving = leaving + self._tangent.rest(whole)

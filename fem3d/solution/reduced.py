@@ -42,7 +42,7 @@ class Reduced:
     resistance : (m, m, channels + r), the matrix A by what the resistivity follows, inputs and states, with
         resistances before electrodes
     heating : (m, m, r, channels + r), the same of solids, tested with each field
-    in_box, at_held : (m, m, channels + r), the part of each conducting box, and the part at the nodes of a boundary of
+    in_box, at_given : (m, m, channels + r), the part of each conducting box, and the part at the nodes of a boundary of
         given temperature
     potentials : of probes the shares (channels,) of the voltages, and the drop by each current field (m, channels + r)
     """
@@ -57,7 +57,7 @@ class Reduced:
     resistance: np.ndarray
     heating: np.ndarray
     in_box: dict[str, np.ndarray]
-    at_held: dict[str, np.ndarray]
+    at_given: dict[str, np.ndarray]
     potentials: dict[str, tuple[np.ndarray, np.ndarray]]
 
     @property
@@ -77,7 +77,7 @@ class Reduced:
             inertia=self.inertia @ to, resistance=turned(self.resistance),
             heating=np.swapaxes(np.swapaxes(turned(self.heating), -1, -2) @ to, -1, -2),
             in_box={name: turned(part) for name, part in self.in_box.items()},
-            at_held={name: turned(part) for name, part in self.at_held.items()},
+            at_given={name: turned(part) for name, part in self.at_given.items()},
             potentials={name: (shares, turned(drop)) for name, (shares, drop) in self.potentials.items()},
         )  # fmt: skip
 
@@ -143,10 +143,10 @@ def _joule(
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
     resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + few))
-    in_box, at_held = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
+    in_box, at_given = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
     potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
     parts = {
-        "resistance": resistance, "heating": heating, "in_box": in_box, "at_held": at_held, "potentials": potentials,
+        "resistance": resistance, "heating": heating, "in_box": in_box, "at_given": at_given, "potentials": potentials,
     }  # fmt: skip
     if conductor is None or not patterns:
         return parts
@@ -154,7 +154,7 @@ def _joule(
     densities = np.array([p.density for p in patterns])
     values = on.value(heat.field(basis.T)) if values is None else values
     fields = np.concatenate([on.value(heat.field(heat.lifts)), values])
-    held = {name: on.value(heat.field(u)) for name, u in heat.shares.items()}
+    fields_given = {name: on.value(heat.field(u)) for name, u in heat.shares.items()}
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
     for name in dict.fromkeys(conductor.names.tolist()):
@@ -165,15 +165,15 @@ def _joule(
         currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
 
         products = np.einsum("idx,jdx->ijx", currents, currents)
-        shares = np.array([np.ones(cold.shape), *(u[cells].ravel() for u in held.values())])
+        shares = np.array([np.ones(cold.shape), *(u[cells].ravel() for u in fields_given.values())])
         flat = (shares[:, None, None] * products).reshape(-1, len(cold))
         linear = (warm * flat) @ v.T
         linear[:, 0] += flat @ cold
-        whole, *parts_held = linear.reshape(len(shares), m, m, -1)
+        whole, *parts_given = linear.reshape(len(shares), m, m, -1)
         in_box[name] = whole
         resistance += whole
-        for boundary, part in zip(held, parts_held, strict=True):
-            at_held[boundary] += part
+        for boundary, part in zip(fields_given, parts_given, strict=True):
+            at_given[boundary] += part
         for i, j in zip(*np.tril_indices(m), strict=True):
             heats = warm * products[i, j] * v[: channels + few]
             heats[0] += cold * products[i, j]

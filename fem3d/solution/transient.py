@@ -107,8 +107,8 @@ def jumping_lifts(heat: HeatProblem) -> np.ndarray:
 
 def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
     """The loads of a scene without any current: per channel its sources, and its given temperatures."""
-    held = [] if heat.domain.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
-    return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *held])
+    lifted = [] if heat.domain.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
+    return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *lifted])
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,10 +162,10 @@ def _exponents(
     gap = np.where((gap > DEGREE) & (gap < 2 * np.pi - DEGREE), gap, 0.0)
     cut, passing = cut[first], passing[first] | passing[last]
     breaks = (k != k[before]) | (given[first] > 0) | (gap > 0) | cut
-    held, behind = given[first], given[last[before]]
+    ahead, behind = given[first], given[last[before]]
     for i, j in zip(begins.tolist(), (ends + 1).tolist(), strict=True):
         at = i + np.flatnonzero(breaks[i:j])
-        values = {*held[i:j].tolist(), *behind[i:j].tolist()} - {0}
+        values = {*ahead[i:j].tolist(), *behind[i:j].tolist()} - {0}
         flat = len(at) == 1 and not values and angle[i:j].sum() < np.pi + DEGREE
         if not len(at) or flat or (torn is not None and not cut[at].any()):
             continue
@@ -174,7 +174,7 @@ def _exponents(
         for n, whole in zip(at.tolist(), np.maximum(np.round(sums / DEGREE), 1).tolist(), strict=True):
             if gap[n]:
                 wedges.append((0.0, bool(behind[n]), False, round(gap[n] / DEGREE) * DEGREE))
-            wedges.append((float(k[n]), bool(held[n]), bool(cut[n]), whole * DEGREE))
+            wedges.append((float(k[n]), bool(ahead[n]), bool(cut[n]), whole * DEGREE))
         # Half of the exponent of the dual solution where the solution jumps.
         s = exponent(*zip(*wedges, strict=True)) / (2 if len(values) > 1 else 1)
         if s < 1 + (AROUND_ONE if len(values) > 1 or (values and passing[i:j].any()) else -AROUND_ONE):
