@@ -54,9 +54,10 @@ def test_the_scene_to_add_is_one(tmp_path):
     assert [probe.name for probe in load(str(tmp_path / "beam.toml"), []).probes] == ["tip"]
 
 
-def test_the_places_to_add_to_are_the_true_ones():
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "ARCHITECTURE.md"])
+def test_the_places_to_add_to_are_the_true_ones(page):
     """Each name in backquotes is in the file named after it."""
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    text = (ROOT / page).read_text(encoding="utf-8")
     named = re.findall(r"`(\w+)`(?: or `(\w+)`)?(?: there)?,? (?:in|of)\s+`([\w/]+\.py)`", text)
     assert len(named) >= 5
     for *names, file in named:
@@ -65,8 +66,9 @@ def test_the_places_to_add_to_are_the_true_ones():
 
 
 def test_the_walk_to_a_verdict_is_there():
-    """At most 15 steps, each of whose names is one."""
+    """At most 15 steps, each of whose names is one; and each file of the page exists."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    assert [file for file in re.findall(r"`([\w/]+\.py)`", text) if not any(ROOT.rglob(file))] == []
     walk = text.split("## From")[1].split("\n\n", 1)[1].split("## ")[0]
     assert 10 <= len(re.findall(r"^\d+\. ", walk, re.MULTILINE)) <= 15
     rooms = {"cli": "validate.cli", "report": "validate.report", "verdict": "compare.verdict"}
