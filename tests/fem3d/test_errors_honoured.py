@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from benchmarks import invariants, stress
-from fem3d.adaptivity import goal_errors, nested
+from fem3d.adaptivity import goal_errors, nested, trace_errors
 from fem3d.adaptivity.cell_mesh import corrected
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.problems.heat import HeatProblem
-from fem3d.results import fields
 from fem3d.runs import probe_quantities
 from fem3d.runs import sink as sink_run
 from fem3d.runs.scene import solve
@@ -229,7 +228,7 @@ def test_rows_that_are_too_few_are_said(monkeypatch):
     scene = Scene("bar", boxes, (held_end("cold", 0.0, 293.0),), (tip,), end_time=3e-5, accuracy=1e-3)
     enough = solve(scene)
     assert not enough.details["warnings"]
-    monkeypatch.setattr(fields, "MOST_ROWS", 16)
+    monkeypatch.setattr(trace_errors, "MOST_ROWS", 16)
     few = solve(scene)
     (said,) = few.details["warnings"]
     assert "rows of the traces are as many as are made" in said
