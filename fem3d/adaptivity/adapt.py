@@ -170,8 +170,10 @@ class Search:
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
         before, self.change = self.change, np.inf if self.limit is None else abs(runaway.limit - self.limit)
-        self.limit, change = runaway.limit, self.change
-        off = runaway.error
+        self.limit, change, off = runaway.limit, self.change, runaway.error
+        # Where paths turn back and forth beyond the same limit on three meshes, a finer one shows no more.
+        if off == np.inf and max(change, before) <= ON_PATH * runaway.limit:
+            return None
         if np.isfinite(change):
             runaway.error = max(SURELY * change, ON_PATH * runaway.limit) + off
         confirmed = runaway.whole - runaway.limit > SURELY * change + off

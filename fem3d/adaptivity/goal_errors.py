@@ -103,8 +103,7 @@ class Duals:
 
 
 def potentials_at_power(problems: Problems, state: SteadyState) -> list[np.ndarray]:
-    """Scale the potential (functions,) of the cold conductor in each space to the power of a state; empty without a
-    heat problem."""
+    """Scale the cold potential (functions,) in each space to the power of a state; none without a heat problem."""
     if state.conductor is None or not physics.heat(problems.domain.scene):
         return []
     potentials = [phi[0] for phi in problems.cold_potentials]

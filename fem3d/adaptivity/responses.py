@@ -211,8 +211,7 @@ def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineRes
 
 def comparison_times(study: Study, heat: HeatProblem) -> np.ndarray:
     """Return the times (s) at which meshes and spaces are compared: early and late, after bends and jumps of the
-    inputs, and requested times. Times after a jump begin at the earliest time of interest, as after the start, or
-    sooner if requested."""
+    inputs, and requested times. After a jump they begin at the earliest time of interest, or sooner if requested."""
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
