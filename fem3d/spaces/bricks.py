@@ -100,10 +100,8 @@ class BrickSpace(Space):
         scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):
             (rows, columns, one), at = local(self.p, self._highest(alike)), self.dofs[:, alike]
-            upper = rows <= columns
-            rows, columns, one = rows[upper], columns[upper], one[:, upper] / (1 + (rows == columns)[upper])
             both = one[:3].T @ scale[:3, alike] + 1j * np.outer(one[3], scale[3, alike])
-            entries.append((both.ravel(), at[rows].ravel(), at[columns].ravel()))
+            entries.append((both.ravel() / 2, at[rows].ravel(), at[columns].ravel()))
         return entries
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:

@@ -106,8 +106,8 @@ class Space(ABC):
 
     @abstractmethod
     def _entries(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> list[Entries]:
-        """The integrals of `matrices` over n cells, the second as the imaginary part: both have one pattern. Of each
-        cell's symmetric matrix the upper triangle, with half of its diagonal."""
+        """The integrals of `matrices` over n cells, the second as the imaginary part: both have one pattern. Half of
+        each cell's symmetric matrix: a half of all, or its upper triangle with half of the diagonal."""
 
     def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
         """The integrals of k grad u . grad v and of c u v over all or some cells, for k (n,), or (3, n) along the axes,
