@@ -147,7 +147,7 @@ class Search:
         return Answer(mesh, problems.heat, problems.conductor, steady, errors, relative, response, number), level
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> BoundedResponse:
-        """Solve the transient in Krylov fields about the steady state, else about the cold one."""
+        """Solve the transient in Krylov fields, about the steady state if there is one."""
         study = self.study
         if level is not None:
             self.progress("transient")

@@ -252,10 +252,8 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
         goals[name] = sum((estimator.indicators(each) for each in parts), clash.get(name, np.zeros_like(power.last)))
         # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
         # without a dual solution it may continue as slowly as beside the sharpest edge.
-        change, own = (
-            abs(float(value - low.quantities[name])) / scales[name],
-            np.abs([each.last for each in parts]).sum(),
-        )
+        change = abs(float(value - low.quantities[name])) / scales[name]
+        own = np.abs([each.last for each in parts]).sum()
         rest = max(change - own, 0.0) * (1.0 if name in known else slowest)
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)

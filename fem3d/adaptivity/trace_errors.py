@@ -108,8 +108,8 @@ def _early(study: Study, fine: FineResponse, low: Response) -> dict[str, float]:
     starts = np.append(0.0, jump_times(inputs, study.end))
     since = np.append(0.0, np.geomspace(responses.SOONEST * first, first, 10))
     times = np.unique(np.minimum((starts[thin_out(starts, responses.KNOTS), None] + since).ravel(), study.end))
-    each = fine.answer, low, fine.worse
-    traces, *others = (study.traces(outputs.of_transient(one, study.part, times)) for one in each)
+    compared = fine.answer, low, fine.worse
+    traces, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in compared)
     apart = [largest_differences(traces, other) for other in others]
     return {name: 2 * sum(each[name] for each in apart) for name in traces}
 
@@ -208,8 +208,8 @@ def choose_rows(
     traces there, and the interpolation errors.
 
     The steps of the response, between their ``ends`` (s), are halved until a line is close enough at a quarter, a half
-    and three quarters of each.
-    Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
+    and three quarters of each. Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are
+    rows too.
     """
     before = [b - 1e-9 * (b - a) for a, b in pairwise([0.0, *jumps])]
     within = [t for t in instants if 0.0 <= t <= ends[-1]]

@@ -160,7 +160,7 @@ def share_reactions(
 
     ``unit`` (functions,) are the coefficients of the constant 1. Where values differ the later boundary gives the
     value, and takes the reaction. Returns for each boundary its part (functions,) of the reaction of each function, and
-    (functions, functions) with a row for each function on an edge where boundaries meet at an angle.
+    (functions, functions) with the edge's own part in a row for each function where boundaries meet at an angle.
     """
     shares = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
     edges = csc_array((len(unit),) * 2)

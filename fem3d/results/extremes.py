@@ -98,7 +98,8 @@ class Extreme:
         ``cell``.
 
         A function is at most its largest coefficient of a vertex plus the sum of its other coefficients times the
-        largest sizes of their shapes; the extreme is at least the largest value on the lattice.
+        largest sizes of their shapes, and above its own lattice by `MISSED` of its span; the extreme is at least the
+        largest value on the lattice.
         """
         inside = self._inside(points)
         sizes, vertices = np.abs(shapes[inside]).max(axis=0), self._space.unit[self._space.dofs[:, cell]] == 1.0
