@@ -65,11 +65,10 @@ class Columns:
         """scikit-fem's mesh, the tile under each cell, and (cells, 2) the lowest and the highest node of each cell."""
         from skfem import MeshTet
 
-        triangles, tile = self.tiles.triangles
-        solid = (self._owner != VOID).any(axis=1)[tile]
-        triangles, tile = triangles[solid], tile[solid]
-        layer = (self.heights - 1) // UNIT
-        nodes, cells, under = _climbed(triangles, self._owner[tile], layer, self._needs(triangles, tile))
+        solid = (self._owner != VOID).any(axis=1)[self.tiles.triangles[1]]
+        triangles, tile = (each[solid] for each in self.tiles.triangles)
+        layers = (self.heights - 1) // UNIT
+        nodes, cells, under = _climbed(triangles, self._owner[tile], layers, self._needs(triangles, tile))
         places = np.empty((3, len(nodes)))
         places[self._plan] = self.tiles.points[nodes[:, 0]].T
         places[self.up] = self._metres[nodes[:, 1]]

@@ -75,8 +75,7 @@ def reduce(scene: Scene) -> Symmetry:
     part, planes, whole = scene, [], uncut(scene, ())
     flows, probes = whole.flows, whole.probes
     for axis in range(3):
-        mirror = _Mirror.of(part, axis)
-        if mirror is None:
+        if (mirror := _Mirror.of(part, axis)) is None:
             continue
         part, step, read = mirror.cut(part)
         # Outer planes come first: the values that this plane adds are multiplied by their factors.
@@ -172,8 +171,10 @@ class _Mirror:
 
     def maps(self, item: Item, onto: Item) -> bool:
         """Whether the image of one item lies where the other one does."""
-        image = self.image(item)
-        return bool(np.abs(np.subtract((image.lower, image.upper), (onto.lower, onto.upper))).max() <= self.small)
+        ends = [*zip(item.lower, item.upper, strict=True)]
+        ends[self.axis] = 2 * self.middle - item.upper[self.axis], 2 * self.middle - item.lower[self.axis]
+        pairs = zip(ends, onto.lower, onto.upper, strict=True)
+        return all(max(abs(a - c), abs(b - d)) <= self.small for (a, b), c, d in pairs)
 
     def _twins(self, scene: Scene) -> dict[str, Boundary] | None:
         """The boundary of the same kind, with the same thermal condition, that each is mapped onto; None where one is

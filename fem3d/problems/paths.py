@@ -98,7 +98,7 @@ class Paths:
     the potential's. ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
 
     def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray) -> None:
-        self.warmed, self._electric, self._crossings = warmed, electric, crossings
+        self.warmed, self._electric, self._crossings = warmed, electric.scaled(1 / roots), crossings
         self.roots = roots
         counts = [warmed.weights.shape[1], *(c.warmed[0].areas.shape[1] for c in crossings)]
         self._points = max(counts)
@@ -149,12 +149,12 @@ class Paths:
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, rows, points): the gradient of a function of the potential's, of contacts the jump."""
         jumps = [np.multiply.outer([1.0, 0.0, 0.0], c.potential.jump(u)) for c in self._crossings]
-        return self._rows([self._electric.gradient(u) / self.roots, *jumps])
+        return self._rows([self._electric.gradient(u), *jumps])
 
     def flow(self, field: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a field (3, rows, points) times the gradient of each of the potential's."""
         in_cells, *others = self._parts(field)
-        flow = self._electric.flow(in_cells / self.roots)
+        flow = self._electric.flow(in_cells)
         for crossing, part in zip(self._crossings, others, strict=True):
             flow += crossing.potential.load(part[0])
         return flow

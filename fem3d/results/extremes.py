@@ -40,12 +40,11 @@ class Place(NamedTuple):
 class Extreme:
     """The largest value (``sign`` 1) or the smallest one (-1) over some parts of cells."""
 
-    _known: Sequence[Place] | None = None
+    known: Sequence[Place] | None = None
 
     def __init__(self, space: Space, patches: Sequence[Patch], sign: float) -> None:
-        self._space, self._sign = space, sign
-        self._patches = [p for p in patches if len(p[0])]
-        self._nodes = (1 - np.cos(np.linspace(0, np.pi, space.p + 2))) / 2
+        self.space, self.sign = space, sign
+        self.patches = [p for p in patches if len(p[0])]
 
     def once(self) -> Extreme:
         """Return an extreme that is searched for once, and is then read at the same places of the cells.
@@ -53,73 +52,97 @@ class Extreme:
         Beside a solution the change of the place changes an extreme to the second order alone (envelope theorem).
         """
         extreme = copy(self)
-        extreme._known = ()
+        extreme.known = ()
         return extreme
-
-    def __call__(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(times,) twice: extremes of the sums of functions (r, functions) with weights (times, r), and the estimated
-        remainder of the search for each."""
-        if not self._known:
-            values, doubts, places = self._search(fields, weights)
-            self._known = places if self._known is not None else None
-            return self._sign * values, doubts
-        values = np.empty(len(weights))
-        for k, (cell, point) in enumerate(self._known):
-            values[k] = weights[k] @ (fields[:, self._space.dofs[:, cell]] @ self._space.at(point[:, None])[0])
-        return values, np.zeros(len(weights))
 
     def where(self, function: np.ndarray) -> Place:
         """Return the place of the extreme of a function (functions,)."""
-        return self._search(function[None], np.ones((1, 1)))[2][0]
+        return Search([self]).run(function[None], np.ones((1, 1)))[2][0][0]
 
-    def _search(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[Place]]:
-        values, doubts = np.full(len(weights), -np.inf), np.zeros(len(weights))
-        places = [Place(-1, np.zeros(3))] * len(weights)
-        for cells, corner, sides in self._patches:
+
+def read(extremes: Sequence[Extreme], fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(extremes, times) twice: extremes of the sums of functions (r, functions) with weights (times, r), and the
+    estimated remainder of the search for each; all extremes in one space are searched for at once."""
+    values, doubts = np.zeros((2, len(extremes), len(weights)))
+    for i, extreme in enumerate(extremes):
+        for k, (cell, point) in enumerate(extreme.known or ()):
+            at = extreme.space.dofs[:, cell], extreme.space.at(point[:, None])[0]
+            values[i, k] = weights[k] @ (fields[:, at[0]] @ at[1])
+    if new := [i for i, extreme in enumerate(extremes) if not extreme.known]:
+        sought = [extremes[i] for i in new]
+        values[new], doubts[new], places = Search(sought).run(fields, weights)
+        for extreme, found in zip(sought, places, strict=True):
+            extreme.known = found if extreme.known is not None else None
+    return values, doubts
+
+
+class Search:
+    """The search for some extremes in one space: those in parts of cells that are alike share their lattices."""
+
+    def __init__(self, extremes: Sequence[Extreme]) -> None:
+        self._extremes, self._space = extremes, extremes[0].space
+        self._nodes = (1 - np.cos(np.linspace(0, np.pi, self._space.p + 2))) / 2
+
+    def run(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[list[Place]]]:
+        """The values and the remainders (extremes, times), and the places of each extreme, as of `read`."""
+        extremes, count = self._extremes, len(self._extremes)
+        values, doubts = np.full((count, len(weights)), -np.inf), np.zeros((count, len(weights)))
+        places = [[Place(-1, np.zeros(3))] * len(weights) for _ in extremes]
+        signs = np.array([extreme.sign for extreme in extremes])
+        alike: dict[tuple[bytes, bytes, int], list[tuple[int, Patch]]] = {}
+        seen, most = 0, max(1, AT_ONCE // (len(fields) * len(self._space.dofs)))
+        for i, patch in ((i, patch) for i, extreme in enumerate(extremes) for patch in extreme.patches):
+            alike.setdefault((patch[1].tobytes(), patch[2].tobytes(), seen // most), []).append((i, patch))
+            seen += len(patch[0])
+        for group in alike.values():
+            cells, (_, corner, sides) = np.concatenate([patch[0] for _, patch in group]), group[0][1]
+            owner = np.repeat([i for i, _ in group], [len(patch[0]) for _, patch in group])
             points = np.array(list(product(self._nodes, repeat=len(sides))))
             shapes = self._space.at((corner + points @ sides).T)
-            local = self._sign * fields[:, self._space.dofs[:, cells]]
+            local = signs[owner] * fields[:, self._space.dofs[:, cells]]
             step = max(1, AT_ONCE // local[0].size)
             for start in range(0, len(weights), step):
                 functions = np.tensordot(weights[start : start + step], local, (1, 0))
-                times, cell, known = self._reaching(functions, cells[0], points, shapes)
-                times, cell, at, tops, gains = self._climb(times, cell, known, len(sides))
+                which, cell, known = self._reaching(functions, owner, cells[0], points, shapes)
+                which, cell, at, tops, gains = self._climb(which, cell, known, len(sides))
                 for n in np.argsort(tops, kind="stable").tolist():
-                    if tops[n] > values[when := start + int(times[n])]:
-                        values[when], doubts[when] = tops[n], gains[n]
-                        places[when] = Place(int(cells[cell[n]]), corner + at[n] @ sides)
-        return values, doubts, places
+                    time, i = start + int(which[n]) // count, int(which[n]) % count
+                    if tops[n] > values[i, time]:
+                        values[i, time], doubts[i, time] = tops[n], gains[n]
+                        places[i][time] = Place(int(cells[cell[n]]), corner + at[n] @ sides)
+        return signs[:, None] * values, doubts, places
 
     def _reaching(
-        self, functions: np.ndarray, cell: int, points: np.ndarray, shapes: np.ndarray
+        self, functions: np.ndarray, owner: np.ndarray, cell: int, points: np.ndarray, shapes: np.ndarray
     ) -> tuple[np.ndarray, ...]:
-        """Times and cells (n,) whose functions (times, functions of a cell, cells) may reach the extreme, and their
-        values (n, points) at a lattice with these ``shapes`` (points, functions of a cell); all cells are like one
-        ``cell``.
+        """Numbers and cells (n,) whose functions (times, functions of a cell, cells) may reach the extreme of their
+        ``owner`` (cells,), and their values (n, points) at a lattice with these ``shapes`` (points, functions of a
+        cell). All cells are like one ``cell``; a time and an owner have one number, the owners of a time in turn.
 
         A function is at most its largest coefficient of a vertex plus the sum of its other coefficients times the
         largest sizes of their shapes, and above its own lattice by `MISSED` of its span; the extreme is at least the
         largest value on the lattice.
         """
-        inside = self._inside(points)
+        inside, count = self._inside(points), len(self._extremes)
         sizes, vertices = np.abs(shapes[inside]).max(axis=0), self._space.unit[self._space.dofs[:, cell]] == 1.0
         highest = functions[:, vertices & (sizes > 0)].max(axis=1)
         bounds = highest + np.tensordot(np.abs(functions[:, ~vertices]), sizes[~vertices], (1, 0))
         at_corners = shapes[inside & np.isin(points, (0, 1)).all(axis=1)]
-        attained = np.tensordot(functions, at_corners, (1, 1)).max(axis=(1, 2))
-        times, cells = np.nonzero(bounds >= attained[:, None])
-        known = functions[times, :, cells] @ shapes.T
+        attained = np.full((len(functions), count), -np.inf)
+        np.maximum.at(attained.T, owner, np.tensordot(functions, at_corners, (1, 1)).max(axis=2).T)
+        times, cells = np.nonzero(bounds >= attained[:, owner])
+        known, which = functions[times, :, cells] @ shapes.T, times * count + owner[cells]
         top, least = known[:, inside].max(axis=1), known[:, inside].min(axis=1)
-        np.maximum.at(attained, times, top)
-        reach = top + MISSED * (top - least) >= attained[times]
-        return times[reach], cells[reach], known[reach]
+        np.maximum.at(attained.reshape(-1), which, top)
+        reach = top + MISSED * (top - least) >= attained.ravel()[which]
+        return which[reach], cells[reach], known[reach]
 
-    def _climb(self, times: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
-        """Times and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the
+    def _climb(self, which: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
+        """Numbers and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the
         values there and the gains of the last lattice.
 
-        Parts are halves of a line, quarters of a side, eighths of a cell. Parts that cannot reach the top of their time
-        any more are left out of finer lattices. The functions of some times and cells are ``known`` (m, points) at a
+        Parts are halves of a line, quarters of a side, eighths of a cell. Those that cannot reach the top of their
+        number are left out of finer lattices. The functions of some numbers and cells are ``known`` (m, points) at a
         lattice of nodes along the ``count`` sides, and are polynomials along each.
         """
         degree = len(self._nodes) - 1
@@ -127,7 +150,7 @@ class Extreme:
         parts = np.array([at for at in product((0.25, 0.75), repeat=count) if self._inside(np.array(at) - 0.25)])
         whose, places = np.repeat(np.arange(len(known)), len(parts)), np.tile(parts, (len(known), 1))
         tops, gains, bounds = np.full((3, len(whose)), -np.inf)
-        highest = np.full(times.max() + 1, -np.inf)
+        highest = np.full(which.max() + 1, -np.inf)
         going, along = np.arange(len(whose)), self._space.p // 2 + 2
         for turn in range(TURNS + 1):
             around = 0.25 * 0.5**turn * np.linspace(-1, 1, along)
@@ -142,9 +165,9 @@ class Extreme:
                 top, places[some] = values[every, best], points[every, best]
                 gains[some], tops[some] = np.maximum(top - tops[some], 0.0), top
                 bounds[some] = top + MISSED * (top - np.where(inside, values, np.inf).min(axis=1))
-            np.maximum.at(highest, times[whose], tops)
-            going, along = going[bounds[going] >= highest[times[whose[going]]]], FINE
-        return times[whose[going]], cell[whose[going]], places[going], tops[going], gains[going]
+            np.maximum.at(highest, which[whose], tops)
+            going, along = going[bounds[going] >= highest[which[whose[going]]]], FINE
+        return which[whose[going]], cell[whose[going]], places[going], tops[going], gains[going]
 
     def _inside(self, points: np.ndarray) -> np.ndarray:
         """(...,): whether points (..., sides) lie in their part, a triangle or a tetrahedron on tetrahedra."""

@@ -24,7 +24,7 @@ from fem3d.problems.assembly import Surface
 from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
-from fem3d.results.extremes import Extreme
+from fem3d.results.extremes import Extreme, read
 from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
@@ -156,8 +156,8 @@ class _Part(ABC):
         """(k, times): the heat (W) that enters at the fixed nodes, tested with fields (k, all nodes)."""
 
     @abstractmethod
-    def extreme(self, extreme: Extreme) -> tuple[np.ndarray, np.ndarray]:
-        """(times,) each: an extreme and its remainder."""
+    def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
+        """(extremes, times) each: some extremes and their remainders."""
 
     @abstractmethod
     def potential(self, probe: Any) -> np.ndarray:
@@ -179,13 +179,18 @@ class _Part(ABC):
     def whole(self, symmetry: Symmetry) -> Outputs:
         """The outputs of the whole structure."""
         out, zero, copies, flows = {"time": self.times}, np.zeros(self.times.shape), symmetry.copies, self.flows()
-        for probe in (each for each in self.heat.domain.scene.probes if each.name in symmetry.probes):
+        probes = [each for each in self.heat.domain.scene.probes if each.name in symmetry.probes]
+        thermal = {p.name: reading(self.heat, p) for p in probes if p.quantity not in ("potential", "power")}
+        extremes = {name: how.extreme for name, how in thermal.items() if how.extreme is not None}
+        both = self.extremes([*extremes.values()]) if extremes else ((), ())
+        found = dict(zip(extremes, zip(*both, strict=True), strict=True))
+        for probe in probes:
             if probe.quantity == "potential":
                 value = self.potential(probe)
             elif probe.quantity == "power":
                 value = sum((share(name, probe.name) * heat for name, heat in self.joule.items()), zero)
-            elif (how := reading(self.heat, probe)).extreme is not None:
-                value, out[f"doubt:{probe.name}"] = self.extreme(how.extreme)
+            elif (how := thermal[probe.name]).extreme is not None:
+                value, out[f"doubt:{probe.name}"] = found[probe.name]
             elif probe.quantity == "current":
                 names = how.boundaries or (f"through:{probe.name}",)
                 value = how.sign * sum((self.currents.get(name, zero) for name in names), zero)
@@ -227,8 +232,8 @@ class _OfNodes(_Part):
     def entering(self, fields: np.ndarray) -> np.ndarray:
         return fields[:, self.heat.free :] @ self.reaction.T
 
-    def extreme(self, extreme: Extreme) -> tuple[np.ndarray, np.ndarray]:
-        return extreme(self.fields, np.eye(len(self.times)))
+    def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
+        return read(every, self.fields, np.eye(len(self.times)))
 
     def potential(self, probe: Any) -> np.ndarray:
         meter = Voltmeter(self.heat.domain, probe)
@@ -285,8 +290,8 @@ class OfStates(_Part):
     def _fields(self) -> np.ndarray:
         return self.heat.field(np.concatenate([self.heat.whole(self.reduced.basis.T), self.heat.lifts]))
 
-    def extreme(self, extreme: Extreme) -> tuple[np.ndarray, np.ndarray]:
-        return extreme(self._fields, np.concatenate([self.a, self.g], axis=1))
+    def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
+        return read(every, self._fields, np.concatenate([self.a, self.g], axis=1))
 
     def potential(self, probe: Any) -> np.ndarray:
         heat, reduced = self.heat, self.reduced

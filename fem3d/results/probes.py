@@ -17,7 +17,7 @@ from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat
 from fem3d.problems.paths import Conductivity, Section
-from fem3d.results.extremes import Extreme
+from fem3d.results.extremes import Extreme, read
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
 from scenes.model import Schedule, bends
@@ -178,7 +178,7 @@ class Voltmeter:
             self.value: Callable[[np.ndarray], float] = lambda field: float(row @ field)
         else:
             search = extreme(domain, probe, inside)
-            self.value = lambda field: float(search(field[None], np.ones((1, 1)))[0][0])
+            self.value = lambda field: float(read([search], field[None], np.ones((1, 1)))[0].item())
 
     def read(self, potential: np.ndarray | None, time: float) -> float:
         """The probe's value (V) for a potential (functions,) at a time (s)."""

@@ -126,7 +126,7 @@ def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | 
     traces = None if response is None else Traces(response.times, response.traces, response.errors)
     details = scene_run.described(study(sink, part), answer)
     details |= {
-        "plan": plan(sink, transient),
+        "plan": plan(sink, transient, part),
         "warnings": [*details["warnings"], *_warnings(sink, float(answer.fine.quantities["peak_rise_K"]))],
         "profile": _profile(sink, answer.fine.state, part),
         "sink": sink,
@@ -135,9 +135,9 @@ def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | 
     return Result("fem3d", steady, traces, details)
 
 
-def plan(sink: Sink, transient: bool) -> tuple[Step, ...]:
-    """Return the steps of `solve` before it takes them."""
-    part = symmetry.reduce(sink.scene())
+def plan(sink: Sink, transient: bool, part: Symmetry | None = None) -> tuple[Step, ...]:
+    """Return the steps of `solve` before it takes them, perhaps for the ``part`` that is known to be solved."""
+    part = part or symmetry.reduce(sink.scene())
     lasts = f"to {sink.end_time * 1e3:g} ms, {scene_run.transient_method(part.scene)}"
     return (
         part.step, scene_run.heat_step(part.scene, transient), scene_run.electric_step(grid.graph(part.scene)),

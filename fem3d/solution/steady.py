@@ -44,7 +44,7 @@ from scenes.errors import BeyondLawError, NumericsError, RunawayError
 ON_PATH = 1e-5  # relative error of the states of a path, whose largest drive messages state in three digits
 MOST_FINER = 4  # times that the quadrature of laws is refined
 NEGLIGIBLE = 0.03  # of the accuracy: what a finer quadrature of laws, or another pattern of the current, may change
-TIGHT = 1e-2  # part of the accuracy to which changes of states are solved
+TIGHT = 1e-2  # part of the accuracy that Newton's iteration may leave, and to which changes of states are solved
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def solve_steady(
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     tangent = heat if isinstance(heat, LinearizedHeat) else None
     newton = Newton(tangent.exact if tangent else heat, conductor, heat.solve_steady)
-    point, unsettled = _search(newton, drive, RESIDUAL * accuracy, start, potential)
+    point, unsettled = _search(newton, drive, TIGHT * accuracy, start, potential)
     off = unseen = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
         unseen = newton.unseen(point)
@@ -115,11 +115,11 @@ def solve_steady(
             break
         finer = newton.finer(2)
         try:
-            point, unsettled = finer.correct(finer.at(point.x), None, RESIDUAL * accuracy)
+            point, unsettled = finer.correct(finer.at(point.x), None, TIGHT * accuracy)
         except NotConvergedError:
             if unseen <= accuracy:
                 break  # the coarser quadrature stands, with its error
-            point, unsettled = _search(finer, drive, RESIDUAL * accuracy)
+            point, unsettled = _search(finer, drive, TIGHT * accuracy)
         finer.folded |= newton.folded
         newton = finer
     if unseen > accuracy:

@@ -220,7 +220,9 @@ class Domain(ABC):
             return [] if place is None else [(np.array([place[0]]), place[1], np.zeros((0, 3)))]
         flat = region.dimension == 2
         parts, corners = (mesh.t2f, mesh.refdom.facets) if flat else (mesh.t2e, mesh.refdom.edges)
-        numbers, cells = np.nonzero(np.isin(parts, region.numbers) & (True if beside is None else beside))
+        wanted = np.zeros(parts.max() + 1, bool)
+        wanted[region.numbers] = True
+        numbers, cells = np.nonzero(wanted[parts] & (True if beside is None else beside))
         _, first = np.unique(parts[numbers, cells], return_index=True)
         numbers, cells = numbers[first], cells[first]
         patches = []

@@ -161,6 +161,12 @@ class Cells:
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
 
+    def scaled(self, factors: np.ndarray) -> Cells:
+        """The same, with gradients times factors (3, cells, 1)."""
+        cells = copy(self)
+        cells._inverse = self._inverse * factors
+        return cells
+
     @property
     def points(self) -> np.ndarray:
         """(3, cells, points): where the points are (m)."""
