@@ -6,27 +6,26 @@ The logarithms of the keys minimize sum ((S - D) / u_D)^2. With the derivatives 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 
 from compare import quantities
 from compare.against import Data, simulated
+from compare.slopes import in_3d
 from compare.verdict import COVERS
 from scenes.errors import SceneError
 from scenes.formats import percent
+from scenes.result import Result
 from scenes.uncertain import path_of
 from scenes.validity import check as check_sink
 from scenes.varied import kind_of as kind_of_key
 from scenes.varied import numbers, varied
 
 TINY = 1e-20  # A bound over the first value where there is none; its inverse is the other one.
-
-Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
-"""Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
 
 
 @dataclass(frozen=True)
@@ -99,29 +98,43 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
     kinds = [(kind_of_key(scene, key), abs(start[key])) for key in keys]
     least = np.log([max(kind.lower / value, TINY) for kind, value in kinds]) - 1e-9
     most = np.log([min(kind.upper / value, 1 / TINY) for kind, value in kinds]) + 1e-9
+    times = data.time[sure]
 
-    @cache
-    def at(*x: float) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals and their derivatives."""
-        traces, slopes = in_3d(_moved(scene, keys, x), keys, data.time[sure])
-        names = [name for name in data.values if name in data.u and name in traces]
-        if not names:
+    @lru_cache(maxsize=1)  # a result in 3D is large
+    def solved(*x: float) -> tuple[Any, Result, list[str]]:
+        """The scene at logarithms of the keys, its result, and the quantities of both."""
+        moved = _moved(scene, keys, x)
+        result = solve_whole(moved)
+        modelled = result.steady if np.isinf(times[-1]) else result.over_time.values
+        if not (names := [name for name in data.values if name in data.u and name in modelled]):
             raise SceneError(
                 f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
                 "uncertainty: give --data-uncertainty of one"
             )
-        u = {name: data.u[name][sure] for name in names}
-        residuals = np.concatenate([(traces[n] - data.values[n][sure]) / u[n] for n in names])
-        columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
-        return residuals, np.array(columns).T
+        return moved, result, names
 
-    jacobian = at(*np.zeros(len(keys)))[1]
+    def residuals(x: np.ndarray) -> np.ndarray:
+        _, result, names = solved(*x)
+        off = [(simulated(result, n, times)[0] - data.values[n][sure]) / data.u[n][sure] for n in names]
+        return np.concatenate(off)
+
+    @cache
+    def derivatives(*x: float) -> np.ndarray:
+        moved, result, names = solved(*x)
+        slopes = in_3d(moved, result, keys)
+        if left_out := [key for key in keys if key in slopes.left_out]:
+            raise SceneError(f"--calibrate {left_out[0]}: {slopes.left_out[left_out[0]]}")
+        columns = [[np.nan_to_num(slopes.at(key, n, times)) / data.u[n][sure] for n in names] for key in keys]
+        return np.array([np.concatenate(column) for column in columns]).T
+
+    jacobian = derivatives(*np.zeros(len(keys)))
     still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
+    # The last step, shorter than a thousandth of all or better by 1e-5 of the squares, needs no derivatives.
     solution = least_squares(
-        lambda x: at(*x)[0], np.zeros(len(keys)), lambda x: at(*x)[1], (least, most), x_scale="jac", xtol=1e-5,
-        ftol=1e-8, max_nfev=20,
+        residuals, np.zeros(len(keys)), lambda x: derivatives(*x), (least, most), x_scale="jac", xtol=1e-3, ftol=1e-5,
+        max_nfev=20,
     )  # fmt: skip
     normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)
     # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the square
@@ -147,21 +160,12 @@ def _moved(scene: Any, keys: Sequence[str], logarithms: Sequence[float]) -> Any:
     return replace(checked(scene) if scene.parts == "boxes" else scene, expected_to_differ=None)
 
 
-def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """Return the quantities in 3D at times (s), or at rest. SceneError for a key that has no derivative."""
-    from compare.slopes import in_3d
-
+def solve_whole(scene: Any) -> Result:
+    """Solve a sink in 3D, or a free scene as a whole, as its slopes need it."""
     if scene.kind == "sink":
         from fem3d.runs.sink import solve as solve_sink
 
-        result = solve_sink(scene)
-    else:
-        from fem3d.runs.scene import solve
+        return solve_sink(scene)
+    from fem3d.runs.scene import solve
 
-        result = solve(scene, whole=True)
-    slopes = in_3d(scene, result, keys)
-    if left_out := [key for key in keys if key in slopes.left_out]:
-        raise SceneError(f"--calibrate {left_out[0]}: {slopes.left_out[left_out[0]]}")
-    names = result.steady if np.isinf(times[-1]) else result.over_time.values
-    values = {name: simulated(result, name, times)[0] for name in names}
-    return values, {key: {name: np.nan_to_num(slopes.at(key, name, times)) for name in names} for key in keys}
+    return solve(scene, whole=True)

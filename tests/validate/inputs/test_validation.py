@@ -11,8 +11,8 @@ from compare.against import Data
 from compare.analyses.against import Statement, validate
 from compare.data.columns import make_column
 from compare.data.read import read_uncertainty
-from compare.fitting import Fit, Modelled, fit_scene, keys_of
-from compare.slopes import sink_1d
+from compare.fitting import Fit, fit_scene, keys_of
+from compare.slopes import Slopes, sink_1d
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
 from scenes.keys import SINK
@@ -97,15 +97,14 @@ def test_refused(given):
         read_uncertainty(quantities.of(Sink()), measured(Sink(), 0.1), [given])
 
 
-def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """Traces of the paper's 1D model, and their derivatives by the logarithms of keys."""
-    result = solve(sink, times=times)
-    return result.over_time.values, sink_1d(sink, result, times, keys).traces
+def slopes_in_1d(sink: Sink, result: Result, keys: Sequence[str]) -> Slopes:
+    return sink_1d(sink, result, FEWER, keys)
 
 
 @pytest.fixture(autouse=True)
 def _fits_in_1d(monkeypatch):
-    monkeypatch.setattr("compare.fitting.in_3d", in_1d)
+    monkeypatch.setattr("compare.fitting.solve_whole", lambda sink: solve(sink, times=FEWER))
+    monkeypatch.setattr("compare.fitting.in_3d", slopes_in_1d)
 
 
 def fitting_data(truth: Sink, seed: int) -> Data:
