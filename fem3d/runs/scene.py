@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
+from fem3d.adaptivity.adapt import adapt, indicators
+from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.adaptivity.responses import BEFORE
 from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse
 from fem3d.results import outputs
@@ -47,9 +47,11 @@ def solve(
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     study, mesh = start(scene, whole)
-    answer: Answer | None = None if rough is None else rough.details.get("answer")
-    if answer is not None and answer.response is not None and answer.mesh.whole:
-        study, mesh = _refined(scene, answer.mesh, answer.response)
+    earlier: Answer | None = None if rough is None else rough.details.get("answer")
+    if earlier is not None and earlier.response is not None and earlier.mesh.whole:
+        study = probe_quantities.study(scene, part_of(scene, True))
+        mesh = earlier.mesh.with_scene(study.part.scene)
+        mesh = mesh.refine(indicators(None, earlier.response), (1 - ROW_SHARE) * scene.accuracy) or mesh
     answer = adapt(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
@@ -58,8 +60,12 @@ def solve(
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
         # An answer above the requested error has no error estimate away from the probes.
         if study.field_accuracy is not None and answer.field_error < np.inf:
-            details["field_error"] = answer.field_error
-            details["warnings"] += _of_field(answer.field_error, study.field_accuracy)
+            details["field_error"] = off = answer.field_error
+            if off > study.field_accuracy:
+                details["warnings"].append(
+                    f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; "
+                    "the probes are as accurate as asked for; a smaller accuracy refines the field too"
+                )
     else:
         details |= {"scales": response.scales, "transient": response.transient}
     if isinstance(scene, Scene):
@@ -95,14 +101,6 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
     return choose(study, every, over_time=not scene.steady)
 
 
-def _refined(scene: AnyScene, mesh: Mesh, response: BoundedResponse) -> tuple[Study, Mesh]:
-    """Return the study of a whole scene, and the ``mesh`` of a less accurate response refined for it."""
-    study = probe_quantities.study(scene, part_of(scene, True))
-    mesh = mesh.with_scene(study.part.scene)
-    indicators = Indicators(response.goals, max(response.relative.values()))
-    return study, mesh.refine(indicators, (1 - ROW_SHARE) * scene.accuracy) or mesh
-
-
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
     """Return the solved part of a scene with its probes; a scene on a mesh file is solved whole."""
     scene = probe_quantities.to_solve(scene)
@@ -124,13 +122,6 @@ def clipped(scene: Scene) -> Scene:
     boundaries = tuple(replace(b, lower=inside(b.lower), upper=inside(b.upper)) for b in scene.boundaries)
     probes = tuple(replace(p, lower=inside(p.lower), upper=inside(p.upper)) for p in scene.probes)
     return replace(scene, boundaries=boundaries, probes=probes)
-
-
-def _of_field(off: float, accuracy: float) -> list[str]:
-    return [
-        f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
-        "are as accurate as asked for; a smaller accuracy refines the field too"
-    ] * (off > accuracy)
 
 
 def _of_rows(study: Study, response: BoundedResponse | None) -> list[str]:
