@@ -46,29 +46,23 @@ def pairs(scene: AnyScene) -> dict[str, graph.Pair]:
 
 def to_solve(scene: Any) -> Any:
     """Return the scene to solve: with potentials of electrodes of given current in place of resistance probes."""
-    read = tuple(p for p in scene.probes if p.quantity != "resistance")
-    if len(read) == len(scene.probes):
+    probes = [p for p in scene.probes if p.quantity != "resistance"]
+    if len(probes) == len(scene.probes):
         return scene
-    by_current = (b for b in scene.boundaries if b.kind == "voltage" and b.series_resistance == inf)
-    return replace(scene, probes=(*read, *map(_potential, by_current)))
-
-
-def _potential(boundary: Any) -> Probe | GroupProbe:
-    name = f"potential of {boundary.name}"
-    if hasattr(boundary, "group"):
-        return GroupProbe(name, group=boundary.group, quantity="potential")
-    return Probe(name, boundary.lower, boundary.upper, "potential")
+    for b in scene.boundaries:
+        if b.kind == "voltage" and b.series_resistance == inf:
+            name = f"potential of {b.name}"
+            if isinstance(scene, MeshScene):
+                probes.append(GroupProbe(name, group=b.group, quantity="potential"))
+            else:
+                probes.append(Probe(name, b.lower, b.upper, "potential"))
+    return replace(scene, probes=tuple(probes))
 
 
 def resistance(pair: graph.Pair, out: Outputs) -> np.ndarray:
     """Return the resistance (ohm) between two electrodes, at the times of some outputs."""
-    return graph.resistance(given(pair, out), out[f"current:{pair[0].name}"], out.get("time", np.zeros(())))
-
-
-def given(pair: graph.Pair, out: Outputs) -> np.ndarray:
-    """Return the voltage (V) between two electrodes."""
-    one, other = pair
-    return _at(one, out) - _at(other, out)
+    voltage, current = _at(pair[0], out) - _at(pair[1], out), out[f"current:{pair[0].name}"]
+    return graph.resistance(voltage, current, out.get("time", np.zeros(())))
 
 
 def _at(boundary: Any, out: Outputs) -> np.ndarray:
@@ -91,7 +85,7 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
     goals, electrodes = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, pairs(scene)
     return Study(
-        part, scene.accuracy, drive=_drive(scene), end=scene.end_time,
+        part, scene.accuracy, drive=_span(scene, "voltage") or _span(scene, "current"), end=scene.end_time,
         earliest=earliest(scene), instants=scene.output_times, goals=goals, trace_goals=goals, ratios={},
         steady=lambda out: values(scene, out, electrodes), traces=lambda out: values(scene, out, electrodes),
         steady_scales=lambda out: scales(scene, out, electrodes),
@@ -99,11 +93,6 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
         # Of the largest rise: aimed error of the field at any node, within a few more levels.
         field_accuracy=0.1 if isinstance(scene, Scene) else None, from_start=True,
     )  # fmt: skip
-
-
-def _drive(scene: AnyScene) -> float:
-    """Return the largest difference of the voltages (V), or if none differ the largest current (A), as the drive."""
-    return _span(scene, "voltage") or _span(scene, "current")
 
 
 def _span(scene: AnyScene, key: str) -> float:
