@@ -92,6 +92,8 @@ class Domain(ABC):
     anchored: bool
     potentials: Space | None = field(default=None, kw_only=True)
     contacts: tuple[Joint, ...] = field(default=(), kw_only=True)
+    _known: dict[str, tuple[np.ndarray, Faces]] = field(init=False, default_factory=dict)
+    """By name the facets of conditions, for `on`, and these as seen from their cells."""
 
     conditions_first: ClassVar[bool] = False
     """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
@@ -158,11 +160,6 @@ class Domain(ABC):
         numbers = np.arange(space.size)
         numbers[functions] = partners
         return Faces(space, face.facets, face.cells, dofs=numbers[space.dofs[:, face.cells]])
-
-    @cached_property
-    def _known(self) -> dict[str, tuple[np.ndarray, Faces]]:
-        """By name the facets of conditions, for `on`, and these as seen from their cells."""
-        return {}
 
     @abstractmethod
     def locate(self, item: Any) -> Region:
