@@ -121,10 +121,8 @@ def _order(kind: Kind) -> int:
 
 def _values(kind: Kind, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""
-    return _of_tetrahedron(kind[1], X, along) if kind[0] else products(modes(2, full=True), X, along)
-
-
-def _of_tetrahedron(degree: int, X: np.ndarray, along: int | None) -> np.ndarray:
+    if not kind[0]:
+        return products(modes(2, full=True), X, along)
     corner = np.stack([1 - X.sum(axis=0), *X])
     slope = np.zeros(4) if along is None else np.array([-1.0, *np.eye(3)[along]])
 
@@ -136,8 +134,8 @@ def _of_tetrahedron(degree: int, X: np.ndarray, along: int | None) -> np.ndarray
 
     values = [product(a) for a in range(4)]
     for a, b in _EDGES.tolist():
-        values += [4 * product(a, b), product(a, b, b) - product(a, a, b)][: degree - 1]
-    faces = _FACES.tolist() if degree == 3 else []
+        values += [4 * product(a, b), product(a, b, b) - product(a, a, b)][: kind[1] - 1]
+    faces = _FACES.tolist() if kind[1] == 3 else []
     return np.array([*values, *(27 * product(*face) for face in faces)]).T
 
 
