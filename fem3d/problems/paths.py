@@ -100,8 +100,6 @@ class Paths:
     def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray) -> None:
         self.warmed, self._electric, self._crossings = warmed, electric.scaled(1 / roots), crossings
         self.roots = roots
-        counts = [warmed.weights.shape[1], *(c.warmed[0].areas.shape[1] for c in crossings)]
-        self._points = max(counts)
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
 
     def finer(self, warmed: Cells, electric: Cells) -> Paths:
@@ -116,7 +114,8 @@ class Paths:
         """(..., rows, points): values on cells and on each crossing, each (..., its rows, its points)."""
         if not self._crossings:
             return parts[0]
-        padded = [np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, self._points - x.shape[-1])]) for x in parts]
+        points = max(x.shape[-1] for x in parts)
+        padded = [np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, points - x.shape[-1])]) for x in parts]
         return np.concatenate(padded, axis=-2)
 
     def _parts(self, rows: np.ndarray) -> list[np.ndarray]:
