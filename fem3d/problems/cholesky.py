@@ -94,8 +94,10 @@ class Factors:
         ordered, place = part(matrix, self._order), np.zeros(len(rank), int)
         updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for piece, (start, end) in enumerate(pairwise(first[ordering.starts].tolist())):
-            groups_beyond = ordering.beyond[piece]
-            beyond = _ranges(first[groups_beyond], sizes[groups_beyond])
+            # The unknowns of the later groups: a range for each.
+            counts = sizes[ordering.beyond[piece]]
+            starts = first[ordering.beyond[piece]] - np.cumsum(counts) + counts
+            beyond = np.repeat(starts, counts) + np.arange(counts.sum())
             pivots = end - start
             place[start:end] = np.arange(pivots)
             place[beyond] = np.arange(pivots, pivots + len(beyond))
@@ -150,11 +152,6 @@ class Factors:
         solutions = np.empty_like(b)
         solutions[..., self._order] = x.T
         return solutions
-
-
-def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """The numbers of some ranges, one after the other."""
-    return np.repeat(starts - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
