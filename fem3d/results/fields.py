@@ -164,26 +164,24 @@ class Fields:
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(times, n): temperatures (K) at the points; ValueError where the run has no transient."""
-        return self._kelvins(self._rises(times))
+        if self._transient is None:
+            raise ValueError("the run has no transient")
+        return self._kelvins(self._transient.rises(np.asarray(times, dtype=float)))
 
     def _kelvins(self, rises: np.ndarray) -> np.ndarray:
         nodal = self._at(self._space, self._heat.field(rises))
         nodal = nodal.reshape(*rises.shape[:-1], -1)[..., self._numbered[1] % self._numbered[2][0].size]
         return np.asarray(self._domain.scene.initial_temperature + nodal)
 
-    def _rises(self, times: np.ndarray) -> np.ndarray:
-        if self._transient is None:
-            raise ValueError("the run has no transient")
-        return self._transient.rises(np.asarray(times, dtype=float))
-
     def snapshot(self, time: float | None) -> Snapshot:
         """Return the fields at a time (s), or in the steady state; the potential is solved for at its temperature."""
-        heat, state = self._heat, self._state
+        heat, inputs = self._heat, self._heat.inputs.at(time or 0.0)
         if time is None:
-            assert state is not None
-            rise, inputs = state.rise, heat.inputs.at(0.0)
+            assert self._state is not None
+            rise = self._state.rise
         else:
-            rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(time)
+            assert self._transient is not None
+            rise = self._transient.rises(np.array([time]))[0]
         number = self._numbered[1:]
         potential, density = np.full(len(self.points), np.nan), None
         if self._conductor is not None:

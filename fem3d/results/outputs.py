@@ -14,7 +14,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -286,12 +285,9 @@ class OfStates(_Part):
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
         return np.array([self._reaction(f, self.heat.stiffness @ f, self.heat.mass @ f) for f in fields])
 
-    @cached_property
-    def _fields(self) -> np.ndarray:
-        return self.heat.field(np.concatenate([self.heat.whole(self.reduced.basis.T), self.heat.lifts]))
-
     def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
-        return read(every, self._fields, np.concatenate([self.a, self.g], axis=1))
+        fields = self.heat.field(np.concatenate([self.heat.whole(self.reduced.basis.T), self.heat.lifts]))
+        return read(every, fields, np.concatenate([self.a, self.g], axis=1))
 
     def potential(self, probe: Any) -> np.ndarray:
         heat, reduced = self.heat, self.reduced

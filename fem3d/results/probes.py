@@ -38,10 +38,6 @@ class Reading:
     extreme: Extreme | None = None
     by_law: Callable[[HeatProblem, np.ndarray], np.ndarray] | None = None
 
-    def whole_row(self, heat: HeatProblem) -> np.ndarray:
-        """(all nodes,): the derivative of the value by the rise, reactions included."""
-        return sum((heat.reaction_rows[name][0] for name in self.boundaries), self.row)
-
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
     """Return the `Reading` of a probe of a temperature, a heat flow or a current, from a cache."""
