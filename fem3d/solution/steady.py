@@ -156,7 +156,10 @@ class Path:
     relative to the answer to the cold Joule heat) and in mu."""
 
     def __init__(self, newton: Newton, start: Point, drive: float) -> None:
-        self._newton, self._start, self._ends = newton, start, Ends(newton, drive)
+        self._newton, self._start, self._drive, self._unit_of_drive = newton, start, abs(drive), ""
+        if newton.conductor is not None and newton.electric and drive:
+            self._unit_of_drive = "A" if newton.conductor.by_current else "V"
+        self._hottest = f"{float(newton.heat.domain.scene.initial_temperature) + HOTTEST:,.0f} K"
         self._answer = newton.factors(Linearization(newton, start).driven)
         self._size = newton.heat.norm(self._answer) ** 2 or 1.0
         self._off = 0.0  # relative error of the largest mu by quadratures of laws
@@ -195,7 +198,7 @@ class Path:
                 raise self._too_hot(top, point, new)
             top = max(top, highest.mu)
             if new.mu <= 0.0:
-                raise self._ends.runaway(top, self._off)
+                raise self._runaway(top)
             length += step
             before, point, ahead = point, new, self._unit(new.x - point.x)
             step = 2 * step if newton.steps - count <= 3 else step
@@ -248,8 +251,9 @@ class Path:
         ratio = largest(last.rise) / max(largest(point.rise), 1e-300)
         # Without laws the hottest rise grows like mu: where it grows like mu squared or faster it runs away.
         if last.mu <= top or 2 * np.log(last.mu / max(point.mu, 1e-300)) < np.log(ratio):
-            return self._ends.runaway(max(last.mu, top), self._off)
-        return self._ends.too_hot(last.mu, self._off)
+            return self._runaway(max(last.mu, top))
+        at = f"at {self._fraction(last.mu):.3g} times what drives the scene the steady state is at {self._hottest}"
+        return self._error(last.mu, self._off, f"{at}, hotter than any solid: no hotter one is looked for")
 
     def _end(self, top: float, point: Point, vanished: bool) -> NumericsError:
         """The error of a path that does not go on."""
@@ -258,46 +262,30 @@ class Path:
         if vanished and c is not None and (c.by_current or not (c.warm < 0).any()):
             return BeyondLawError()
         if vanished or (top > point.mu and not self._jagged):
-            return self._ends.runaway(top, self._off)
+            return self._runaway(top)
         # A finer mesh may show where a jagged path leads.
-        return self._ends.lost(top, math.inf if self._jagged else self._off)
+        off = math.inf if self._jagged else self._off
+        beyond = f"no steady state is found beyond {self._fraction(top):.3g} times what drives the scene"
+        return self._error(top, off, f"{beyond}, which need not be a runaway")
 
-
-class Ends:
-    """The errors, in words, of a path that ends below the whole drive: at some mu, with its relative error ``off``."""
-
-    def __init__(self, newton: Newton, drive: float) -> None:
-        self._electric, self._drive, self._measure = newton.electric, abs(drive), ""  # of heat alone a fraction
-        if newton.conductor is not None and newton.electric and drive:
-            self._measure = "A" if newton.conductor.by_current else "V"
-        self._hottest = f"{float(newton.heat.domain.scene.initial_temperature) + HOTTEST:,.0f} K"
-
-    def too_hot(self, mu: float, off: float) -> RunawayError:
-        """The path goes on to hotter states than any of interest."""
-        at = f"at {self._fraction(mu):.3g} times what drives the scene the steady state is at {self._hottest}"
-        return self._error(mu, off, f"{at}, hotter than any solid: no hotter one is looked for")
-
-    def lost(self, mu: float, off: float) -> RunawayError:
-        """No further state is found."""
-        beyond = f"no steady state is found beyond {self._fraction(mu):.3g} times what drives the scene"
-        return self._error(mu, off, f"{beyond}, which need not be a runaway")
-
-    def runaway(self, mu: float, off: float) -> RunawayError:
-        """The path turns back."""
-        limited, at, why, unit = "part of what heats the scene", "", "the conductivity falls", self._measure
-        if unit:
-            limited = "current" if unit == "A" else "voltage"
-            at, why = f"at {self._drive:g} {unit} ", "the conductivity or the resistance changes"
+    def _runaway(self, mu: float) -> RunawayError:
+        """The error of a path that turns back at some mu."""
+        limited, at, why = "part of what heats the scene", "", "the conductivity falls"
+        if self._unit_of_drive:
+            limited = "current" if self._unit_of_drive == "A" else "voltage"
+            at, why = f"at {self._drive:g} {self._unit_of_drive} ", "the conductivity or the resistance changes"
         message = f"thermal runaway: {at}no steady state exists below {self._hottest}, because {why} as it heats"
-        return self._error(mu, off, message, f"the largest {limited} with a steady state")
+        return self._error(mu, self._off, message, f"the largest {limited} with a steady state")
 
     def _fraction(self, mu: float) -> float:
-        return float(np.sqrt(max(mu, 0.0))) if self._electric else mu
+        """The fraction of the drive."""
+        return float(np.sqrt(max(mu, 0.0))) if self._newton.electric else mu
 
     def _error(self, mu: float, off: float, message: str, limited: str = "") -> RunawayError:
+        """The error of a path that ends at some mu, with its relative error ``off``."""
         whole = self._drive or 1.0
         limit = self._fraction(mu) * whole
-        error = RunawayError(message, limit, limited, self._measure, whole)
+        error = RunawayError(message, limit, limited, self._unit_of_drive, whole)
         error.error = off * limit if limit else 0.0
         return error
 
