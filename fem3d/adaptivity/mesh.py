@@ -40,9 +40,10 @@ CAUTION = 2.0
 # A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
-# A first grid with at least so many unknowns, of degree 4 ten times as many, is preceded by a rough grid of degree 2,
-# which shows the edges that need more. In rows of sinks the rough grid has 0.1 of the unknowns of degree 7 and saves as
-# much time as it takes; it has 0.4 of those of degree 4, most edges need that degree, and the run takes 40 % longer.
+# Unknowns of a first grid of degree 5 or more from which on a rough grid of degree 2 is solved before it, to show the
+# edges that need the degree; ten times as many where the degree is 4 or less. In rows of sinks the rough grid has 0.1
+# of the unknowns of degree 7, and saves as much time as it takes. It has 0.4 of the unknowns of degree 4, which most
+# edges need: there the run takes 40 % longer with it.
 MANY = 6_000
 LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`cell_mesh.choose`)
 
