@@ -183,8 +183,8 @@ class Search:
         if confirmed and SURELY * max(change, before) + off <= 0.02 * runaway.limit:
             runaway.error = SURELY * max(change, before) + off
             return None
-        near = (SURELY * change + off) / max(runaway.limit, 1e-300)
-        below = min(max(BELOW, 1 - near), 1 - ON_PATH)
+        relative_error = (SURELY * change + off) / max(runaway.limit, 1e-300)
+        below = min(max(BELOW, 1 - relative_error), 1 - ON_PATH)
         fraction = below * runaway.limit / runaway.whole
         problems = mesh.problems().driven(fraction, not runaway.unit)
         try:
