@@ -17,7 +17,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import combinations_with_replacement
 from typing import Any
@@ -220,8 +219,7 @@ class _Solver:
             except (SceneError, NumericsError) as error:
                 return error
 
-        with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool, ExitStack() as stack:
-            stack.callback(pool.shutdown, cancel_futures=True)
+        with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool:
             yield from zip(keys, pool.map(tried, keys.values()), strict=True)
 
     def difference(self, vary: Vary) -> Difference:
