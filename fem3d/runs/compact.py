@@ -6,7 +6,7 @@ scene itself and for a step of each input alone, on meshes of their own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
@@ -195,7 +195,7 @@ def _references(
     at: Any = slice(None)
     if not scene.steady:
         results.append(scene_run.solve(finer, rough=rough))
-        at = comparison_rows(scene, results[-1].over_time.time, inputs)
+        at = comparison_rows(scene, results[-1].over_time.time)
     runs = [Reference.of_result(inputs, result, result.details["scales"], at) for result in results]
     if own is None:
         return runs
@@ -213,11 +213,10 @@ def _rise(scene: AnyScene, runs: list[Reference]) -> float:
     return max(rises, default=0.0)
 
 
-def comparison_rows(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
+def comparison_rows(scene: AnyScene, times: np.ndarray) -> np.ndarray:
     """Choose up to 60 times for the comparison of a model, where the accuracy holds, also after a jump."""
     first = earliest(scene)
-    drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
-    given = [v for v in drives.values() if isinstance(v, Schedule)]
+    given = [c.value for c in channels(scene) if isinstance(c.value, Schedule)]
     jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
     waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
     late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
