@@ -68,10 +68,6 @@ class Model:
         """The stability of the loop about that state, with the largest stable gains."""
         return assess(plant(self.fine, device, external), device)
 
-    def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
-        """The eigenvalue of ``stability`` alone."""
-        return plant(self.fine, device, external).eigenvalue(gains(device))
-
     def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
         """The estimated errors of a steady state's quantities, in their units."""
         fine, low = (asdict(steady(modal, device, external)) for modal in (self.fine, self.low))
@@ -224,7 +220,7 @@ def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, sa
 
     def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
         result, lower = states.solve(other, meter, start)
-        return Run(other, result, states.largest_eigenvalue, reference=lower)
+        return Run(other, result, lambda at: plant(states.fine, at).eigenvalue(gains(at)), reference=lower)
 
     return Solved(states, with_others(device, simulate(device, "cold"), simulate, slow, steps, say))
 

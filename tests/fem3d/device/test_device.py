@@ -129,7 +129,7 @@ def test_exported_it_is_within_what_it_states(states, short):
     """The few states of the file against the 3D model's own run, within the stated errors; the 1D model is
     further off than that."""
     result, lower = states.solve(short)
-    runs = Runs(Run(short, result, states.largest_eigenvalue, reference=lower), None, ())
+    runs = Runs(Run(short, result, lambda at: states.stability(at).eigenvalue, reference=lower), None, ())
     made = compact(Solved(states, runs).exported, None, ACCURACY)
     assert made["states"] < states.fine.count
     exported, stated = CompactModel(made), made["error"]["closed loop"]["over time"]
