@@ -51,7 +51,8 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     counts = [len(c.warmed[0].areas) for c in crossed]
     cold = np.vstack([lines[cells, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
     warm = np.vstack([lines[cells, 1:], np.zeros((sum(counts), 1))])
-    matrix = sum((c.conductance for c in crossed), space.stiffness(on.conductivity(cold), cells))
+    across = (c.potential.mass() / c.resistance for c in crossed)
+    matrix = sum(across, space.stiffness(on.conductivity(cold), cells))
     ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
     free = np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1])

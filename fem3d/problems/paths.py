@@ -38,11 +38,6 @@ class Crossing:
     warmed: tuple[Faces, ...]
     cells: np.ndarray
 
-    @property
-    def conductance(self) -> csc_array:
-        """(functions, functions) of the potential's: the current per volt (A/V)."""
-        return csc_array(self.potential.mass() / self.resistance)
-
 
 def crossings(domain: Domain) -> list[Crossing]:
     """The contacts of a domain that a current crosses, including electrodes."""

@@ -58,7 +58,7 @@ class Region(NamedTuple):
 
     dimension: int
     numbers: np.ndarray
-    signs: np.ndarray | None = None
+    signs: np.ndarray = np.empty(0, int)
     point: Point | None = None
     parts: tuple[str, ...] = ()
 
@@ -171,9 +171,7 @@ class Domain(ABC):
 
     def directions(self, item: Any) -> np.ndarray:
         """Return `Region.signs` of the facets of a flat probe."""
-        signs = self.locate(item).signs
-        assert signs is not None
-        return signs
+        return self.locate(item).signs
 
     def part(self, name: str) -> np.ndarray:
         """(cells,): which are of a part that a contact or a probe names; none if symmetry has cut it off."""
@@ -257,7 +255,7 @@ class Boxes(Domain):
             # Graded intervals beside a plane may be shorter than a rounding error of the scene.
             off = np.minimum(off, [0.1 * np.diff(b).min() for b in self.space.grid.breaks])
         within = ((np.subtract(low, off) <= mesh.p.T) & (np.add(high, off) >= mesh.p.T)).all(axis=1)
-        numbers, signs = np.flatnonzero(within[corners].all(axis=0)), None
+        numbers, signs = np.flatnonzero(within[corners].all(axis=0)), np.empty(0, int)
         if dimension == 3 and names:
             numbers = numbers[self.parts(names)[numbers]]
         if dimension == 2:
