@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces, halves, of_blocks, summed
+from fem3d.spaces.integrals import Cells, Faces, halves, summed
 from scenes import laws, physics
 from scenes.faces import COLDEST
 from scenes.laws import Property
@@ -127,9 +127,10 @@ class Conduction:
         # Both have one pattern, so both travel through one conversion as a complex number.
         entries = []
         for on, law, cold, _ in self.parts:
-            rise = on.value(u)
+            rise, dofs = on.value(u), on.dofs.astype(np.int32)
             one, other = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
-            entries.append(of_blocks(one + 1j * other, on.dofs))
+            rows, columns = (np.broadcast_to(d, one.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
+            entries.append(((one + 1j * other).ravel(), rows, columns))
         return halves(summed(entries, self.domain.space.size))
 
 
@@ -194,7 +195,8 @@ def unseen(domain: Domain, law: CellProperty, cells: np.ndarray, at: np.ndarray,
 
 def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarray:
     """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
-    return CellProperty(domain, key, faces.cells).value(faces.by(domain.space).value(u))
+    seen = faces if faces.space is domain.space else Faces(domain.space, faces.facets, faces.cells)
+    return CellProperty(domain, key, faces.cells).value(seen.value(u))
 
 
 def solve_by_gmres(

@@ -87,10 +87,8 @@ class BrickSpace(Space):
         present = np.asarray(v.any(axis=0))
         for cells in self._classes:
             at = self.dofs[:, cells]
-            flows, of_v = (
-                (separate(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape),
-                present[at].any(axis=1),
-            )
+            flows = (separate(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape)
+            of_v = present[at].any(axis=1)
             heats = np.einsum("dc,dfc->fc", scale[:, cells], flows[:, of_v])
             energies[..., cells] = shares[:, of_v] @ (heats * v[:, at[of_v]])
         return energies

@@ -259,10 +259,6 @@ class Faces:
         """The same with so many more points along each axis."""
         return Faces(self.space, self.facets, self.cells, more)
 
-    def by(self, space: Space) -> Faces:
-        """The same facets, seen from the same cells, by the functions of another space on the mesh."""
-        return self if space is self.space else Faces(space, self.facets, self.cells)
-
     @cached_property
     def sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
         """The facets of each side, their cells with points there, and outward normals (3, facets, points)."""
@@ -330,13 +326,6 @@ class Faces:
 
 Entries = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Entries of a matrix, which add up: their values, rows and columns."""
-
-
-def of_blocks(blocks: np.ndarray, dofs: np.ndarray) -> Entries:
-    """The entries of a matrix for each cell (cells, n, n), with the numbers of its functions (cells, n)."""
-    dofs = dofs.astype(np.int32)
-    rows, columns = (np.broadcast_to(d, blocks.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
-    return blocks.ravel(), rows, columns
 
 
 def summed(entries: Iterable[Entries], size: int) -> csc_array:
