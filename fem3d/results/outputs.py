@@ -11,7 +11,6 @@ for a steady state ``rounding`` (W, rounding error of flows that are zero).
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +23,7 @@ from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
 from fem3d.results.extremes import Extreme, read
-from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
+from fem3d.results.probes import Voltmeter, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced
@@ -88,7 +87,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     sizes = np.abs(state.rise)
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
     terms += sum(np.abs(film.entering).sum() + np.abs(film.per_kelvin) @ sizes for film in heat.films.values())
-    out = {name: value[0] for name, value in part.whole(symmetry).items()}
+    out = {name: value[0] for name, value in of_part(part, symmetry).items()}
     return out | {"rounding": np.array(SOLVE_ROUNDING * symmetry.copies * terms)}
 
 
@@ -96,7 +95,7 @@ def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> O
     """The outputs at some times (s)."""
     if isinstance(response, FullResponse):
         return _of_steps(response, symmetry, times)
-    return OfStates(response.base, response.reduced, times, *response.states(times)).whole(symmetry)
+    return of_part(OfStates(response.base, response.reduced, times, *response.states(times)), symmetry)
 
 
 def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
@@ -130,87 +129,21 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
         currents = _stacked([p.currents for p in potentials])
         joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
     solved: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
-    return _OfNodes(heat, times, rises, rates, loads, solved, currents, joule).whole(symmetry)
+    return of_part(_OfNodes(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
 
 
 def _stacked(each: Sequence[dict[str, float]]) -> Outputs:
     return {name: np.array([values[name] for values in each]) for name in each[0]}
 
 
-class _Part(ABC):
+class _Part:
     """The solved part at some times (s): currents and Joule heats by name, the electric power (W), and the inputs
-    ``g`` (times, channels). A subclass has the rises of the nodes, or the states of a reduced problem."""
+    ``g`` (times, channels)."""
 
     def __init__(self, heat: HeatProblem, times: np.ndarray, currents: Outputs, joule: Outputs) -> None:
         self.heat, self.times, self.g = heat, times, heat.inputs.at(times)
         self.currents, self.joule = currents, joule
         self.power: np.ndarray = sum(joule.values(), np.zeros(len(times)))
-
-    @abstractmethod
-    def along(self, row: np.ndarray) -> np.ndarray:
-        """(times,): the product of a row (all nodes,) with the rises."""
-
-    @abstractmethod
-    def entering(self, fields: np.ndarray) -> np.ndarray:
-        """(k, times): the heat (W) that enters at the fixed nodes, tested with fields (k, all nodes)."""
-
-    @abstractmethod
-    def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
-        """(extremes, times) each: some extremes and their remainders."""
-
-    @abstractmethod
-    def potential(self, probe: Any) -> np.ndarray:
-        """(times,): the potential (V) at a probe."""
-
-    @abstractmethod
-    def flows(self) -> Outputs:
-        """The heat (W) that enters at each boundary."""
-
-    def through_films(self) -> Outputs:
-        """The heat (W) that enters at each boundary of given flux, convection or radiation."""
-        films = self.heat.films.items()
-        return {name: self.g @ film.entering + self.along(film.per_kelvin) for name, film in films}
-
-    def row(self, how: Reading) -> np.ndarray:
-        """A reading without its boundaries."""
-        return self.along(how.row) + self.g @ how.entering
-
-    def whole(self, symmetry: Symmetry) -> Outputs:
-        """The outputs of the whole structure."""
-        out, zero, copies, flows = {"time": self.times}, np.zeros(self.times.shape), symmetry.copies, self.flows()
-        probes = [each for each in self.heat.domain.scene.probes if each.name in symmetry.probes]
-        thermal = {p.name: reading(self.heat, p) for p in probes if p.quantity not in ("potential", "power")}
-        extremes = {name: how.extreme for name, how in thermal.items() if how.extreme is not None}
-        both = self.extremes([*extremes.values()]) if extremes else ((), ())
-        found = dict(zip(extremes, zip(*both, strict=True), strict=True))
-        for probe in probes:
-            if probe.quantity == "potential":
-                value = self.potential(probe)
-            elif probe.quantity == "power":
-                value = sum((share(name, probe.name) * heat for name, heat in self.joule.items()), zero)
-            elif (how := thermal[probe.name]).extreme is not None:
-                value, out[f"doubt:{probe.name}"] = found[probe.name]
-            elif probe.quantity == "current":
-                names = how.boundaries or (f"through:{probe.name}",)
-                value = how.sign * sum((self.currents.get(name, zero) for name in names), zero)
-            else:
-                value = sum((flows[name] for name in how.boundaries), self.row(how))
-            factor, added = symmetry.probes[probe.name]
-            out[f"probe:{probe.name}"] = sum((channels.value(v, self.times) for v in added), factor * value)
-            if probe.quantity == "heat_flow" and len(fields := self.heat.disputed(how.boundaries)):
-                out[f"doubt:{probe.name}"] = copies * np.abs(self.entering(fields)).sum(axis=0)
-        for name, flow in symmetry.flows.items():
-            if flow.boundary in flows:
-                out[f"flow:{name}"] = flow.heat * flows[flow.boundary]
-            if flow.boundary in self.currents:
-                out[f"current:{name}"] = flow.current * self.currents[flow.boundary]
-        for name, value in self.joule.items():
-            box = box_of(name)
-            if box in symmetry.box_copies:
-                out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
-        powers = {"power": self.power, "generated": self.g @ self.heat.generated}
-        powers["dissipated"] = sum(self.joule.values(), zero)
-        return out | {name: copies * value for name, value in powers.items()}
 
 
 class _OfNodes(_Part):
@@ -226,36 +159,35 @@ class _OfNodes(_Part):
         self.reaction = (leaving - loads)[:, heat.free :]
 
     def along(self, row: np.ndarray) -> np.ndarray:
+        """(times,): the product of a row (all nodes,) with the rises."""
         return self.rises @ row
 
     def entering(self, fields: np.ndarray) -> np.ndarray:
+        """(k, times): the heat (W) that enters at the fixed nodes, tested with fields (k, all nodes)."""
         return fields[:, self.heat.free :] @ self.reaction.T
 
     def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
+        """(extremes, times) each: some extremes and their remainders."""
         return read(every, self.fields, np.eye(len(self.times)))
 
     def potential(self, probe: Any) -> np.ndarray:
+        """(times,): the potential (V) at a probe."""
         meter = Voltmeter(self.heat.domain, probe)
         return np.array([meter.read(phi, t) for phi, t in zip(self.potentials, self.times.tolist(), strict=True)])
 
     def flows(self) -> Outputs:
+        """The heat (W) that enters at each boundary of given temperature, or with a law of its own."""
         heat = self.heat
-        flows = {name: self.reaction @ part[heat.free :] for name, part in heat.shares.items()} | self.through_films()
+        flows = {name: self.reaction @ part[heat.free :] for name, part in heat.shares.items()}
         for term in (each for each in heat.terms if isinstance(each, Surface)):
             for b in term.boundaries:
                 tangents = [(u, *term.entering(u, heat.domain.faces(b))) for u in self.fields]
                 flows[b.name] = np.array([cold + per_kelvin @ u for u, cold, per_kelvin in tangents])
         return flows
 
-    def row(self, how: Reading) -> np.ndarray:
-        if how.by_law is None:
-            return super().row(how)
-        pairs = zip(self.fields, self.rises, strict=True)
-        return super().row(how) + [how.by_law(self.heat, u) @ rise for u, rise in pairs]
-
 
 class OfStates(_Part):
-    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s)."""
+    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s); methods as of `_OfNodes`."""
 
     def __init__(self, base: Base, reduced: Reduced, times: np.ndarray, a: np.ndarray, rates: np.ndarray) -> None:
         self.base, self.reduced, self.a, self.rates = base, reduced, a, rates
@@ -300,8 +232,51 @@ class OfStates(_Part):
 
     def flows(self) -> Outputs:
         flows = {name: self._reaction(self.heat.shares[name], *rows) for name, rows in self.heat.reaction_rows.items()}
-        flows |= {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_given.items()}
-        return flows | self.through_films()
+        return flows | {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_given.items()}
+
+
+def of_part(part: _OfNodes | OfStates, symmetry: Symmetry) -> Outputs:
+    """The outputs of the whole structure."""
+    out, zero, copies, heat = {"time": part.times}, np.zeros(part.times.shape), symmetry.copies, part.heat
+    films = {name: part.g @ film.entering + part.along(film.per_kelvin) for name, film in heat.films.items()}
+    flows = films | part.flows()
+    probes = [each for each in heat.domain.scene.probes if each.name in symmetry.probes]
+    thermal = {p.name: reading(heat, p) for p in probes if p.quantity not in ("potential", "power")}
+    extremes = {name: how.extreme for name, how in thermal.items() if how.extreme is not None}
+    both = part.extremes([*extremes.values()]) if extremes else ((), ())
+    found = dict(zip(extremes, zip(*both, strict=True), strict=True))
+    for probe in probes:
+        if probe.quantity == "potential":
+            value = part.potential(probe)
+        elif probe.quantity == "power":
+            value = sum((share(name, probe.name) * joule for name, joule in part.joule.items()), zero)
+        elif (how := thermal[probe.name]).extreme is not None:
+            value, out[f"doubt:{probe.name}"] = found[probe.name]
+        elif probe.quantity == "current":
+            names = how.boundaries or (f"through:{probe.name}",)
+            value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
+        else:
+            along = part.along(how.row) + part.g @ how.entering
+            if how.by_law is not None and isinstance(part, _OfNodes):
+                pairs = zip(part.fields, part.rises, strict=True)
+                along = along + [how.by_law(heat, u) @ rise for u, rise in pairs]
+            value = sum((flows[name] for name in how.boundaries), along)
+        factor, added = symmetry.probes[probe.name]
+        out[f"probe:{probe.name}"] = sum((channels.value(v, part.times) for v in added), factor * value)
+        if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
+            out[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
+    for name, flow in symmetry.flows.items():
+        if flow.boundary in flows:
+            out[f"flow:{name}"] = flow.heat * flows[flow.boundary]
+        if flow.boundary in part.currents:
+            out[f"current:{name}"] = flow.current * part.currents[flow.boundary]
+    for name, value in part.joule.items():
+        box = box_of(name)
+        if box in symmetry.box_copies:
+            out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
+    powers = {"power": part.power, "generated": part.g @ heat.generated}
+    powers["dissipated"] = sum(part.joule.values(), zero)
+    return out | {name: copies * value for name, value in powers.items()}
 
 
 def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:

@@ -283,8 +283,8 @@ class _Solver:
         coefficients = replace(reduced, basis=np.eye(reduced.states)).changed(sums)
         marched = transient.march(replace(base, conductor=None), coefficients, study.end, SHORT**2)
         states, rates = (each @ marched.reduced.basis.T for each in marched.states(self.times))
-        out = outputs.OfStates(base, reduced, self.times, states, rates).whole(study.part)
-        return replace(values, traces=study.traces(out))
+        part = outputs.OfStates(base, reduced, self.times, states, rates)
+        return replace(values, traces=study.traces(outputs.of_part(part, study.part)))
 
     def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, int, np.ndarray | None]:
         """The problem of a base on its own fields, the Krylov fields of its loads, and of the dual problems of the
