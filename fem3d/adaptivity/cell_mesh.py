@@ -96,7 +96,6 @@ class CellMesh(Mesh):
     Attributes
     ----------
     source: the scene on the cells of its file, or on tetrahedra of its boxes.
-    accuracy: the largest relative error.
     why: the reason why boxes are not on bricks.
     degree: the highest degree of the elements.
     levels: how many times the mesh was refined.
@@ -104,7 +103,6 @@ class CellMesh(Mesh):
     """
 
     source: Placed | Columns
-    accuracy: float
     why: str = ""
     degree: int = 3
     levels: int = 0
@@ -126,7 +124,7 @@ class CellMesh(Mesh):
         return boxes(self.scene, self.cells, self.degree)
 
     def with_scene(self, scene: Any) -> CellMesh:
-        return replace(self, source=replace(self.source, scene=scene), accuracy=scene.accuracy, history=())
+        return replace(self, source=replace(self.source, scene=scene), history=())
 
     @cached_property
     def size(self) -> Size:
@@ -244,7 +242,7 @@ class CellMesh(Mesh):
         cells = f"tetrahedra of the whole scene: {self.why}"
         if isinstance(self.source, Placed):
             cells = f"{self.source.mesh.file_cells} {self.source.mesh.file_type} cells of {self.scene.file}"
-        how = f"until an estimated error of {self.accuracy:g} is reached or memory or time ends it"
+        how = f"until an estimated error of {self.scene.accuracy:g} is reached or memory or time ends it"
         if levels is not None:
             how = f"{levels} times, to {self._counted}"
         how = f"where readings miss most, {how}" if self.simplex else f"each cell into eight, {how}"
@@ -272,7 +270,7 @@ def mesh_of(scene: MeshScene) -> CellMesh:
 
     Raises SceneError where they do not fit together, TooLargeError where the cells take too much memory.
     """
-    return CellMesh(check.check(scene, read(scene.path, scene.unit)), scene.accuracy).fitting()
+    return CellMesh(check.check(scene, read(scene.path, scene.unit))).fitting()
 
 
 def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
@@ -301,4 +299,4 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
     if scene.mesh != "tetrahedra":
         crowded, every = crowding(grids.graph(whole.part.scene).planes), float(f"{size.unknowns:.2g}")
         why = f"a grid of bricks would take {every:,.0f} unknowns and {size.memory / 1e9:.2g} GB or more, as {crowded}"
-    return whole, CellMesh(Columns.of(whole.part.scene), scene.accuracy, why).fitting()
+    return whole, CellMesh(Columns.of(whole.part.scene), why).fitting()

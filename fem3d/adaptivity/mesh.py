@@ -64,10 +64,9 @@ class Indicators(NamedTuple):
 
 
 class Mesh(ABC):
-    """A mesh of a scene for a relative ``accuracy``: `Bricks`, or the tetrahedra and hexahedra of `CellMesh`."""
+    """A mesh of a scene for its accuracy: `Bricks`, or the tetrahedra and hexahedra of `CellMesh`."""
 
     scene: Any
-    accuracy: float
     whole = True  # whether the mesh is of the whole scene, not of its symmetric part
     levels: int | None = None  # how many times tetrahedra and hexahedra were refined
 
@@ -92,7 +91,7 @@ class Mesh(ABC):
 
     def problems(self) -> Problems:
         """Return the problems in nested spaces."""
-        return nested.discretize(self.domain, self.accuracy)
+        return nested.discretize(self.domain, self.scene.accuracy)
 
     def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:
         """Bound the errors of a fine solution; raises CoarseMeshError (`goal_errors.bound_errors`)."""
@@ -188,7 +187,6 @@ class Bricks(Mesh):
 
     scene: Scene
     grid: Grid
-    accuracy: float
     marks: Features
     aim: Grid | None = None
     as_far_as_it_goes: bool = False
@@ -198,12 +196,12 @@ class Bricks(Mesh):
     @staticmethod
     def of(study: Study, over_time: bool = False) -> Bricks:
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
-        scene, accuracy = study.part.scene, study.accuracy
+        scene = study.part.scene
         check_memory(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
         marks = edge_exponents.features(scene)
-        grid = reach.first_grid(scene, accuracy, marks)
+        grid = reach.first_grid(scene, scene.accuracy, marks)
         grid = grading.with_diffusion_layers(grid, scene, study.earliest) if over_time else grid
-        return Bricks(scene, grid, accuracy, marks)
+        return Bricks(scene, grid, marks)
 
     @property
     def domain(self) -> Boxes:
@@ -224,7 +222,7 @@ class Bricks(Mesh):
         if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
             # The power of the cold conductor is available before any other solution.
             power = self.estimator.indicators(problems.electric_parts)
-            reach.check_edges(self.grid, self.marks, [power], self.accuracy)
+            reach.check_edges(self.grid, self.marks, [power], self.scene.accuracy)
         return problems
 
     def refine(self, indicators: Indicators, target: float) -> Bricks | None:
@@ -240,7 +238,7 @@ class Bricks(Mesh):
             reach.check_edges(self.grid, self.marks, indicators.goals, target)
             finer = replace(self, grid=grading.refined(self.grid, missing, AIM * target, self.marks))
             if finer.grid.same(self.grid):
-                raise not_reached(self.accuracy, reach.because(self.marks))
+                raise not_reached(self.scene.accuracy, reach.because(self.marks))
         return finer._within_memory()
 
     def refine_all(self) -> Bricks | None:
@@ -252,7 +250,7 @@ class Bricks(Mesh):
     def _checked(self) -> Size:
         """Return the size of the grid; raise TooLargeError where memory has no room for it."""
         size, why = size_of_grid(self.scene, self.grid), reach.because(self.marks)
-        check_memory(self.scene, size, f"at an accuracy of {self.accuracy:g}", why)
+        check_memory(self.scene, size, f"at an accuracy of {self.scene.accuracy:g}", why)
         return size
 
     def _within_memory(self) -> Bricks | None:
