@@ -16,7 +16,7 @@ from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt, indicators
 from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.adaptivity.responses import BEFORE
-from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse
+from fem3d.adaptivity.trace_errors import ROW_SHARE
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
 from fem3d.results.outputs import Study
@@ -124,15 +124,6 @@ def clipped(scene: Scene) -> Scene:
     return replace(scene, boundaries=boundaries, probes=probes)
 
 
-def _of_rows(study: Study, response: BoundedResponse | None) -> list[str]:
-    if response is None or response.between <= ROW_SHARE * study.accuracy:
-        return []
-    return [
-        f"the {len(response.times)} rows of the traces are as many as are made: straight lines between them are off by "
-        f"up to {response.between:.1e}, more than {ROW_SHARE:g} of the accuracy of {study.accuracy:g}; errors have it"
-    ]
-
-
 def described(study: Study, answer: Answer) -> dict[str, Any]:
     """Return the details of a result about its last level."""
     heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
@@ -143,13 +134,18 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     rises = [] if state is None else [state.rise]
     if transient is not None:
         rises += list(transient.rises(np.linspace(0.0, transient.end, 9)))
-    beyond = outputs.tables(
-        heat, np.array(rises), physics.may_follow(heat.domain.scene, over_time=transient is not None)
-    )
+    warnings = list(physics.frozen(study.part.scene))
+    if response is not None and response.between > ROW_SHARE * study.accuracy:
+        warnings.append(
+            f"the {len(response.times)} rows of the traces are as many as are made: straight lines between them are "
+            f"off by up to {response.between:.1e}, more than {ROW_SHARE:g} of the accuracy of {study.accuracy:g}; "
+            "errors have it"
+        )
+    followed = physics.may_follow(heat.domain.scene, over_time=transient is not None)
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part,
-        "warnings": [*physics.frozen(study.part.scene), *_of_rows(study, response), *beyond],
+        "warnings": warnings + outputs.tables(heat, np.array(rises), followed),
         "fields": Fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.steps),
         "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
