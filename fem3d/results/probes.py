@@ -177,15 +177,11 @@ class Voltmeter:
             self.value = lambda field: float(read([search], field[None], np.ones((1, 1)))[0].item())
 
     def read(self, potential: np.ndarray | None, time: float) -> float:
-        """The probe's value (V) for a potential (functions,) at a time (s)."""
-        return self.value(self.field(potential, time))
-
-    def field(self, potential: np.ndarray | None, time: float) -> np.ndarray:
-        """(functions,): the potential in parts with and without current."""
+        """The probe's value (V) for a potential (functions,) of the parts with current, at a time (s)."""
         field = np.zeros(self._domain.space.size) if potential is None else potential.copy()
         for functions, voltage in self.still:
             field = np.where(functions > 0, functions * channels.value(voltage, np.array([time]))[0], field)
-        return field
+        return self.value(field)
 
 
 def potential_over_time(base: Base, rises: Callable[[], np.ndarray], probe: Any, times: np.ndarray) -> np.ndarray:
