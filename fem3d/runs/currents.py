@@ -46,11 +46,9 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
     # Nothing is solved at an instant of equal voltages, which drive no current.
     solved = [n for n, r in enumerate(results) if r.details["electric_unknowns"]] or [0]
     largest = np.abs(parts).max(axis=1)
-    values: dict[str, np.ndarray] = {}
-    errors: dict[str, float] = {}
-    for name in (p.name for p in scene.probes):
-        values[name] = np.array([r.steady[name].value for r in results]) @ parts
-        errors[name] = float(sum(largest[n] * results[n].steady[name].error for n in solved))
+    names = [p.name for p in scene.probes]
+    values = {name: np.array([r.steady[name].value for r in results]) @ parts for name in names}
+    errors = {name: float(sum(largest[n] * results[n].steady[name].error for n in solved)) for name in names}
     most = {key: max(r.details[key] for r in results) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
     warnings = list(dict.fromkeys(text for r in results for text in r.details["warnings"]))
     scales = {name: max(results[n].details["scales"][name] for n in solved) for name in errors}
