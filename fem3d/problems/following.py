@@ -202,10 +202,21 @@ def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarra
 def solve_by_gmres(
     product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int
 ) -> tuple[np.ndarray | None, int]:
-    """Solve a preconditioned linear system, ``product(x) = right``, by GMRES without restarts (Saad and Schultz, SIAM
-    J. Sci. Stat. Comput. 7, 1986). SciPy's takes one product more, for the residual: a cold run of the sink takes 5 %
-    longer with it. Return the solution (n,), or None where ``most`` steps do not reach the ``tolerance`` of the
-    relative residual, and how many steps were taken."""
+    """Solve a preconditioned linear system by GMRES without restarts (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7,
+    1986). SciPy's takes one product more, for the residual: a cold run of the sink takes 5 % longer with it.
+
+    Parameters
+    ----------
+    product : the preconditioned matrix times a vector (n,)
+    right : (n,), the preconditioned right-hand side
+    tolerance : largest norm of the residual, relative to the norm of ``right``
+    most : largest number of steps
+
+    Returns
+    -------
+    solution : (n,); None where the steps do not reach the tolerance
+    steps : number of steps taken
+    """
     size, most = float(np.linalg.norm(right)), min(most, len(right))
     if size == 0.0:
         return right, 0

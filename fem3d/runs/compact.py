@@ -56,12 +56,17 @@ def compact(
 
     Parameters
     ----------
+    scene : scene of boxes or of a mesh file with probes, steady or over time
     states : number of states; None for as many as the accuracy takes
     accuracy : largest error, relative to the same scales as the scene's accuracy
-    seconds : processor time of an earlier 3D solution; by default the time of the first run
+    say : called with lines about the progress
+    seconds : processor time (s) of an earlier 3D solution; by default the time of the first run
     rough : the earlier 3D solution, whose mesh the first run over time begins with
 
-    It has "warnings" where the time or the memory ends before the accuracy is reached.
+    Returns
+    -------
+    The document, with "warnings" where the time or the memory ends before the accuracy is reached.
+
     Raises SceneError for a scene that has no compact model, and NumericsError where the scene has no solution.
     """
     check(scene)

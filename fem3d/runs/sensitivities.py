@@ -32,9 +32,15 @@ AT_ONCE = "the currents follow the voltages at once: the steady state of each ha
 
 
 def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Sensitivities:
-    """Differentiate a result of `fem3d.runs.sink.solve` by its physical keys other than zero, or by some ``keys``.
+    """Differentiate the quantities of a sink in 3D and its traces by the logarithms of its keys.
 
-    With ``profile`` also differentiate the rises of its profile, at places that move along. Raises NumericsError.
+    Parameters
+    ----------
+    sink, result : the sink, and its result by `fem3d.runs.sink.solve`
+    keys : keys to differentiate by; None for all physical keys other than zero
+    profile : whether to differentiate the rises (K) of the result's profile too, at places that move along
+
+    Raises NumericsError if the sink itself cannot be solved again.
     """
     answer, left_out = result.details["answer"], dict[str, str]()
     if answer.response is not None and (why := physics.nonlinear(sink.scene(), True)):
@@ -57,7 +63,7 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 
 
 def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Sensitivities:
-    """Differentiate a scene's result by its numbers other than zero, or by some ``keys``. Raises NumericsError."""
+    """Differentiate a scene's result by its numbers other than zero, or by some ``keys``; raises as `of_sink` does."""
     chosen = list(numbers(scene) if keys is None else keys)
     steady = result.traces is None
     if not steady and "transient" not in result.details:

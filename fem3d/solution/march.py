@@ -171,8 +171,13 @@ class March:
         self._largest, self._contraction, self._inner = 0.0, CONTRACTS, 0
 
     def run(self, end: float, earliest: float, ends: Sequence[float] = ()) -> FullResponse:
-        """The response until ``end``, with an ``earliest`` time of interest after a jump, by steps of its own or to
-        given ``ends`` (s). In two spaces with the same steps the difference is of space.
+        """Return the response. In two spaces with the same steps the difference is of space.
+
+        Parameters
+        ----------
+        end : end of the response (s)
+        earliest : earliest time of interest after a jump (s), by which the first step is chosen
+        ends : ends of the steps (s); without them the error of each step decides its length
 
         Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
         where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
