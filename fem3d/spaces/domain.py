@@ -186,7 +186,7 @@ class Domain(ABC):
         region, space = self.locate(probe), self.space
         beside = self._beside(region, inside)
         if region.dimension == 3:
-            cells = region.numbers if beside is None else region.numbers[beside[region.numbers]]
+            cells = region.numbers[beside[region.numbers]]
             return space.on(cells).load(np.ones((len(cells), 1))) / space.on(region.numbers).weights.sum()
         if region.dimension == 2:
             return self.seen(region.numbers, beside).load() / self.seen(region.numbers).areas.sum()
@@ -208,7 +208,7 @@ class Domain(ABC):
         region, mesh = self.locate(probe), self.space.mesh
         beside = self._beside(region, inside)
         if region.dimension == 3:
-            cells = region.numbers if beside is None else region.numbers[beside[region.numbers]]
+            cells = region.numbers[beside[region.numbers]]
             return [(cells, np.zeros(3), np.eye(3))]
         if region.dimension == 0:
             place = locate(mesh, np.array(region.point), beside)
@@ -217,7 +217,7 @@ class Domain(ABC):
         parts, corners = (mesh.t2f, mesh.refdom.facets) if flat else (mesh.t2e, mesh.refdom.edges)
         wanted = np.zeros(parts.max() + 1, bool)
         wanted[region.numbers] = True
-        numbers, cells = np.nonzero(wanted[parts] & (True if beside is None else beside))
+        numbers, cells = np.nonzero(wanted[parts] & beside)
         _, first = np.unique(parts[numbers, cells], return_index=True)
         numbers, cells = numbers[first], cells[first]
         patches = []
@@ -227,11 +227,10 @@ class Domain(ABC):
             patches.append((cells[numbers == number], a, sides))
         return patches
 
-    def _beside(self, region: Region, inside: np.ndarray | None) -> np.ndarray | None:
-        """(cells,): the mask ``inside``, restricted to the parts of a region if any."""
-        if not region.parts:
-            return inside
-        return self.parts(region.parts) if inside is None else inside & self.parts(region.parts)
+    def _beside(self, region: Region, inside: np.ndarray | None) -> np.ndarray:
+        """(cells,): the mask ``inside``, by default of all cells, restricted to the parts of a region if any."""
+        every = np.ones(len(self.body), bool) if inside is None else inside
+        return every & self.parts(region.parts) if region.parts else every
 
 
 @dataclass(frozen=True, eq=False)
