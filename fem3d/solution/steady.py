@@ -345,21 +345,18 @@ class Tangent:
 
     def state(self, heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
         """Return the state of a scene beside, from its heat problem and its conductor on the same cells, moved."""
-        newton, change = self._beside(heat, conductor), np.zeros(len(self._point.x))
+        # The equations of the scene beside, by the quadratures of laws and with the factors of this one.
+        mine, change = self._newton, np.zeros(len(self._point.x))
+        pairs: Any = zip((*mine.heat.terms, mine.conductor), (*heat.terms, conductor), strict=True)
+        if points := max((a.more - b.more for a, b in pairs if a is not None), default=0):
+            heat, conductor = refine_quadratures(heat, conductor, points)
+        newton = Newton(heat, conductor, mine.factors)
         residual = newton.at(self._point.x).residual - self._point.residual
         for _ in range(self._solutions if residual.any() else 0):
             change += self._derivative.solve(residual - self._derivative(change), newton.along_mu)
             change[-1] = 0.0
         tangent = None
-        if isinstance(mine := self._state.heat, LinearizedHeat):
-            tangent = LinearizedHeat.of(newton.heat, mine.about, mine.stiffness, mine.rest)
+        if isinstance(known := self._state.heat, LinearizedHeat):
+            tangent = LinearizedHeat.of(newton.heat, known.about, known.stiffness, known.rest)
             tangent.kept.update(solve_steady=newton.factors)
         return read_state(newton, newton.at(self._point.x + change), 0.0, tangent)
-
-    def _beside(self, heat: HeatProblem, conductor: Conductor | None) -> Newton:
-        """The equations of a scene beside, by the quadratures of laws and with the factors of this one."""
-        mine, factors = self._newton, self._newton.factors
-        pairs: Any = zip((*mine.heat.terms, mine.conductor), (*heat.terms, conductor), strict=True)
-        if points := max((a.more - b.more for a, b in pairs if a is not None), default=0):
-            heat, conductor = refine_quadratures(heat, conductor, points)
-        return Newton(heat, conductor, factors)
