@@ -206,11 +206,6 @@ class HeatProblem:
         width = self.size - field.shape[-1]
         return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
 
-    def jumps(self, end: float) -> np.ndarray:
-        """Instants (s) inside (0, end) at which a given temperature jumps."""
-        given = self.lifts.any(axis=1)
-        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jumps(t) * given).any()])
-
     def disputed(self, names: Sequence[str]) -> np.ndarray:
         """(k, all nodes): fields like ``shares``. The heat that enters at some boundaries together may be off by the
         sum of their sizes, because boundaries share edges at an angle: there each part is only a leading term.

@@ -72,7 +72,9 @@ def solve(
         details["warnings"] += structure.remarks(scene)
     details["warnings"] += on.warnings(study, answer.relative)
     if response is not None:
-        jumps = tuple(answer.heat.jumps(study.end).tolist())
+        # The instants at which a given temperature jumps.
+        inputs, given = answer.heat.inputs, answer.heat.lifts.any(axis=1)
+        jumps = tuple(t for t in inputs.knots(study.end).tolist() if (inputs.jumps(t) * given).any())
         traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
         return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
