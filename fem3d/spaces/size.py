@@ -137,15 +137,18 @@ def allowed_memory(scene: Any) -> str:
 
 
 def free_memory() -> float:
-    """Return the bytes that are free on this machine and in the control groups (version 2) of this process."""
+    """Return the bytes that are free on this machine and in the control groups of this process, of version 1 or 2."""
     room, top = [_free_of_machine()], Path("/sys/fs/cgroup")
-    inside = [top / word[len("0::/") :] for word in _words(Path("/proc/self/cgroup")) if word.startswith("0::/")]
-    for group in {top, *inside, *(parent for each in inside for parent in each.parents)}:
-        bound, taken, parts = (_words(group / f"memory.{name}") for name in ("max", "current", "stat"))
-        if bound and taken and bound[0].isdigit():
-            # Pages of files that can be dropped count as taken, and are free.
-            cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
-            room.append(float(bound[0]) - float(taken[0]) + cache)
+    inside = [Path(word.rpartition(":")[2].lstrip("/")) for word in _words(Path("/proc/self/cgroup"))]
+    places = {Path(), *inside, *(parent for group in inside for parent in group.parents)}
+    names = ("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes")
+    for group in (root / place for root in (top, top / "memory") for place in places):
+        parts = _words(group / "memory.stat")
+        for bound, taken in ((_words(group / most), _words(group / used)) for most, used in names if parts):
+            if bound and taken and bound[0].isdigit():
+                # Pages of files that can be dropped count as taken, and are free.
+                cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
+                room.append(float(bound[0]) - float(taken[0]) + cache)
     return max(min(room), 0.0)
 
 
