@@ -189,7 +189,7 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem
     from compare.models.sampling import ask, make_question
 
     def solve(changed: Any, times: np.ndarray | None) -> Mapping[str, Any]:
-        return ask(model, make_question(changed, fem3d), times).at(times).values
+        return ask(model, make_question(changed, fem3d, times)).values
 
     times = None if result.traces is None else result.traces.time[result.traces.time > 0]
     return in_1d(solve, scene, result, keys, times, BESIDE[0] if model.exact else BESIDE[1])

@@ -83,11 +83,9 @@ class Kind(ABC, Generic[S]):
 
     def ask(self, outcome: Outcome[S], model: Model, progress: Progress) -> Result:
         """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
-        from compare.models.sampling import make_question, solve
+        from compare.models.sampling import solve
 
-        question = make_question(outcome.scene, outcome.solved)  # type: ignore[arg-type] # No device has an own model.
-        result = solve(model, question, outcome.solved, progress)
-        return replace(result, details=result.details | {"own_model": model})
+        return solve(model, outcome.scene, outcome.solved, progress)  # type: ignore[arg-type] # No device has one.
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its
@@ -132,7 +130,8 @@ class Kind(ABC, Generic[S]):
 
     def warnings(self, outcome: Outcome[S]) -> tuple[str, ...]:
         """Return remarks on the results."""
-        return ()
+        results = filter(None, (outcome.fem3d, outcome.reduced1d))
+        return tuple(text for result in results for text in result.details.get("warnings", ()))
 
     def answer(self, outcome: Outcome[S], progress: Progress) -> str:
         """The difference between the models in a sentence."""

@@ -11,7 +11,7 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.verdict import Check
 from scenes import physics
-from scenes.errors import RunawayInTimeError, SceneError, listed, quoted
+from scenes.errors import RunawayInTimeError, SceneError, quoted
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
 from scenes.result import Result, Step, step
 
@@ -86,12 +86,9 @@ class FreeKind(Kind[AnyScene]):
         return hottest.warnings(hottest.in_3d(outcome.scene, outcome.solved))
 
     def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
-        scene, reduced1d = outcome.scene, outcome.reduced1d
-        said: list[str] = [outcome.runs_away, *outcome.solved.details.get("warnings", ())]
-        if reduced1d is None and scene.model is not None and scene.model.file and not outcome.failure:
+        scene, said = outcome.scene, [outcome.runs_away, *super().warnings(outcome)]
+        if outcome.reduced1d is None and scene.model is not None and scene.model.file and not outcome.failure:
             said.append(f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene")
-        if reduced1d is not None and (silent := reduced1d.details["silent"]):
-            said.append(f"{reduced1d.model} says nothing of {listed(silent)}: no check is made of that")
         return tuple(said)
 
     def answer(self, outcome: Outcome[AnyScene], progress: Progress) -> str:

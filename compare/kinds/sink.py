@@ -12,7 +12,7 @@ from compare.outcome import Outcome, Progress
 from compare.verdict import PAPER, Check, Definition, judged
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
-from scenes.errors import RunawayError, SceneError, listed
+from scenes.errors import RunawayError, SceneError
 from scenes.formats import quantity
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
@@ -117,14 +117,6 @@ class SinkKind(Kind[Sink]):
 
         sink, fem3d = outcome.scene, outcome.fem3d
         return hottest.warnings(hottest.of_sink(sink, outcome.reduced) if fem3d is None else hottest.in_3d(sink, fem3d))
-
-    def warnings(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
-        results, made = filter(None, (outcome.fem3d, outcome.reduced1d)), {check.id for check in outcome.checks}
-        said = tuple(text for result in results for text in result.details.get("warnings", ()))
-        left = [check for check in self.made(outcome.scene, outcome.options) if check not in made]
-        if outcome.own_model and left:
-            said += (f"{outcome.options.reduction} gives no values for the checks {listed(left)}, which are not made",)
-        return said
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
         from compare.blame import answer, causes

@@ -12,10 +12,10 @@ from importlib import import_module
 from pathlib import Path
 
 from compare.data.columns import refusing
-from compare.models.model import Answer, Model, Question
+from compare.models.model import Model
 from scenes.errors import SceneError, quoted
 
-__all__ = ["Answer", "Model", "Question", "open_model", "parse_reduction", "parse_reductions", "runs_code"]
+__all__ = ["Model", "open_model", "parse_reduction", "parse_reductions", "runs_code"]
 
 OF_THE_SCENE = "scene"
 _FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
@@ -30,7 +30,7 @@ def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
 
         return Function(given)
     module = import_module(f"compare.models.{_kind(given)}")
-    with refusing(f"--model {quoted(given)}"):
+    with refusing(f"the model {quoted(given)}"):
         model: Model = module.open_model(given, folder)
     return model
 
@@ -42,11 +42,11 @@ def runs_code(given: str) -> bool:
 
 def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Callable[..., object]]:
     """Return the name of a sink's reduction, and the user's own model that it is, "" for one of this program's."""
-    from reduced1d.ladder import canonical, is_one
-
     if callable(given):
         return getattr(given, "__name__", type(given).__name__), given
-    if is_one(given) or (given != "network" and not Path(given.partition(":")[0]).suffix):
+    if given != "network" and not Path(given.partition(":")[0]).suffix:
+        from reduced1d.ladder import canonical
+
         return canonical(given), ""
     _kind(given)
     return Path(given).name, given
@@ -57,15 +57,14 @@ def parse_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:
 
     Raises SceneError for names that are neither, and for an own model beside others.
     """
-    each = [parse_reduction(text) for text in given]
-    own_models = [str(model) for _, model in each if model]
-    if own_models and len(each) > 1:
-        raise SceneError(f"--reduction {quoted(own_models[0])} is judged alone: leave the others out")
-    model = "".join(own_models)
-    path = model if model in ("", "network") else str(Path(model).resolve())
+    models = {name: str(model) for name, model in map(parse_reduction, given)}
+    own = next(filter(None, models.values()), "")
+    if own and len(models) > 1:
+        raise SceneError(f"--reduction {quoted(own)} is judged alone: leave the others out")
+    path = own if own in ("", "network") else str(Path(own).resolve())
     if path:
         open_model(path)
-    return tuple(dict.fromkeys(name for name, _ in each)), path
+    return tuple(models), path
 
 
 def _kind(given: str) -> str:
@@ -76,5 +75,5 @@ def _kind(given: str) -> str:
     if file.endswith(".py") and function.strip():
         return "function"
     if (kind := _KINDS.get(Path(given).suffix.lower())) is None:
-        raise SceneError(f"--model {quoted(given)} is no model: {_FORM}")
+        raise SceneError(f"{quoted(given)} is no model: {_FORM}")
     return kind

@@ -8,7 +8,6 @@ function's output goes to standard error.
 from __future__ import annotations
 
 import copy
-import os
 import runpy
 import sys
 import traceback
@@ -16,57 +15,48 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from compare.models.model import LONGEST, Answer, Model, Question, find_file
-from compare.processes import TimeIsUpError
 from compare.worker import Worker
-from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
+from scenes.errors import SceneError, printable, quoted, unknown
 
 
 class Function(Model):
     """A callable as a model; the ``file`` that defines it may be known."""
 
-    def __init__(self, call: Callable[..., object], name: str = "", file: Path | None = None) -> None:
+    def __init__(self, call: Callable[..., object], name: str = "", file: str = "") -> None:
         self.name = name or getattr(call, "__name__", type(call).__name__)
         self._call, self._file = call, file
 
-    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
-        when = "in the steady state" if times is None else "over time"
+    def answer(self, question: Question) -> Answer:
+        times, when, wanted = question.times, question.when, next(iter(question.units), "probe")
         with _sentences(self._file, f" when it was asked {when}"):
-            answer = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
-        if not isinstance(answer, Mapping):
-            wanted = f"return a dict such as {{{next(iter(question.units(times)), 'probe')!r}: 300.0}}"
-            raise SceneError(f"it returned {quoted(type(answer).__name__)} {when}: {wanted}")
-        shape = () if times is None else times.shape
-        return Answer({str(name): self._numbers(str(name), value, shape, when) for name, value in answer.items()})
-
-    def _numbers(self, name: str, value: object, shape: tuple[int, ...], when: str) -> np.ndarray:
-        """Return a value as real numbers of a shape; masked ones are not numbers."""
-        try:
-            numbers: np.ma.MaskedArray = np.ma.asarray(value)
-            if numbers.dtype.kind not in "fiu":
-                raise TypeError
-            array: np.ndarray = np.ma.filled(numbers.astype(float), np.nan)
-            return np.broadcast_to(array.reshape(()) if array.size == 1 else array, shape).astype(float)
-        except (TypeError, ValueError):
-            needed = f"{shape[0]} real numbers, one for each time" if shape else "one real number"
-            raise SceneError(f"{quoted(name)} {when} is {quoted(repr(value))}: give {needed}") from None
+            given = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
+            arrays = {n: np.ma.asarray(v) for n, v in given.items()} if isinstance(given, Mapping) else None
+        if arrays is None:
+            raise SceneError(f"it returned {quoted(type(given).__name__)} {when}: return such as {{{wanted!r}: 300.0}}")
+        shape, values = () if times is None else times.shape, dict[str, np.ndarray]()
+        for name, array in arrays.items():
+            if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == shape):
+                needed = f"{shape[0]} real numbers, one for each time" if shape else "one real number"
+                raise SceneError(f"{quoted(str(name))} {when} is {quoted(str(array))}: give {needed}")
+            filled = np.ma.filled(array.astype(float), np.nan)  # masked values are not numbers
+            values[str(name)] = np.broadcast_to(filled.reshape(()) if array.size == 1 else filled, shape)
+        return Answer(values)
 
 
 class FileFunction(Model):
-    """The function of FILE.py:FUNCTION, in a process of its own."""
+    """The function of FILE.py:FUNCTION, in a process of its own, loaded at once."""
 
     def __init__(self, path: Path, function: str, saved: int) -> None:
         self.name = f"{path.name}:{function}"
-        self._key = str(path), function, saved
-        self._worker = Worker("it", quiet=False)
-        self._worker.run(LONGEST, _ask, self._key, os.getcwd())
+        self._file, self._worker = (str(path), function, saved), Worker("it", quiet=False)
+        self._worker.run(LONGEST, _load, *self._file)
 
-    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
-        return self._worker.run(LONGEST, _ask, self._key, os.getcwd(), question, times)
+    def answer(self, question: Question) -> Answer:
+        return self._worker.run(LONGEST, _answer, self._file, question)
 
 
 def open_model(given: str, folder: str) -> FileFunction:
@@ -79,43 +69,41 @@ def open_model(given: str, folder: str) -> FileFunction:
 _open = lru_cache(maxsize=1)(FileFunction)
 
 
-def _ask(key: tuple[str, str, int], folder: str, *question: Any) -> Answer:
-    """Return the answer of a file's function, which finds other files from ``folder``; without a question load the
-    function alone. For a process of its own."""
-    os.chdir(folder)
-    function = _function(*key)
-    return function.answer(*question) if question else Answer({})
-
-
 @lru_cache(maxsize=1)
 def _function(file: str, name: str, saved: int) -> Function:
     """Run a file that was ``saved`` at a time (ns), with its own folder on the path for its imports."""
     path, loaded = Path(file), f"model_{Path(file).stem}"
     sys.path.insert(0, str(path.parent))
-    with _sentences(path, ""):
+    with _sentences(file, ""):
         names = runpy.run_path(file, run_name=loaded)
-    call = names.get(name)
-    if callable(call):
-        return Function(call, f"{path.name}:{name}", path)
-    defined = [n for n, each in names.items() if callable(each) and getattr(each, "__module__", None) == loaded]
-    functions = [n for n in defined if not n.startswith("_")]
-    has = f"give {listed(functions)}" if functions else "it has none"
-    raise SceneError(f"it has no function {quoted(name)}: {has}{did_you_mean(name, functions)}")
+    if callable(call := names.get(name)):
+        return Function(call, f"{path.name}:{name}", file)
+    functions = [n for n, each in names.items() if callable(each) and getattr(each, "__module__", None) == loaded]
+    raise unknown("it has no function", name, [n for n in functions if not n.startswith("_")])
+
+
+def _load(*file: str) -> None:
+    """Load the function of a file, in a process of its own."""
+    _function(*file)
+
+
+def _answer(file: tuple[str, str, int], question: Question) -> Answer:
+    """Return the answer of the function of a file, in a process of its own."""
+    return _function(*file).answer(question)
 
 
 @contextmanager
-def _sentences(file: Path | None, when: str) -> Iterator[None]:
-    """Turn an exception of the user's code into a sentence with the innermost line of the user's file."""
+def _sentences(file: str, when: str) -> Iterator[None]:
+    """Turn an exception of the user's code into a sentence with the innermost line of the user's file, if known."""
     try:
         with redirect_stdout(sys.stderr), np.errstate(all="ignore"):
             yield
-    except (KeyboardInterrupt, TimeIsUpError):
+    except KeyboardInterrupt:
         raise
     except BaseException as error:
-        frames = traceback.extract_tb(error.__traceback__)
-        mine = [f for f in frames if (Path(f.filename).resolve() == file if file else f.filename != __file__)]
-        where = f"{Path(mine[-1].filename).name}, line {mine[-1].lineno}: " if mine else ""
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
         if isinstance(error, SyntaxError) and error.lineno is not None:
-            where = f"{Path(error.filename or '').name}, line {error.lineno}: "
+            file, lines = error.filename or file, [error.lineno]
+        where = f"{Path(file).name}, line {lines[-1]}: " if lines else ""
         said = printable(traceback.format_exception_only(error)[-1].strip(), 200)
-        raise SceneError(f"it failed{when}: {where}{said}") from None
+        raise SceneError(f"it failed{when}: {where}{said}") from error

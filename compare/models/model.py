@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.errors import SceneError, listed, quoted, unknown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,21 +26,24 @@ STEPS = (500, 2000)
 class Question:
     """A scene as a model sees it.
 
-    ``document`` is the scene in SI numbers, as summary.json has it. ``steady`` and ``over_time`` have the units of the
-    quantities that 3D has in the steady state and over time, by name. ``parameters`` (SI) and ``outputs``, the model's
-    own names of quantities, are those of the scene's [model].
+    Attributes
+    ----------
+    name, document : of the scene; the document in SI numbers, as summary.json has it
+    units : of the quantities that 3D has, by name
+    times : (n,) s, ascending; None in the steady state
+    parameters, outputs : of the scene's [model]: values (SI), and the model's own names of quantities
     """
 
     name: str
     document: Mapping[str, object]
-    steady: Mapping[str, str]
-    over_time: Mapping[str, str]
+    units: Mapping[str, str]
+    times: NDArray[np.float64] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
 
-    def units(self, times: NDArray[np.float64] | None) -> Mapping[str, str]:
-        """Return the units of the quantities over time, or without ``times`` in the steady state."""
-        return self.steady if times is None else self.over_time
+    @property
+    def when(self) -> str:
+        return "in the steady state" if self.times is None else "over time"
 
 
 @dataclass(frozen=True)
@@ -58,12 +61,6 @@ class Answer:
     errors: Mapping[str, float] = field(default_factory=dict)
     time: NDArray[np.float64] | None = None
 
-    def at(self, times: NDArray[np.float64] | None) -> Answer:
-        """Return the values at the requested times (s), linear between the model's own rows."""
-        if self.time is None or times is None:
-            return self
-        return Answer({name: np.interp(times, self.time, v) for name, v in self.values.items()}, self.errors)
-
 
 class Model(ABC):
     """A 1D or lumped model of a scene; ``exact`` models repeat their answers to rounding."""
@@ -72,35 +69,23 @@ class Model(ABC):
     exact = False
 
     @abstractmethod
-    def answer(self, question: Question, times: NDArray[np.float64] | None) -> Answer:
-        """Return the values at ascending ``times`` (n,) in s, or at own rows up to the last of these, or for None in
-        the steady state. Raises SceneError, before which `sampling.ask` puts the name of the model."""
+    def answer(self, question: Question) -> Answer:
+        """Return the values at the question's times, or at own rows up to the last of these.
+
+        Raises SceneError, before which `sampling.ask` puts the name of the model.
+        """
 
 
-class Simulation(Model):
-    """A model that a program solves in time steps of its own, a netlist or an FMU.
-
-    Over time it runs twice; the difference of the two runs estimates the error.
-    """
-
-    def answer(self, question: Question, times: NDArray[np.float64] | None) -> Answer:
-        if times is None:
-            return self.settle(question)
-        end = float(times[-1])
-        coarse, fine = (self.simulate(question, end, steps) for steps in STEPS)
-        # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
-        # but its part of the long one, and right after the jump the short one is off by all of it.
-        share, between = STEPS[1] / (STEPS[1] - STEPS[0]), coarse.at(fine.time).values
-        errors = {name: share * float(np.abs(v - between[name]).max()) for name, v in fine.values.items()}
-        return Answer(fine.values, errors, fine.time)
-
-    @abstractmethod
-    def settle(self, question: Question) -> Answer:
-        """Return the steady state."""
-
-    @abstractmethod
-    def simulate(self, question: Question, end: float, steps: int) -> Answer:
-        """Return one run to an end (s) with at least so many steps, at its own rows."""
+def run_twice(run: Callable[[int], tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]]]]) -> Answer:
+    """Return the finer of two runs, of at least so many steps each, with an error by their difference."""
+    (coarse_time, coarse), (time, fine) = map(run, STEPS)
+    # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
+    # but its part of the long one, and right after the jump the short one is off by all of it.
+    share = STEPS[1] / (STEPS[1] - STEPS[0])
+    errors = {
+        name: share * float(np.abs(v - np.interp(time, coarse_time, coarse[name])).max()) for name, v in fine.items()
+    }
+    return Answer(fine, errors, time)
 
 
 def find_file(given: str, folder: str, example: str) -> Path:
@@ -117,30 +102,29 @@ def plain_name(name: str) -> str:
     return re.sub(r"\W+", "_", bare)
 
 
-def match_outputs(noun: str, question: Question, wanted: Collection[str], own: Collection[str]) -> dict[str, str]:
-    """Return the model's own name of each wanted probe that it has, given by [model.outputs] or alike.
+def match_outputs(
+    noun: str, outputs: Mapping[str, str], wanted: Collection[str], own: Collection[str]
+) -> dict[str, str]:
+    """Return the model's own name of each wanted probe that it has: of the scene's ``outputs``, or alike.
 
     Raises SceneError where it has none of them, or not the given one; ``noun`` is the kind of its names.
     """
-    plain, outputs = {plain_name(name): name for name in own}, {}
-    for probe in wanted:
-        name = question.outputs.get(probe, plain.get(plain_name(probe)))
-        if name is not None and name not in own:
-            has = f"it has {listed(list(own))}{did_you_mean(name, own)}"
-            raise SceneError(f"no {noun} is {quoted(name)}, for {quoted(probe)}: {has}")
-        if name is not None:
-            outputs[probe] = name
-    if not outputs:
+    plain = {plain_name(name): name for name in own}
+    alike = {probe: plain[plain_name(probe)] for probe in wanted if plain_name(probe) in plain}
+    found = alike | {probe: name for probe, name in outputs.items() if probe in wanted}
+    for probe, name in found.items():
+        if name not in own:
+            raise unknown(f"for {quoted(probe)} it has no {noun}", name, own)
+    if not found:
+        has = listed(sorted(own)) if own else "none"
         raise SceneError(
-            f"it has no {noun} called as a probe ({', '.join(wanted)}; signs and blanks as _): it has "
-            f'{listed(sorted(own)) or "none"}; say which is which, [model.outputs] probe = "name"'
+            f'it has no {noun} called as a probe ({", ".join(wanted)}), but {has}: say [model.outputs] probe = "name"'
         )
-    return outputs
+    return found
 
 
 def check_parameters(noun: str, parameters: Collection[str], own: Collection[str]) -> None:
     """Raise SceneError for a parameter of [model.parameters] that the model does not have."""
     for name in parameters:
         if name not in own:
-            has = listed(sorted(own)) or "none"
-            raise SceneError(f"it has no {noun} {quoted(name)}, but {has}{did_you_mean(name, own)}")
+            raise unknown(f"it has no {noun}", name, own)

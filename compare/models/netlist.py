@@ -12,14 +12,22 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from compare.data import raw
-from compare.models.model import LONGEST, Answer, Question, Simulation, check_parameters, find_file, match_outputs
+from compare.models.model import (
+    LONGEST,
+    Answer,
+    Model,
+    Question,
+    check_parameters,
+    find_file,
+    match_outputs,
+    run_twice,
+)
 from scenes.errors import SceneError, printable, quoted
 
 _REFUSED = re.compile(
@@ -36,7 +44,7 @@ _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens",
 """Analyses and output commands, which are replaced."""
 
 
-class Netlist(Simulation):
+class Netlist(Model):
     """A netlist's ``lines`` without its title, each whole.
 
     Over time it starts ``from_ic``, the initial values that it states, or else from its operating point.
@@ -45,33 +53,34 @@ class Netlist(Simulation):
     def __init__(self, name: str, lines: tuple[str, ...], from_ic: bool) -> None:
         self.name, self._lines, self._from_ic = name, lines, from_ic
 
-    def settle(self, question: Question) -> Answer:
+    def answer(self, question: Question) -> Answer:
+        if question.times is not None:
+            return run_twice(partial(self._simulate, question, float(question.times[-1])))
         if varying := next(filter(_VARYING.match, self._lines), ""):
             name = quoted(varying.split()[0])
             raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
-        values = self._run(question, question.steady, ".op", 1e-6).values
+        _, values = self._run(question, ".op", 1e-6)
         return Answer({name: v[-1] for name, v in values.items()})
 
-    def simulate(self, question: Question, end: float, steps: int) -> Answer:
+    def _simulate(self, question: Question, end: float, steps: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
-        return self._run(question, question.over_time, analysis, 1e-2 / steps)
+        return self._run(question, analysis, 1e-2 / steps)
 
-    def _run(self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float) -> Answer:
-        """Return the quantities that the netlist has, at the rows of an analysis."""
+    def _run(self, question: Question, analysis: str, tolerance: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the rows (s) of an analysis, and there the quantities that the netlist has."""
         params = (line for line in self._lines if line.lower().startswith(".param"))
         names = {name.lower() for line in params for name in _PARAM.findall(line)}
         lower = {name.lower(): value for name, value in question.parameters.items()}
         check_parameters(".param", lower, names)
         lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
-        outputs = {name: f"model_output_{n}" for n, name in enumerate(wanted) if name in question.outputs}
+        outputs = {name: f"model_output_{n}" for n, name in enumerate(question.units) if name in question.outputs}
         lines += [f"B{o} {o} 0 V={_circuit(question.outputs[name])}" for name, o in outputs.items()]
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
         vectors = _solve(text, "transient" if analysis.startswith(".tran") else "operating point")
-        time = vectors.pop("time", None)
-        question = replace(question, outputs={name: f"v({node})" for name, node in outputs.items()})
-        nodes = match_outputs("node", question, wanted, vectors)
-        return Answer({name: vectors[node] for name, node in nodes.items()}, time=time)
+        time = vectors.pop("time", np.zeros(1))
+        nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
+        return time, {name: vectors[node] for name, node in nodes.items()}
 
 
 def open_model(given: str, folder: str) -> Netlist:

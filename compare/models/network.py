@@ -18,8 +18,8 @@ class Network(Model):
     name = "network"
     exact = True
 
-    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
-        document = dict(question.document)
+    def answer(self, question: Question) -> Answer:
+        document, times = dict(question.document), question.times
         if type_of_file(document) is SINK:
             result = solve_sink(from_parametric(document), times)
         else:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,53 +11,41 @@ from compare.course import ascending
 from compare.data.columns import refusing
 from compare.models.model import Answer, Model, Question
 from compare.verdict import unit_of
-from scenes.errors import SceneError, did_you_mean, listed, quoted
-from scenes.expressions import Measure, measured
+from scenes.errors import SceneError, listed, quoted, unknown
+from scenes.expressions import measured
 from scenes.formats import quantity
 from scenes.free import as_dict
 from scenes.loading import as_dict as parametric_as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from scenes.units import PLAIN, UnitError, parse_unit
-from scenes.varied import of_free
+from scenes.units import UnitError
 
 
-def make_question(scene: AnyScene | Sink, fem3d: Result | None = None) -> Question:
+def make_question(scene: AnyScene | Sink, fem3d: Result | None = None, times: np.ndarray | None = None) -> Question:
     """Return the question about the probes of a scene, or about all quantities of a sink that ``fem3d`` has.
 
     Raises SceneError for a parameter of [model.parameters] that has no value.
     """
     if isinstance(scene, Sink):
         assert fem3d is not None
-        over_time = () if fem3d.traces is None else fem3d.traces.values
-        steady, traces = ({name: unit_of(name) for name in names} for names in (fem3d.steady, over_time))
-        return Question(scene.name, parametric_as_dict(scene), steady, traces)
-    document = as_dict(scene)
+        names = fem3d.steady if times is None else fem3d.over_time.values
+        return Question(scene.name, parametric_as_dict(scene), {name: unit_of(name) for name in names}, times)
+    document, own_model = as_dict(scene), scene.model or OwnModel()
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
-    own_model = scene.model or OwnModel()
     parameters = _parameters(scene, own_model, document)
     if parameters:
         document["model"] = {**document["model"], "parameters": parameters}
-    return Question(scene.name, document, units, units, parameters, own_model.outputs)
+    return Question(scene.name, document, units, times, parameters, own_model.outputs)
 
 
 def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
-    """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
-    if not own_model.parameters:
-        return {}
-    known = {} if scene.parameters is None else dict(scene.parameters.measures)
-    keys, varied, values = dict(_numbers(document)), of_free(scene), dict[str, float]()
+    """Return the SI values of a model's parameters: of keys of the scene, or of expressions of its parameters."""
+    known = {} if scene.parameters is None else scene.parameters.measures
+    keys, values = dict(_numbers(document)), dict[str, float]()
     for name, given in own_model.parameters.items():
-        text = str(given)
-        # Keys have dots, and perhaps blanks: names of an expression stand for them, the longest first.
-        for n, key in enumerate(sorted((key for key in keys if key in text), key=len, reverse=True)):
-            text = re.sub(rf"(?<![\w.]){re.escape(key)}(?![\w.])", f"key_{n}_", text)
-            plane = parse_unit("m").powers if key.endswith((".x", ".y", ".z")) else PLAIN
-            powers = varied[key].kind.dimension.powers if key in varied else plane
-            known[f"key_{n}_"] = Measure.from_float(keys[key], powers)
         try:
-            values[name] = measured(text, known)[0]
+            values[name] = keys[str(given)] if given in keys else measured(str(given), known)[0]
         except UnitError:
             raise SceneError(
                 f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a "
@@ -80,41 +68,50 @@ def _numbers(document: object, key: str = "") -> Iterator[tuple[str, float]]:
         yield from _numbers(value, f"{key}.{name}" if key else name)
 
 
-def ask(model: Model, question: Question, times: np.ndarray | None) -> Answer:
-    """Return a model's answer, checked. Raises SceneError for unknown quantities and values that are not finite."""
-    units, when = question.units(times), "in the steady state" if times is None else "over time"
-    with refusing(f"--model {model.name}"):
-        answer = model.answer(question, times)
+def ask(model: Model, question: Question) -> Answer:
+    """Return a model's answer at the question's times, linear between its own rows, checked.
+
+    Raises SceneError for unknown quantities and values that are not finite.
+    """
+    with refusing(f"the model {quoted(model.name)}"):
+        answer = model.answer(question)
+        rows = question.times if answer.time is None else answer.time
         for name, values in answer.values.items():
-            if name not in units:
-                wanted = f"give {listed(list(units))}{did_you_mean(name, units)}"
-                raise SceneError(f"it gives {quoted(name)} {when}, which is not asked for: {wanted}")
+            if name not in question.units:
+                raise unknown(f"nothing {question.when} is", name, question.units)
             if (gaps := np.flatnonzero(~np.isfinite(values))).size:
-                rows = times if answer.time is None else answer.time
-                at = when if rows is None else f"at {quantity(float(rows[gaps[0]]), 's')}"
+                at = question.when if rows is None else f"at {quantity(float(rows[gaps[0]]), 's')}"
                 raise SceneError(f"{quoted(name)} {at} is not a finite number")
-    return answer
+    if question.times is None or rows is None:
+        return answer
+    return replace(answer, values={name: np.interp(question.times, rows, v) for name, v in answer.values.items()})
 
 
-def solve(model: Model, question: Question, fem3d: Result, say: Callable[[str], None]) -> Result:
+def solve(model: Model, scene: AnyScene | Sink, fem3d: Result, say: Callable[[str], None]) -> Result:
     """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's and at seven
     between two of them, where a model may bend or jump.
 
-    The details list the quantities that are "silent". Raises SceneError where the model has none of the quantities.
+    The details hold it as "own_model", and "warnings" of quantities that it leaves out. Raises SceneError where it
+    has none of them.
     """
     say(f"asking {model.name}")
-    steady, over_time, traces = dict[str, Estimate](), fem3d.traces, None
-    names = {**(question.steady if fem3d.steady else {}), **({} if over_time is None else question.over_time)}
-    if fem3d.steady and question.steady:
-        answer = ask(model, question, None)
+    steady, traces, wanted = dict[str, Estimate](), None, list[str]()
+    if fem3d.steady:
+        question = make_question(scene, fem3d)
+        answer = ask(model, question)
         steady = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
-    if over_time is not None:
-        rows = np.arange(len(over_time.time))
-        times = np.unique(np.interp(np.arange(8 * rows[-1] + 1) / 8, rows, ascending(over_time.time)))
-        answer = ask(model, question, times)
-        values = dict(answer.at(times).values)
-        traces = Traces(times, values, {name: answer.errors.get(name, 0.0) for name in values})
+        wanted += question.units
+    if fem3d.traces is not None:
+        rows = np.arange(len(fem3d.traces.time))
+        times = np.unique(np.interp(np.arange(8 * rows[-1] + 1) / 8, rows, ascending(fem3d.traces.time)))
+        question = make_question(scene, fem3d, times)
+        answer = ask(model, question)
+        traces = Traces(times, dict(answer.values), {name: answer.errors.get(name, 0.0) for name in answer.values})
+        wanted += question.units
     answered = {*steady, *(() if traces is None else traces.values)}
+    silent = [name for name in dict.fromkeys(wanted) if name not in answered]
+    said = [f"{model.name} says nothing of {listed(silent)}"] if silent else []
     if not answered:
-        raise SceneError(f"--model {model.name} says nothing of {listed(list(names))}: give at least one of them")
-    return Result(model.name, steady, traces, {"silent": [name for name in names if name not in answered]})
+        raise SceneError(f"{said[0]}: give at least one of them")
+    warnings = [f"{each}: no check is made of that" for each in said]
+    return Result(model.name, steady, traces, {"own_model": model, "warnings": warnings})

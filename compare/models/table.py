@@ -4,7 +4,6 @@ one for each probe, with headers as in data to compare with."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,18 +26,18 @@ class Table(Model):
         rises = {name.removesuffix(" rise"): c for name, c in plain.items()}
         self.name, self._rows, self._columns = name, rows, rises | plain | {c.name.lower(): c for c in columns}
 
-    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+    def answer(self, question: Question) -> Answer:
         """Return the values; those of rows have the error of straight lines between them."""
-        rows, units = self._rows, question.units(times)
+        rows, times, units = self._rows, question.times, question.units
         if (times is None) != (rows is None):
             return Answer({})
         if rows is not None and times is not None and rows[-1] < times[-1] * (1 - 1e-9):
             last = quantity(float(rows[-1]), "s")
             end = quantity(float(times[-1]), "s")
             raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
-        question = replace(question, outputs={name: own.lower() for name, own in question.outputs.items()})
+        outputs = {name: own.lower() for name, own in question.outputs.items()}
         values, scene = {}, dict[str, Any](question.document)["scene"]
-        for name, own in match_outputs("column", question, units, self._columns).items():
+        for name, own in match_outputs("column", outputs, units, self._columns).items():
             column = self._columns[own]
             if column.powers is not None and column.powers != parse_unit(units[name]).powers:
                 raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")

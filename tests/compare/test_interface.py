@@ -79,7 +79,7 @@ def test_refusals():
         (lambda: compare.device(meter=3), 'meter is "3": give PXI-4070 or MAX1367'),
         (lambda: compare.run(uncertain=3), '--uncertain "3" says nothing'),
         (lambda: compare.run(against=3), '--against "3" cannot be read'),
-        (lambda: compare.solve("bridge", model=3), '--model "3" is no model'),
+        (lambda: compare.solve("bridge", model=3), '"3" is no model'),
         (lambda: compare.run(uncertain={"sink.width": "1%"}, monte_carlo=10), 'no option "monte_carlo"'),
     ],
 )

@@ -40,7 +40,7 @@ REFUSED = [
     ("lumped.py:number", 'it has no function "number": give'),
     ("syntax.py:bar", "syntax.py, line 1: SyntaxError"),
     ("raises.py:bar", "raises.py, line 1: ModuleNotFoundError"),
-    ("none.py:bar", "it has none"),
+    ("none.py:bar", "give none"),
     ("nowhere.py:bar", "is no file"),
     ("model.txt", "is no model"),
     ("scene", "has no [model]"),
@@ -70,8 +70,8 @@ FAILED = [
 ]
 ENDED = [
     ("exits.py:bar", 'exits.py:bar": it failed: it ended its process'),
-    ("odd.py:killed", "odd.py:killed: it failed: it ended its process, with the signal SIGKILL"),
-    ("odd.py:endless", "odd.py:endless: it has not answered in 0.02 minutes, and was ended"),
+    ("odd.py:killed", '"odd.py:killed": it failed: it ended its process, with the signal SIGKILL'),
+    ("odd.py:endless", '"odd.py:endless": it has not answered in 0.02 minutes, and was ended'),
 ]
 NO_SOLUTION = [
     ("nodes.cir", "no node called as a probe"),
