@@ -6,9 +6,8 @@ A *change* is a quantity with the effect over the quantity without, less one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from compare.analyses.base import Analysis
 from compare.outcome import Outcome, Progress
@@ -29,13 +28,9 @@ CONDUCTIVITY = 0.0263
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect that a sink may leave out, and its result.
+    """An effect that a sink may leave out: the assumed magnitude and its source, and the keywords of a sink with it.
 
-    Attributes
-    ----------
-    assumed, source : its magnitude, and the source of that
-    changed : keywords of a sink with the effect
-    changes : by quantity the relative change; empty where the sink runs away
+    ``changes`` are the relative changes by quantity; empty where the sink runs away.
     """
 
     assumed: str
@@ -87,8 +82,7 @@ def effects(sink: Sink) -> dict[str, Effect]:
     }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(NamedTuple):
     """The effects, the largest first, then all ``together``, and by name why others are ``skipped``."""
 
     effects: dict[str, Effect]
@@ -100,8 +94,42 @@ class LeftOutStudy(Analysis[LeftOut]):
     about = "3D again with each effect that both models leave out, and with all"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> LeftOut:
+        from fem3d.runs.sink import solve
+
+        sink, found, skipped = outcome.scene, dict[str, Effect](), dict[str, str]()
+
+        def steady(**changed: Any) -> dict[str, Estimate]:
+            return solve(check(replace(sink, **changed)), transient=False).steady
+
+        def add(name: str, effect: Effect) -> None:
+            progress(f"with what is left out: {name}")
+            try:
+                with_it = steady(**effect.changed)
+                changes = {e.steady: ratio(with_it[e.steady], without[e.steady]) for e in OF_A_SINK.values()}
+                found[name] = replace(effect, changes=changes)
+            except RunawayError:
+                found[name] = effect
+            except (SceneError, NumericsError) as error:
+                skipped[name] = str(error)
+
         with progress.stage("left out"):
-            return study(outcome.scene, progress)
+            progress("without what is left out")
+            without = steady()
+            for name, effect in effects(sink).items():
+                (key,) = effect.changed
+                if getattr(sink, key) and (key != "silicon" or laws.varies(sink.silicon.thermal_conductivity)):
+                    skipped[name] = "the scene has it"
+                else:
+                    add(name, effect)
+            # By the change of the peak; a runaway is the largest of all.
+            largest_first = sorted(
+                found.items(), key=lambda each: -abs(c["peak_rise_K"].value) if (c := each[1].changes) else -math.inf
+            )
+            found = dict(largest_first)
+            if len(found) > 1:
+                everything = {key: value for each in found.values() for key, value in each.changed.items()}
+                add(TOGETHER, Effect(f"{', '.join(found)} at once", "", everything))
+        return LeftOut(found, skipped)
 
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         """By effect the changes of the steady state, the largest first."""
@@ -123,41 +151,3 @@ class LeftOutStudy(Analysis[LeftOut]):
             | {q: {"change": c.value, "error": c.error} for q, c in each.changes.items()}
             for name, each in found.effects.items()
         }
-
-
-def study(sink: Sink, say: Callable[[str], None]) -> LeftOut:
-    """Solve a sink with each effect and with all of them.
-
-    Raises RunawayError without a steady state, and NumericsError.
-    """
-    from fem3d.runs.sink import solve
-
-    say("without what is left out")
-    bare, found, skipped = solve(check(sink), transient=False).steady, dict[str, Effect](), dict[str, str]()
-
-    def add(name: str, effect: Effect) -> None:
-        say(f"with what is left out: {name}")
-        try:
-            steady = solve(check(replace(sink, **effect.changed)), transient=False).steady
-            changes = {entry.steady: ratio(steady[entry.steady], bare[entry.steady]) for entry in OF_A_SINK.values()}
-            found[name] = replace(effect, changes=changes)
-        except RunawayError:
-            found[name] = effect
-        except (SceneError, NumericsError) as error:
-            skipped[name] = str(error)
-
-    for name, effect in effects(sink).items():
-        (key,) = effect.changed
-        if getattr(sink, key) and (key != "silicon" or laws.varies(sink.silicon.thermal_conductivity)):
-            skipped[name] = "the scene has it"
-        else:
-            add(name, effect)
-    # By the change of the peak; a runaway is the largest of all.
-    changes = {
-        name: abs(each.changes["peak_rise_K"].value) if each.changes else math.inf for name, each in found.items()
-    }
-    found = {name: found[name] for name in sorted(found, key=lambda name: -changes[name])}
-    if len(found) > 1:
-        everything = {key: value for each in found.values() for key, value in each.changed.items()}
-        add(TOGETHER, Effect(f"{', '.join(found)} at once", "", everything))
-    return LeftOut(found, skipped)

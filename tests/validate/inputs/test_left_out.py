@@ -10,13 +10,19 @@ import pytest
 import compare
 from compare.analyses import left_out
 from compare.analyses.left_out import CONDUCTIVITY
-from compare.outcome import Outcome
+from compare.outcome import Outcome, Progress
 from fem3d.runs.sink import solve
 from scenes.errors import RunawayError
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
 
 SINK = Sink(accuracy=5e-2)
+
+
+def study(sink: Sink) -> left_out.LeftOut:
+    return left_out.LeftOutStudy().run(Outcome(sink), Progress())
+
+
 solved = cache(solve)
 
 
@@ -25,7 +31,7 @@ def found():
     """Solved no more closely than the tests need, every sink once."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fem3d.runs.sink.solve", solved)
-        yield left_out.study(SINK, lambda _: None)
+        yield study(SINK)
     solved.cache_clear()
 
 
@@ -72,7 +78,7 @@ def few(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
 
 def test_what_the_scene_has_is_not_left_out(found, monkeypatch):
     few(monkeypatch, "contact", "gap_gas", "air")
-    cooled = left_out.study(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01), lambda _: None)
+    cooled = study(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01))
     assert {"air", "gap_gas"} <= {*found.effects}
     assert not {"air", "gap_gas"} & {*cooled.effects}
     assert cooled.skipped == dict.fromkeys(("gap_gas", "air"), "the scene has it")
@@ -80,7 +86,7 @@ def test_what_the_scene_has_is_not_left_out(found, monkeypatch):
 
 def test_what_a_row_cannot_have_is_said(monkeypatch):
     few(monkeypatch, "contact", "gap_gas", "substrate")
-    row = left_out.study(replace(SINK, spans=2), lambda _: None)
+    row = study(replace(SINK, spans=2))
     for effect in ("substrate", "gap_gas"):
         assert effect not in row.effects
         assert "sink.spans = 2" in row.skipped[effect]
@@ -93,7 +99,7 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch):
         return solved(sink, transient=transient)
 
     monkeypatch.setattr("fem3d.runs.sink.solve", away)
-    found = left_out.study(SINK, lambda _: None)
+    found = study(SINK)
     assert next(iter(found.effects)) == "substrate"
     assert {*document_of(found)["substrate"]} == {"assumed", "source"}
     assert not found.effects["together"].changes
