@@ -132,8 +132,11 @@ def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile
 def base_of(scene: Any, steady: bool) -> tuple[list[str], Callable[[Any], float]]:
     """Return the temperatures of a scene, and the function of a changed scene (K) from which their rises count.
 
-    Rises count from the room of a sink, the coldest given temperature, or over time the start.
+    Rises count from the room of a sink, the coldest given temperature, or over time the start. The controllers of a
+    device give its temperatures.
     """
+    if scene.kind == "device":
+        return [], lambda _: 0.0
     if scene.kind == "sink":
         return [each.trace for each in OF_A_SINK.values() if each.trace.endswith("_K")], attrgetter("room_temperature")
     thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
@@ -148,13 +151,6 @@ def shifts(scene: Any, keys: Iterable[str], steady: bool) -> dict[str, dict[str,
     """Return d base / d ln key (K) by key and temperature."""
     (thermal, base), h = base_of(scene, steady), 1e-4
     return {key: dict.fromkeys(thermal, (base(neighbour(scene, key, h)) - base(scene)) / h) for key in keys}
-
-
-def _exact(sizes: dict[str, float], slopes: Mapping[str, Mapping[str, Any]]) -> Slopes:
-    """Logarithmic slopes without error; quantities that are zero have none."""
-    sizes = {name: size for name, size in sizes.items() if size}
-    relative = {k: {n: Estimate(float(by[n] / sizes[n]), 0.0) for n in by if n in sizes} for k, by in slopes.items()}
-    return Slopes(sizes, relative)
 
 
 def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence[str] | None = None) -> Slopes:
@@ -180,8 +176,7 @@ def device_1d(device: Device, result: Result) -> Slopes:
         state = steady(changed)
         return {name: getattr(state, name) for name in result.steady}
 
-    found, left_out = follow(solve, device, numbers(device), None)
-    return replace(_exact({name: e.value for name, e in result.steady.items()}, found), left_out=left_out)
+    return in_1d(solve, device, result, numbers(device), None)
 
 
 def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result) -> Slopes:
@@ -198,7 +193,8 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem
 def in_1d(
     solve: Solve, scene: Any, result: Result, keys: Iterable[str], times: np.ndarray | None, h: float = BESIDE[0]
 ) -> Slopes:
-    """Return the slopes of the result of a 1D model, of its traces at ``times`` (s).
+    """Return the slopes of the result of a 1D model, of its traces at ``times`` (s); quantities that are zero have
+    none.
 
     Logarithmic slopes of a free scene over time are at the instant at which the quantity is largest.
     """
@@ -218,8 +214,9 @@ def in_1d(
         largest = {name: int(np.abs(rise).argmax()) for name, rise in over_time.items()}
         values = {name: float(rise[largest[name]]) for name, rise in over_time.items()}
         changes = {key: {name: slope[largest[name]] for name, slope in by.items()} for key, by in traces.items()}
-    shift, times = shifts(scene, chosen, steady), np.empty(0) if times is None else times
-    return replace(_exact(values, changes), shift=shift, steady=steady, times=times, traces=traces, left_out=left_out)
+    sizes, times = {name: size for name, size in values.items() if size}, np.empty(0) if times is None else times
+    relative = {k: {n: Estimate(float(by[n] / sizes[n]), 0.0) for n in by if n in sizes} for k, by in changes.items()}
+    return Slopes(sizes, relative, shifts(scene, chosen, steady), steady, times, traces, left_out)
 
 
 def follow(
