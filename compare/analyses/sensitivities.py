@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
-from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Row, Section, Style, Table, short_key, stacked
 from compare.verdict import Check, judge, part
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
 from scenes.parameters import SECTION
-from scenes.result import Estimate, Step, step
+from scenes.result import Estimate
 from scenes.uncertain import Uncertain
 from scenes.varied import made_of_parameters, zeros
 
@@ -34,14 +33,11 @@ NONE = 1e-6
 """Smaller slopes count as zero."""
 
 AllSlopes = dict[str, "Slopes"]
-ByKey = dict[str, dict[str, dict[str, Estimate]]]
 
 
 class Sensitivity(Analysis[AllSlopes]):
     name = "sensitivities"
-
-    def plan(self, scene: Any, options: Options) -> Step:
-        return step("sensitivity", "how quantities follow each key, in 3D by differences on the moved mesh")
+    about = "how quantities follow each key, in 3D by differences on the moved mesh"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> AllSlopes:
         slopes = slopes_of(outcome, progress)
@@ -52,10 +48,10 @@ class Sensitivity(Analysis[AllSlopes]):
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
         shown = {name: names[name] for name in (few or list(names)[:3]) if name in names and not style.page} or names
-        slopes, verdicts = by_key(found), {check.id: check.verdict for check in outcome.checks}
-        rows = []
-        for key in followed_keys(outcome.scene, slopes, shown):
-            cells = (_cell(slopes[key].get(name, {}), style, both) for name in shown)
+        verdicts, rows = {check.id: check.verdict for check in outcome.checks}, []
+        for key in followed_keys(outcome.scene, found, shown):
+            slopes = [{m: found[m].relative.get(key, {}).get(name) for m in MODELS if m in found} for name in shown]
+            cells = (_cell({m: slope for m, slope in each.items() if slope}, style, both) for each in slopes)
             rows.append(Row([short_key(key), *cells], verdicts.get(f"{PREFIX}{key}", "")))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else stacked(word) for word in shown.values()]
         whole = "the steady state" if next(iter(found.values())).steady else "the largest value of each quantity"
@@ -66,23 +62,13 @@ class Sensitivity(Analysis[AllSlopes]):
 
     def enter(self, summary: dict[str, Any], found: AllSlopes, outcome: Outcome[Any]) -> None:
         """{key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
-        summary["sensitivities"] = {
-            key: {
-                name: {model: asdict(s) if model == "fem3d" else {"value": s.value} for model, s in each.items()}
-                for name, each in by_name.items()
-            }
-            for key, by_name in by_key(found).items()
-        }
-
-
-def by_key(slopes: Mapping[str, Slopes]) -> ByKey:
-    """Return the logarithmic slopes by key, quantity and model."""
-    found: ByKey = {}
-    for model in (model for model in MODELS if model in slopes):
-        for key, by_name in slopes[model].relative.items():
-            for name, slope in by_name.items():
-                found.setdefault(key, {}).setdefault(name, {})[model] = slope
-    return found
+        document: dict[str, Any] = {}
+        for model in (model for model in MODELS if model in found):
+            for key, by_name in found[model].relative.items():
+                for name, slope in by_name.items():
+                    entry = asdict(slope) if model == "fem3d" else {"value": slope.value}
+                    document.setdefault(key, {}).setdefault(name, {})[model] = entry
+        summary["sensitivities"] = document
 
 
 def words(outcome: Outcome[Any]) -> dict[str, str]:
@@ -92,13 +78,14 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
     return {name: word for name, (word, _) in quantities.items() if name in known}
 
 
-def followed_keys(scene: Any, slopes: ByKey, names: Iterable[str]) -> list[str]:
+def followed_keys(scene: Any, slopes: Mapping[str, Slopes], names: Iterable[str]) -> list[str]:
     """Return the keys that a quantity follows, the largest slope first, without keys made of parameters."""
-    sizes = {
-        key: max((abs(s.value) for name in names for s in by_name.get(name, {}).values()), default=0.0)
-        for key, by_name in slopes.items()
-    }
-    made = made_of_parameters(scene)
+    made, sizes = made_of_parameters(scene), dict[str, float]()
+    for model in (model for model in MODELS if model in slopes):
+        for key, by_name in slopes[model].relative.items():
+            sizes[key] = max(
+                sizes.get(key, 0.0), *(abs(by_name[name].value) for name in names if name in by_name), NONE
+            )
     return sorted((key for key in sizes if key not in made and sizes[key] > NONE), key=lambda key: -sizes[key])
 
 
@@ -109,25 +96,26 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
     """
     if not set(MODELS) <= slopes.keys():
         return ()
-    found, tolerance, made, largest = by_key(slopes), scene.tolerance("slope"), [], dict[str, float]()
-    for key, by_name in slopes["fem3d"].relative.items():
+    in_3d, in_1d = (slopes[model].relative for model in MODELS)
+    tolerance, made, largest = scene.tolerance("slope"), list[Check](), dict[str, float]()
+    for key, by_name in in_3d.items():
         if not key.endswith("_temperature") and not key.startswith(f"{SECTION}."):
             largest |= {name: max(abs(slope.value), largest.get(name, NONE)) for name, slope in by_name.items()}
-    for key in followed_keys(scene, found, names):
-        both = {n: each for n, each in found[key].items() if len(each) == 2 and n in names and largest.get(n, 0) > NONE}
-        off = {n: (each["reduced1d"].value - each["fem3d"].value) / largest[n] for n, each in both.items()}
+    for key in followed_keys(scene, slopes, names):
+        three, one = in_3d.get(key, {}), in_1d.get(key, {})
+        both = [name for name in three if name in one and name in names and largest.get(name, 0) > NONE]
+        off = {name: (one[name].value - three[name].value) / largest[name] for name in both}
         if not off:
             continue
         name = max(off, key=lambda n: abs(off[n]))
-        three, one = (both[name][model] for model in MODELS)
-        u_num = three.error / largest[name]
+        u_num = three[name].error / largest[name]
         verdict = judge(off[name], tolerance, u_num)
-        reason = f"{names[name]} follows {key} by {one.value:+.3f}, in 3D by {three.value:+.3f} % for each percent"
+        follows = f"{one[name].value:+.3f}, in 3D by {three[name].value:+.3f} % for each percent"
         made.append(
             Check(
-                f"{names[name]}, d ln / d ln key", one.value, three.value, "1", off[name], u_num, id=f"{PREFIX}{key}",
-                tolerance=tolerance, verdict=verdict, because="" if verdict == "agrees" else reason,
-                relative_to="the largest slope of the quantity",
+                f"{names[name]}, d ln / d ln key", one[name].value, three[name].value, "1", off[name], u_num,
+                "" if verdict == "agrees" else f"{names[name]} follows {key} by {follows}", id=f"{PREFIX}{key}",
+                tolerance=tolerance, verdict=verdict, relative_to="the largest slope of the quantity",
             )
         )  # fmt: skip
     return tuple(made)
@@ -150,24 +138,16 @@ OF_3D = {
 
 @dataclass(frozen=True)
 class Propagated:
-    """u_input by quantity: of ``fem3d`` and ``reduced1d`` in the quantity's unit, ``difference`` of 1D/3D - 1.
-
-    ``most`` names the key that adds most to its square.
-    """
+    """u_input by quantity: of ``fem3d`` and ``reduced1d`` in the quantity's unit, ``difference`` of 1D/3D - 1."""
 
     uncertain: Uncertain
     fem3d: dict[str, float]
     reduced1d: dict[str, float]
     difference: dict[str, float]
-    most: dict[str, str]
 
 
 class UncertainInputs(Analysis[Propagated]):
-    name = "uncertain"
-
-    def plan(self, scene: Any, options: Options) -> Step:
-        given = ", ".join(options.uncertain.given)
-        return step("uncertain inputs", f"{given}: u_input by the sensitivities, to first order")
+    name, about = "uncertain", "u_input by the sensitivities, to first order"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Propagated:
         uncertain, slopes = outcome.options.uncertain, slopes_of(outcome, progress)
@@ -183,21 +163,22 @@ class UncertainInputs(Analysis[Propagated]):
         return found
 
     def section(self, found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
-        """The given uncertainties, and for each quantity u_input and the key that adds most."""
+        """The given uncertainties, and u_input of each quantity."""
         given = found.uncertain
         keys = ", ".join(f"{short_key(key)} {percent(u)}" for key, u in given.relative.items())
         pairs = "".join(f"; {short_key(a)} and {short_key(b)} {r:+g}" for (a, b), r in given.correlations.items())
-        heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
+        rows = []
         for name, (word, unit) in kind_of(outcome.scene).quantities(outcome.scene).items():
             models = [quantity(u[name], unit, 2) if name in u else "" for u in (found.fem3d, found.reduced1d)]
             off = percent(found.difference[name]) if name in found.difference else ""
-            rows.append([cut(word, 30), *models, off, short_key(found.most.get(name, ""))])
-        if not found.reduced1d:
-            heads, *rows = [[*row[:2], row[4]] for row in (heads, *rows)]
+            rows.append([cut(word, 30), *models, off])
         checks = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
         of_checks = f"of the differences: {', '.join(checks)}" if checks else ""
-        text = f"Inputs known to (standard uncertainty): {keys}{pairs}."
-        return Section("Uncertain inputs", [text, Table(heads, rows), of_checks], headed=False)
+        text, table = (
+            f"Inputs known to (standard uncertainty): {keys}{pairs}.",
+            Table(("u_input of", "3D", "1D", "1D/3D - 1"), rows),
+        )
+        return Section("Uncertain inputs", [text, table, of_checks], headed=False)
 
     def enter(self, summary: dict[str, Any], found: Propagated, outcome: Outcome[Any]) -> None:
         """Put u_input beside the error of every steady quantity, too; of a transient for the largest value."""
@@ -235,23 +216,20 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
 
     from compare.slopes import combined
 
-    keys, most = list(uncertain.relative), dict[str, str]()
     vectors: dict[str, dict[str, Any]] = {model: {} for model in MODELS}
-    u: dict[str, dict[str, float]] = {model: {} for model in MODELS}
-    for model, each in slopes.items():
-        for name, size in each.sizes.items() if model in MODELS else ():
-            known = [each.relative[key][name].value for key in keys if name in each.relative.get(key, {})]
-            if len(known) == len(keys):
-                vectors[model][name] = np.array(known)
-                u[model][name] = abs(size) * float(combined(known, uncertain))
-    for name, vector in (vectors["reduced1d"] | vectors["fem3d"]).items():
-        parts = vector**2 * uncertain.covariance().diagonal()
-        most[name] = keys[int(parts.argmax())] if parts.any() else ""
-    three, one, difference = vectors["fem3d"], vectors["reduced1d"], {}
+    for model in (model for model in MODELS if model in slopes):
+        by_key = [slopes[model].relative.get(key, {}) for key in uncertain.relative]
+        for name in slopes[model].sizes:
+            if all(name in by_name for by_name in by_key):
+                vectors[model][name] = np.array([by_name[name].value for by_name in by_key])
+    three, one = vectors.values()
+    u_3d = {name: abs(slopes["fem3d"].sizes[name]) * float(combined(s, uncertain)) for name, s in three.items()}
+    u_1d = {name: abs(slopes["reduced1d"].sizes[name]) * float(combined(s, uncertain)) for name, s in one.items()}
+    difference = {}
     for name in filter(one.__contains__, three):
         off = part(slopes["reduced1d"].sizes[name], slopes["fem3d"].sizes[name])
         difference[name] = abs(off) * float(combined(one[name] - three[name], uncertain))
-    return Propagated(uncertain, u["fem3d"], u["reduced1d"], difference, most)
+    return Propagated(uncertain, u_3d, u_1d, difference)
 
 
 def by_differences(
