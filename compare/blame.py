@@ -106,8 +106,7 @@ class Part:
 class Split:
     """A difference, reduction less 3D, with its numerical ``error`` and its ``parts``.
 
-    ``scale`` is the final rise or current, with its sign, and ``whole`` its name; ``time`` (s) is None in the steady
-    state.
+    ``scale`` is the steady 3D rise or value; ``time`` (s) is None in the steady state.
     """
 
     quantity: str
@@ -117,7 +116,6 @@ class Split:
     error: float
     parts: tuple[Part, ...]
     time: float | None = None
-    whole: str = "final rise"
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +136,8 @@ class Budget:
 
 
 def split(
-    name: str, unit: str, scale: float, whole: str, assumptions: Sequence[str], values: np.ndarray,
-    errors: Sequence[float], times: np.ndarray | None = None, unsure: Sequence[float] = (),
+    name: str, unit: str, scale: float, assumptions: Sequence[str], values: np.ndarray, errors: Sequence[float],
+    times: np.ndarray | None = None, unsure: Sequence[float] = (),
 ) -> Split:  # fmt: skip
     """Split one quantity, where its difference is largest.
 
@@ -157,7 +155,7 @@ def split(
         bounds += np.append(replaced, replaced.sum())
     parts = tuple(map(Part, assumptions, drops.tolist(), bounds.tolist()))
     total, when = float(values[0, i] - values[-1, i]), None if times is None else float(times[i])
-    return Split(name, unit, scale, total, errors[0] + errors[-1], parts, when, whole)
+    return Split(name, unit, scale, total, errors[0] + errors[-1], parts, when)
 
 
 def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
@@ -168,9 +166,10 @@ def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
     largest, worst = max(sure, key=lambda pair: abs(pair[0].value / pair[1].scale))
     when = "in the steady state" if worst.time is None else f"at {quantity(worst.time, 's', 3)}"
     rest = signed(worst.total - largest.value, worst.unit)
+    size, scale = percent(abs(largest.value / worst.scale)), "rise" if worst.unit == "K" else "value"
     return (
         f"the largest part is {phrases[largest.blame]}: {signed(largest.value, worst.unit)} of the {worst.quantity} "
-        f"{when}, {percent(abs(largest.value / worst.scale))} of the {worst.whole}; all the rest together makes {rest}"
+        f"{when}, {size} of the steady 3D {scale}; all the rest together makes {rest}"
     )
 
 
@@ -190,9 +189,8 @@ def budget(start: str, fem3d: Result, levels: Levels, progress: Callable[[str], 
     times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
     steady, transient = [], []
     for name in WHERE.values():
-        entry = OF_A_SINK[name]
-        whole, scale = "final current" if name == "current" else "final rise", abs(fem3d.steady[entry.steady].value)
-        shared, estimates = (name, entry.unit, scale, whole, [*phrases]), [r.steady[entry.steady] for r in results]
+        entry, estimates = OF_A_SINK[name], [result.steady[OF_A_SINK[name].steady] for result in results]
+        shared = name, entry.unit, abs(estimates[-1].value), [*phrases]
         steady.append(split(*shared, np.array([[e.value] for e in estimates]), [e.error for e in estimates]))
         if times is not None:
             traces = [result.over_time for result in results]
@@ -245,11 +243,10 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     phrases[REST] = f"{REST}, after all joints"
     quantities, splits = {probe.name: probe.quantity for probe in scene.probes}, []
     for name in network.steady:
-        unit = UNITS[quantities[name]]
-        base, whole = (scene.initial_temperature, "3D rise") if unit == "K" else (0.0, "3D value")
+        unit, names = UNITS[quantities[name]], [*(place.called for place, *_ in felt), REST]
         values, errors = np.array([[steady[name].value] for steady in results]), [s[name].error for s in results]
-        scale, names = fem3d.steady[name].value - base, [*(place.called for place, *_ in felt), REST]
-        splits.append(split(name, unit, scale, whole, names, values, errors, None, unsure))
+        scale = fem3d.steady[name].value - scene.initial_temperature * (unit == "K")
+        splits.append(split(name, unit, scale, names, values, errors, None, unsure))
     return Budget(network.model, tuple(splits), (), sentence(phrases, splits))
 
 
@@ -258,18 +255,17 @@ def _felt(
 ) -> list[tuple[Place, float, float]]:
     """The joints with a change of flow times drop above a thousandth of the largest flow times rise (or potential), the
     largest first: 3D's resistance (K/W or ohm), and its error over its change, at most 1."""
-    base = {"temperature": scene.initial_temperature, "potential": 0.0}
-    rows, largest = list[tuple[float, "Place", float, float]](), dict.fromkeys(base, 0.0)
-    for p in joints:
-        size = in_3d[p.flow.name].value * (in_3d[p.one.name].value - base[p.one.quantity])
-        largest[p.one.quantity] = max(abs(size), largest[p.one.quantity])
+    base, largest = {"temperature": scene.initial_temperature, "potential": 0.0}, dict[str, float]()
+    rows = list[tuple[float, "Place", float, float]]()
     for place in joints:
+        kind, flow = place.one.quantity, in_3d[place.flow.name].value
+        largest[kind] = max(abs(flow * (in_3d[place.one.name].value - base[kind])), largest.get(kind, 0.0))
         measured, drawn = (_resistance(scene, place, steady) for steady in (in_3d, by_hand))
         change = abs(measured.value - drawn.value)
-        felt = part(change * in_3d[place.flow.name].value ** 2, largest[place.one.quantity])
-        if math.isfinite(change + measured.error) and felt > 1e-3:
-            rows.append((felt, place, place.sign * measured.value, min(measured.error / change, 1.0)))
-    return [row[1:] for row in sorted(rows, key=lambda row: -row[0])]
+        if change and math.isfinite(change + measured.error):
+            rows.append((change * flow**2, place, place.sign * measured.value, min(measured.error / change, 1.0)))
+    felt = [(part(row[0], largest[row[1].one.quantity]), *row[1:]) for row in rows]
+    return [row[1:] for row in sorted(felt, key=lambda row: -row[0]) if row[0] > 1e-3]
 
 
 def _resistance(scene: Scene, place: Place, steady: Mapping[str, Estimate]) -> Estimate:

@@ -6,19 +6,12 @@ from typing import Any
 
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
-from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
-from scenes.result import Step, step
 
 
 class CompactExport(Analysis[dict[str, Any]]):
-    name = "export"
-
-    def plan(self, scene: Any, options: Options) -> Step:
-        export = options.export
-        count = f"of {export.states} states" if export.states else f"of as few states as {export.accuracy:g} takes"
-        return step("export", f"a compact model {count}, compared with the full one for a step of every input")
+    name, about = "export", "a compact model, compared with the full one for a step of every input"
 
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
         from fem3d.runs.compact import check

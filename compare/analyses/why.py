@@ -56,10 +56,10 @@ class Why(Analysis["Budget"]):
                 rows.append([blame + f", {joints} joints" * (joints > 1), *(cell(*each) for each in sums)])
             return Table((title, *heads), [*rows, ["in all", *(cell(s.total, s.error, s.scale) for s in splits)]])
 
-        scales = " or ".join(dict.fromkeys(split.whole for split in found.steady))
         most = len(found.steady) if style.page else 3  # that a terminal has room for
         blocks = [found.steady[n : n + most] for n in range(0, len(found.steady), most)]
-        parts: list[Table | str] = [f"in % of the {scales}", *(table("steady state", block) for block in blocks)]
+        scales = "in % of the steady 3D rise or value"
+        parts: list[Table | str] = [scales, *(table("steady state", block) for block in blocks)]
         if found.transient:
             parts.append(table("when it is largest", found.transient))
         said = f"{found.sentence[0].upper()}{found.sentence[1:]}."
