@@ -97,6 +97,8 @@ class Fmu(Model):
         self, question: Question, end: float, steps: int, seconds: float = LONGEST
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return the times (s) and the quantities, in SI units, of a run to an end (s) that may take some seconds."""
+        from fmpy import simulate_fmu
+
         check_parameters("parameter or input in a known unit", question.parameters, self._settable)
         outputs = match_outputs("variable", question.outputs, question.units, self._readable)
         units = {name: self._readable[own] for name, own in outputs.items()}
@@ -107,15 +109,19 @@ class Fmu(Model):
                 raise SceneError(f"{own} is in {quoted(unit.name)}, not in {symbol}")
         given = {name: (value, self._settable[name]) for name, value in question.parameters.items()}
         start = {name: (value - unit.offset) / unit.factor for name, (value, unit) in given.items()}
-        arguments = self._folder.name, end, steps, start, list(outputs.values())
+        simulate = partial(
+            simulate_fmu, self._folder.name, validate=False, stop_time=end, output_interval=end / steps,
+            step_size=end / steps, output=list(outputs.values()), start_values=start, relative_tolerance=1e-2 / steps,
+            record_events=False,
+        )  # fmt: skip
         try:
-            rows = self._worker.run(max(seconds, 0.1), simulate, *arguments)
+            rows = self._worker.run(max(seconds, 0.1), simulate)
         except SceneError:
             raise
         except Exception as error:
             raise SceneError(f"it failed: {printable(str(error), 200)}") from None
         if rows["time"][-1] < end - end / steps / 2:
-            stop = quantity(rows["time"][-1], "s")
+            stop = quantity(float(rows["time"][-1]), "s")
             raise SceneError(f"it stops at {stop} of {quantity(end, 's')}: a step of it says that it failed")
         values = {name: rows[outputs[name]] * unit.factor + unit.offset for name, unit in units.items()}
         if not np.isfinite([*values.values()]).all():
@@ -155,15 +161,3 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
     if (unit := find_unit(name)) is None:
         return Unit(name, ())
     return Unit(name, (*unit.powers, 0, 0), float(unit.factor), float(ICE_POINT) * unit.celsius)
-
-
-def simulate(folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]) -> Any:
-    """Run an unpacked FMU from 0 to ``end`` (s), and return "time" and outputs in its own units; for a process of its
-    own."""
-    from fmpy import simulate_fmu
-
-    columns = simulate_fmu(
-        folder, validate=False, stop_time=end, output_interval=end / steps, step_size=end / steps, output=outputs,
-        start_values=dict(start), relative_tolerance=1e-2 / steps, record_events=False,
-    )  # fmt: skip
-    return {name: columns[name].astype(float) for name in ("time", *outputs)}

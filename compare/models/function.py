@@ -53,10 +53,10 @@ class FileFunction(Model):
     def __init__(self, path: Path, function: str, saved: int) -> None:
         self.name = f"{path.name}:{function}"
         self._file, self._worker = (str(path), function, saved), Worker("it", quiet=False)
-        self._worker.run(LONGEST, _load, *self._file)
+        self._worker.run(LONGEST, _ask, self._file)
 
     def answer(self, question: Question) -> Answer:
-        return self._worker.run(LONGEST, _answer, self._file, question)
+        return self._worker.run(LONGEST, _ask, self._file, question)
 
 
 def open_model(given: str, folder: str) -> FileFunction:
@@ -82,14 +82,10 @@ def _function(file: str, name: str, saved: int) -> Function:
     raise unknown("it has no function", name, [n for n in functions if not n.startswith("_")])
 
 
-def _load(*file: str) -> None:
-    """Load the function of a file, in a process of its own."""
-    _function(*file)
-
-
-def _answer(file: tuple[str, str, int], question: Question) -> Answer:
-    """Return the answer of the function of a file, in a process of its own."""
-    return _function(*file).answer(question)
+def _ask(file: tuple[str, str, int], question: Question | None = None) -> Answer:
+    """Load the function of a file, and return its answer to a question, in a process of its own."""
+    function = _function(*file)
+    return function.answer(question) if question else Answer({})
 
 
 @contextmanager

@@ -78,7 +78,7 @@ def ask(model: Model, question: Question) -> Answer:
         rows = question.times if answer.time is None else answer.time
         for name, values in answer.values.items():
             if name not in question.units:
-                raise unknown(f"nothing {question.when} is", name, question.units)
+                raise unknown(f"no quantity {question.when} is", name, question.units)
             if (gaps := np.flatnonzero(~np.isfinite(values))).size:
                 at = question.when if rows is None else f"at {quantity(float(rows[gaps[0]]), 's')}"
                 raise SceneError(f"{quoted(name)} {at} is not a finite number")

@@ -150,7 +150,7 @@ def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> s
     from compare.report.table import wrapped
 
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
-    parts = [plan_text(changed, style(), "As it turned out")] * bool(changed)
+    parts = [plan_text(changed, style(), "As it turned out", "done")] * bool(changed)
     files = outcome.files
     kinds: list[str] = [name for name in ("report.html", "summary.json", "traces.csv") if name in files]
     figures = sum(file.endswith(".svg") for file in files)
@@ -163,11 +163,12 @@ def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> s
     return "\n\n".join([*parts, where + wrapped(said, "  ", "  ")])
 
 
-def plan_text(steps: Sequence[Step], style: Style, title: str = "Plan") -> str:
-    """The plan: each step with its state and reason."""
+def plan_text(steps: Sequence[Step], style: Style, title: str = "Plan", done: str = "planned") -> str:
+    """The plan: each step with its state, where it is not skipped ``done``, and reason."""
     lines = [style.paint(title, "heading")]
     for step in steps:
-        text = f"{'-' if step.state == 'skipped' else '+'} {step.state:<8}{step.step}: {step.reason}"
+        mark, state = ("-", step.state) if step.state == "skipped" else ("+", done)
+        text = f"{mark} {state:<8}{step.step}: {step.reason}"
         lines.append(textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent=" " * 12))
     return "\n".join(lines)
 
