@@ -30,10 +30,6 @@ if TYPE_CHECKING:
     from reduced1d.network.solution import Place
 
 
-MORE = 1.1
-"""A difference over time larger than this many times the steady one has a cause of its own."""
-SHOWN = 3
-"""Quantities that a sentence has room for."""
 WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 """The quantities by their words in an answer."""
 REST = "what lines cannot say"
@@ -56,23 +52,23 @@ def answer(who: str, claims: Sequence[Check], why: Callable[[Sequence[Check]], s
 
 
 def repeats(claim: Check, steady: Sequence[Check]) -> bool:
-    """Return whether a difference over time is the steady one again."""
+    """Return whether a difference over time is the steady one again, and not a tenth more, as of a cause of its own."""
     rest = next((other for other in steady if other.title == claim.title), None)
     if rest is None or claim.difference * rest.difference < 0:
         return False
-    return abs(claim.difference) <= MORE * abs(rest.difference) + claim.u_num + rest.u_num
+    return abs(claim.difference) <= 1.1 * abs(rest.difference) + claim.u_num + rest.u_num
 
 
 def _list(claims: Sequence[Check]) -> str:
     """The three largest claims that exceed their errors, with a detail, and the bound of the others."""
     known = [each for each in claims if abs(each.difference) > each.u_num]
-    largest = sorted(known, key=lambda each: -abs(each.difference))[:SHOWN]
+    largest = sorted(known, key=lambda each: -abs(each.difference))[:3]
     shown, others = ([each for each in claims if (each in largest) is wanted] for wanted in (True, False))
     said = [_size(each) for each in shown]
     if others:
         limit = bound(max(abs(each.difference) + each.u_num for each in others))
         many = f"{len(others)} {'others' if shown else 'quantities'}"
-        places = " and ".join(each.title for each in others) if len(others) <= SHOWN else many
+        places = " and ".join(each.title for each in others) if len(others) <= 3 else many
         said.append(f"within {limit} of 3D at {places}")
     return " and ".join(said) + next((f": {each.because}" for each in shown if each.because), "")
 

@@ -23,12 +23,6 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, numbers
 
-BESIDE = 1e-3, 2e-2
-"""Relative steps of a key: for a 1D model without noise, and for one with noise of up to 1e-4 of its values."""
-BENT = 0.1
-"""A key has no slope where the relative slope jumps by more than this at its value: a network jumps where another side
-of a box becomes its longest."""
-
 ByKey = dict[str, dict[str, Estimate]]
 Course = dict[str, dict[str, Any]]
 Solve = Callable[[Any, Any], Mapping[str, Any]]
@@ -187,11 +181,12 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem
         return ask(model, make_question(changed, fem3d, times)).values
 
     times = None if result.traces is None else result.traces.time[result.traces.time > 0]
-    return in_1d(solve, scene, result, keys, times, BESIDE[0] if model.exact else BESIDE[1])
+    # A program may have noise of up to 1e-4 of its values.
+    return in_1d(solve, scene, result, keys, times, 1e-3 if model.exact else 2e-2)
 
 
 def in_1d(
-    solve: Solve, scene: Any, result: Result, keys: Iterable[str], times: np.ndarray | None, h: float = BESIDE[0]
+    solve: Solve, scene: Any, result: Result, keys: Iterable[str], times: np.ndarray | None, h: float = 1e-3
 ) -> Slopes:
     """Return the slopes of the result of a 1D model, of its traces at ``times`` (s); quantities that are zero have
     none.
@@ -220,14 +215,15 @@ def in_1d(
 
 
 def follow(
-    solve: Solve, scene: Any, keys: Iterable[str], times: np.ndarray | None, h: float = BESIDE[0]
+    solve: Solve, scene: Any, keys: Iterable[str], times: np.ndarray | None, h: float = 1e-3
 ) -> tuple[Course, dict[str, str]]:
     """Return d Q / d ln key by key and quantity, each (times,) or one number in the steady state; and by key why there
     is none.
 
     ``times`` (s) end with the run. Central differences over relative steps h and 2h, of order h^4, bear the noise of a
     model. If a slope jumps by s at the value itself, the second difference over h is s h + c h^2, and 2 s h + 4 c h^2
-    over 2h.
+    over 2h; there is no slope where s is a tenth of the value. A network jumps where another side of a box becomes its
+    longest.
     """
     slopes, left_out, base = Course(), dict[str, str](), solve(scene, times)
     for key in keys:
@@ -237,7 +233,7 @@ def follow(
             left_out[key] = f"the 1D model has no answer beside it ({error})"
             continue
         bends = {n: 4 * (more[n] + less[n]) - far_more[n] - far_less[n] - 6 * value for n, value in base.items()}
-        if any(np.abs(bend).max() > 2 * h * BENT * np.abs(base[n]).max() for n, bend in bends.items()):
+        if any(np.abs(bend).max() > 2 * h * 0.1 * np.abs(base[n]).max() for n, bend in bends.items()):
             left_out[key] = "the 1D model is not differentiable at this value"
             continue
         slopes[key] = {n: (8 * (more[n] - less[n]) - (far_more[n] - far_less[n])) / (12 * h) for n in base}

@@ -21,7 +21,6 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 from scenes.validity import check
 
-TOGETHER = "together"
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 
@@ -128,7 +127,7 @@ class LeftOutStudy(Analysis[LeftOut]):
             found = dict(largest_first)
             if len(found) > 1:
                 everything = {key: value for each in found.values() for key, value in each.changed.items()}
-                add(TOGETHER, Effect(f"{', '.join(found)} at once", "", everything))
+                add("together", Effect(f"{', '.join(found)} at once", "", everything))
         return LeftOut(found, skipped)
 
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
