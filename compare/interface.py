@@ -114,7 +114,7 @@ class Run:
     @property
     def traces(self) -> Columns:
         """Every quantity over time, by the columns of traces.csv; empty without a transient."""
-        return Columns(kind_of(self.scene).report.columns(self.outcome))
+        return Columns(kind_of(self.scene).columns(self.outcome))
 
     def __getitem__(self, name: str) -> Estimate:
         if name not in self.steady:

@@ -13,6 +13,7 @@ from compare.analyses import ANALYSES, chosen
 from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from compare.report import checks
 from compare.report.table import Section, Style, wrapped
 from compare.verdict import Check
 from scenes.errors import NumericsError, SceneError
@@ -82,7 +83,7 @@ def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> N
 
 def sections(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The sections of a report: of the models and checks, then of the analyses."""
-    made = kind_of(outcome.scene).report.sections(outcome, contrary, style)
+    made = kind_of(outcome.scene).sections(outcome, checks.sections(outcome.checks, contrary, style), style)
     return made + [
         each.section(outcome.analyses[each.name], outcome, style) for each in ANALYSES if each.name in outcome.analyses
     ]
@@ -97,13 +98,14 @@ def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) 
 
 def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     """Return the first lines of a report: alarms, then the answer."""
-    alarms = [style.paint(wrapped(f"Warning: {text.rstrip('.')}."), "heading") for text in outcome.alarms]
-    return "\n".join([*alarms, kind_of(outcome.scene).report.headline(outcome, contrary, style)])
+    alarms = style.head(*(f"Warning: {text.rstrip('.')}." for text in outcome.alarms))
+    said = kind_of(outcome.scene).headline(outcome, contrary, style)
+    return "\n".join(filter(None, (alarms, said)))
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The entries of summary.json that the kind of scene and the analyses make."""
-    summary: dict[str, Any] = {**kind_of(outcome.scene).report.document(outcome)}
+    summary = kind_of(outcome.scene).document(outcome)
     for each in ANALYSES:
         if each.name in outcome.analyses:
             each.enter(summary, outcome.analyses[each.name], outcome)

@@ -5,18 +5,20 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, ClassVar, Generic
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
+from compare.report.table import Section, Style
 from compare.verdict import Check, Definition, judged
 from scenes.model import AnyScene
 from scenes.result import Result, Step, skipped_together, step
 from scenes.varied import neighbour
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from compare.models import Model
     from compare.slopes import Slopes
 
@@ -205,11 +207,21 @@ class Kind(ABC, Generic[S]):
         seconds = progress.processor_time.get("fem3d")
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
-    @property
-    def report(self) -> ModuleType:
-        """The module of `compare.report` for this kind: ``headline`` and ``sections`` of an outcome, ``document`` for
-        summary.json, and ``columns`` for traces.csv."""
-        return import_module(f"compare.report.{self.name}")
+    @abstractmethod
+    def headline(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> str:
+        """Return the first lines of the report: the answer, and how many checks differ."""
+
+    @abstractmethod
+    def sections(self, outcome: Outcome[S], judged: Sequence[Section], style: Style) -> list[Section]:
+        """Return the sections of the report on the models, with the sections on the checks in their place."""
+
+    @abstractmethod
+    def document(self, outcome: Outcome[S]) -> dict[str, object]:
+        """Return the entries of summary.json."""
+
+    @abstractmethod
+    def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
+        """Return the columns of traces.csv, temperatures in kelvin; none without a transient."""
 
 
 def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:

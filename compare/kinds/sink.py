@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.verdict import PAPER, Check, Definition, judged
+from compare.report.checks import counted
+from compare.report.table import Section, Style, Table, checks_document, steady_document
+from compare.verdict import PAPER, Check, Definition, judged, part
 from reduced1d import ladder
-from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
+from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_REDUCTION
 from scenes.errors import RunawayError, SceneError
-from scenes.formats import quantity
+from scenes.formats import percent, quantity, sink_text, with_error
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
 from scenes.result import Result, Step
@@ -21,6 +23,8 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
@@ -171,6 +175,59 @@ class SinkKind(Kind[Sink]):
         inlet = next(b for b in boxes.boundaries if b.kind == "voltage")
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
+
+    def headline(self, outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
+        name, reduced1d = sink_text(outcome.scene), outcome.reduced1d
+        if reduced1d is not None and reduced1d.model != PAPER:
+            name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
+        return style.head(outcome.answer, counted(outcome, contrary, f"{name}: "))
+
+    def sections(self, outcome: Outcome[Sink], judged: Sequence[Section], style: Style) -> list[Section]:
+        """Return the steady quantities, and the checks with their reasons."""
+        fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
+        for entry in OF_A_SINK.values():
+            three, one = (None if r is None else r.steady.get(entry.steady) for r in (fem3d, reduced1d))
+            cells, in_1d, off = [entry.called], "" if one is None else quantity(one.value, entry.unit, 6), ""
+            if three is not None:
+                value, error, shown, places, factor = with_error(three.value, three.error, entry.unit)
+                cells.append(f"{value} {style.plus_minus} {error} {shown}")
+                if one is not None:
+                    in_1d = f"{one.value * factor:.{min(places, 4)}f} {shown}"
+                    off = percent(part(one.value - three.value, three.value), sign=True)
+            rows.append(cells + [in_1d, *[off] * (fem3d is not None)] * (reduced1d is not None))
+        heads = ["steady state"] + ["3D"] * (fem3d is not None)
+        if reduced1d is not None:
+            heads += ["1D" if reduced1d.model == PAPER else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
+        return [Section("Steady state", [Table(heads, rows)], headed=False), *judged]
+
+    def document(self, outcome: Outcome[Sink]) -> dict[str, Any]:
+        fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
+        document: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
+        if fem3d is not None:
+            document["fem3d"] = steady_document(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
+            if fem3d.traces is not None:
+                imbalance = fem3d.details.get("transient_imbalance")
+                document["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
+        checks = checks_document(outcome)
+        if reduced1d is not None:
+            document["reduced1d"] = {
+                "name": reduced1d.model, "steady": {key: {"value": e.value} for key, e in reduced1d.steady.items()},
+                "details": {k: v for k, v in reduced1d.details.items() if k != "own_model"},
+            }  # fmt: skip
+            # The others are of the paper's equations, whichever reduction was chosen.
+            checks = [c | {"model": reduced1d.model} if c["id"] in OF_THE_REDUCTION else c for c in checks]
+        return document | {"checks": checks}
+
+    def columns(self, outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
+        """Return time_s, then <model>_<quantity>_<unit>; every 1D model is "reduced1d"."""
+        import numpy as np
+
+        results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
+        traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
+        columns = {"time_s": max((each.time for each in traces.values()), key=len)} if traces else {}
+        for name, each in traces.items():
+            columns |= {f"{name}_{key}": np.interp(columns["time_s"], each.time, v) for key, v in each.values.items()}
+        return columns
 
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:

@@ -25,12 +25,12 @@ def without_slopes(checks: Sequence[Check]) -> list[Check]:
     return [check for check in checks if not check.id.startswith("slope_")]
 
 
-def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
+def counted(outcome: Outcome[Any], contrary: Sequence[Check], of: str = "") -> str:
     """Count the checks that differ, and compare with the declared verdicts; empty without checks."""
     counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
     if not (total := counts.total()):
         return ""
-    said = f"{name}: {counts['differs']} of {total} checks differ"
+    said = f"{of}{counts['differs']} of {total} checks differ"
     said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
     if contrary:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."

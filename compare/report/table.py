@@ -37,6 +37,10 @@ class Style:
         """One sign for a verdict, in its colour."""
         return self.paint(MARKS[verdict][self.ascii_only], verdict) if verdict else " "
 
+    def head(self, *texts: str) -> str:
+        """Wrap paragraphs at the head of a report, in bold; without empty ones."""
+        return "\n".join(self.paint(wrapped(text), "heading") for text in texts if text)
+
     @property
     def plus_minus(self) -> str:
         return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"

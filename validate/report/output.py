@@ -77,7 +77,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
     if field is not None:
         renderer.send(field)
     with progress.stage("files"):
-        tables = {"traces.csv": kind.report.columns(outcome), "sensitivities.csv": {}}
+        tables = {"traces.csv": kind.columns(outcome), "sensitivities.csv": {}}
         if outcome.options.sensitivities:
             followed = {name: found for name, found in outcome.slopes.items() if name != "single" and found.traces}
             for model, slopes in followed.items():

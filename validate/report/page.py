@@ -45,7 +45,7 @@ Document = Mapping[str, Any]
 def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
     """Write the page about a run into its folder, which has its figures; ``document`` is the summary."""
     kind, against, title = kind_of(outcome.scene), contrary(outcome.checks, outcome.scene), outcome.scene.name
-    said, parts = " ".join(kind.report.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
+    said, parts = " ".join(kind.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
     path.write_text(page(path.parent, title, said, parts, document), encoding="utf-8")
 
 
