@@ -11,7 +11,7 @@ import numpy as np
 from reduced1d.equations import anchor_series_resistance, end_rise_from_equivalent
 from scenes import physics
 from scenes.device import Device
-from scenes.model import AnyScene, Material
+from scenes.model import Material
 from scenes.result import Result, Traces
 from scenes.sink import Sink
 from scenes.units import TIME
@@ -33,15 +33,17 @@ class Hottest(NamedTuple):
         return -np.inf if self.material.valid_to is None else self.top - self.material.valid_to
 
 
-def in_3d(scene: AnyScene | Sink, fem3d: Result) -> list[Hottest]:
-    """Return the hottest temperatures of a 3D result, as `of_fields` does."""
+def reached(scene: Any, result: Result) -> list[Hottest]:
+    """Return the hottest temperatures of a sink or a free scene in 3D, as `of_fields` does, or of a sink in 1D."""
     if isinstance(scene, Sink):
         # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
-        peak = scene.room_temperature + fem3d.steady["peak_rise_K"].value
-        return of_fields(scene.materials, fem3d.details["fields"], np.empty(0), peak)
+        peak = scene.room_temperature + result.steady["peak_rise_K"].value
+        if "fields" not in result.details:
+            return [Hottest(scene.silicon, peak)]
+        return of_fields(scene.materials, result.details["fields"], np.empty(0), peak)
     if not physics.heat(scene):
         return []
-    return of_fields(physics.materials(scene), fem3d.details["fields"], moments(fem3d.traces))
+    return of_fields(physics.materials(scene), result.details["fields"], moments(result.traces))
 
 
 def of_fields(
@@ -67,12 +69,6 @@ def of_fields(
     return list(hottest.values())
 
 
-def of_sink(sink: Sink, reduced1d: Result) -> list[Hottest]:
-    """Return the peak of the silicon in 1D."""
-    peak = reduced1d.steady.get("peak_rise_K")
-    return [] if peak is None else [Hottest(sink.silicon, sink.room_temperature + peak.value)]
-
-
 def of_device(device: Device, result: DeviceResult) -> list[Hottest]:
     """Return the hottest temperatures of a device's run in 1D; the beam's middle follows from eqs 13 and 18."""
     sink, times, external = device.sink, result.time_s, device.external
@@ -86,10 +82,10 @@ def of_device(device: Device, result: DeviceResult) -> list[Hottest]:
     return [Hottest(m, float(T.max()), float(times[T.argmax()])) for m, T in hottest.items()]
 
 
-def warnings(reached: Sequence[Hottest]) -> tuple[str, ...]:
+def warnings(found: Sequence[Hottest]) -> tuple[str, ...]:
     """Return a sentence for each material that exceeds its limit."""
     said = []
-    for material, top, time in (each for each in reached if each.excess > 0):
+    for material, top, time in (each for each in found if each.excess > 0):
         when = "in the steady state" if time is None else f"at {TIME.show(float(f'{time:.3g}'))}"
         said.append(
             f"{material.name} reaches {top:,.0f} K {when}, past the {material.valid_to:,.0f} K of its valid_to, "

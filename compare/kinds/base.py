@@ -101,8 +101,9 @@ class Kind(ABC, Generic[S]):
 
     def skipped(self, scene: S, options: Options) -> dict[str, str]:
         """Return the checks that a run cannot make, each with the reason."""
-        needs = {name: needs for name, (_, needs) in self.definitions(scene, options).items()}
-        return {name: why for name, why in _lacking(needs, self.absent(scene, options)).items() if why}
+        absent = self.absent(scene, options)
+        reasons = {name: _lack(absent, *needs) for name, (_, needs) in self.definitions(scene, options).items()}
+        return {name: why for name, why in reasons.items() if why}
 
     def made(self, scene: S, options: Options) -> tuple[str, ...]:
         """Return the checks that lack nothing; a user's own model may have fewer."""
@@ -112,8 +113,8 @@ class Kind(ABC, Generic[S]):
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks; without checks of quantities that
         a model lacks."""
-        scene, options = outcome.scene, outcome.options
-        made = {name: self.definitions(scene, options)[name][0](outcome) for name in self.made(scene, options)}
+        definitions = self.definitions(outcome.scene, outcome.options)
+        made = {name: definitions[name][0](outcome) for name in self.made(outcome.scene, outcome.options)}
         return {name: comparison for name, comparison in made.items() if comparison is not None}
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
@@ -127,8 +128,10 @@ class Kind(ABC, Generic[S]):
         return lines + skipped_together("checks", self.skipped(scene, options))
 
     def alarms(self, outcome: Outcome[S]) -> tuple[str, ...]:
-        """Remarks on results that no real part can have, such as temperatures past a material's limit."""
-        return ()
+        """Remarks on results that no real part can have: temperatures past a material's limit."""
+        from compare import hottest
+
+        return hottest.warnings(hottest.reached(outcome.scene, outcome.fem3d or outcome.reduced))
 
     def warnings(self, outcome: Outcome[S]) -> tuple[str, ...]:
         """Return remarks on the results."""
@@ -175,22 +178,18 @@ class Kind(ABC, Generic[S]):
     def figures(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
         """Return the content of each figure and its needs of a run, by its name."""
 
-    def _figures(self, scene: S, options: Options) -> dict[str, str]:
-        """Why each figure is not drawn; empty where it is."""
-        needs = {name: ("figures", *needs) for name, (_, *needs) in self.figures(scene, options).items()}
-        return _lacking(needs, self.absent(scene, options))
-
     def drawn(self, scene: S, options: Options) -> list[str]:
         """Return the names of the figures that a run draws."""
-        return [name for name, why in self._figures(scene, options).items() if not why]
+        done = [line.step for line in self.outputs(scene, options) if line.state == "done"]
+        return [name for name in self.figures(scene, options) if name in done]
 
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
         figures, absent = self.figures(scene, options), self.absent(scene, options)
-        lines = [step(name, figures[name][0], why) for name, why in self._figures(scene, options).items()]
-        lines.append(step("traces.csv", self.traces, absent.get("traces", "")))
-        no_fields = absent.get("fields") or absent.get(self.field, "")
-        return lines + [step("field files", "fem3d.pvd with its .vtu files", no_fields)] * bool(self.field)
+        lines = [step(name, shows, _lack(absent, "figures", *needs)) for name, (shows, *needs) in figures.items()]
+        lines.append(step("traces.csv", self.traces, _lack(absent, "traces")))
+        fields = step("field files", "fem3d.pvd with its .vtu files", _lack(absent, "fields", self.field))
+        return lines + [fields] * bool(self.field)
 
     def exported(self, scene: S, options: Options) -> AnyScene | None:
         """Return the scene, of boxes or on a mesh, that a compact model is made of; None for a kind with its own
@@ -224,6 +223,6 @@ class Kind(ABC, Generic[S]):
         """Return the columns of traces.csv, temperatures in kelvin; none without a transient."""
 
 
-def _lacking(needs: Mapping[str, Sequence[str]], absent: Mapping[str, str]) -> dict[str, str]:
-    """Return by name the reason why something that it needs is absent; empty where nothing is."""
-    return {name: next((absent[need] for need in each if need in absent), "") for name, each in needs.items()}
+def _lack(absent: Mapping[str, str], *needs: str) -> str:
+    """Return why the first of some needs is absent; empty where none is."""
+    return next((absent[need] for need in needs if need in absent), "")

@@ -18,7 +18,7 @@ from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, quoted
 from scenes.formats import quantity, with_error
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
-from scenes.result import Estimate, Result, Step, Traces, step
+from scenes.result import Estimate, Result, Step, step
 from scenes.units import TIME
 
 if TYPE_CHECKING:
@@ -87,11 +87,6 @@ class FreeKind(Kind[AnyScene]):
         if outcome.reduced1d is None:
             return {}
         return compare_probes(outcome.scene, outcome.solved, outcome.reduced1d)
-
-    def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
-        from compare import hottest
-
-        return hottest.warnings(hottest.in_3d(outcome.scene, outcome.solved))
 
     def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         scene, said = outcome.scene, [outcome.runs_away, *super().warnings(outcome)]
@@ -165,7 +160,10 @@ class FreeKind(Kind[AnyScene]):
         what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
         if scene.steady:
             what, when, key = "Steady state", "in the steady state", "energy_imbalance"
-        shown = (f"{p.name} {_value(_last(outcome, p.name), UNITS[p.quantity], style)}" for p in scene.probes[:4])
+        shown = (
+            f"{probe.name} {_value(_read(outcome.solved, probe.name)[0], UNITS[probe.quantity], style)}"
+            for probe in scene.probes[:4]
+        )
         answer = outcome.answer or f"{scene.name}: {', '.join(shown)} {when}."
         # No balance is stated where no heat passes.
         balance = details.get(key)
@@ -188,10 +186,10 @@ class FreeKind(Kind[AnyScene]):
             import numpy as np
 
             times, ranges = sorted({*scene.output_times, scene.end_time}), {}
-            for name, values in traces.values.items():
-                least, most = _extremes(traces, name)
+            for name in traces.values:
+                last, least, most = _read(outcome.solved, name)
                 ranges[name] = {
-                    "end": float(values[-1]), "least": least.value, "least_error": least.error,
+                    "end": last.value, "least": least.value, "least_error": least.error,
                     "largest": most.value, "largest_error": most.error,
                 }  # fmt: skip
             in_3d["transient"] = {
@@ -292,12 +290,14 @@ def _value(estimate: Estimate, unit: str, style: Style) -> str:
     return f"{number} {style.plus_minus} {bound} {shown}"
 
 
-def _last(outcome: Outcome[AnyScene], name: str) -> Estimate:
-    """The steady value of a probe, or the value at the end."""
-    result = outcome.solved
-    if result.traces is None:
-        return result.steady[name]
-    return Estimate(float(result.traces.values[name][-1]), result.traces.errors[name])
+def _read(result: Result, name: str) -> list[Estimate]:
+    """The steady value of a probe; or over time its last value, and the extremes that have a known error bound."""
+    if (traces := result.traces) is None:
+        return [result.steady[name]]
+    errors = traces.error_at(name, traces.time)
+    values, known = traces.values[name][errors < math.inf], errors[errors < math.inf]
+    extremes = (Estimate(float(values[i]), float(known[i])) for i in (values.argmin(), values.argmax()))
+    return [Estimate(float(traces.values[name][-1]), traces.errors[name]), *extremes]
 
 
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
@@ -305,9 +305,7 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     result, traces, rows, said = outcome.solved, outcome.solved.traces, [], []
     title, heads = "Steady state", ["probe", "steady state"]
     for probe in outcome.scene.probes:
-        extremes = [] if traces is None else _extremes(traces, probe.name)
-        values = [_value(each, UNITS[probe.quantity], style) for each in (_last(outcome, probe.name), *extremes)]
-        rows.append([probe.name, *values])
+        rows.append([probe.name, *(_value(e, UNITS[probe.quantity], style) for e in _read(result, probe.name))])
     if traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
         again = ", and that long after each jump of a given temperature" * bool(traces.jumps)
@@ -317,11 +315,3 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     if off := result.details.get("field_error"):
         said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
     return Section(title, [Table(heads, rows), *said], headed=False)
-
-
-def _extremes(traces: Traces, name: str) -> list[Estimate]:
-    """The least and the largest value, over all times at which an error bound is known."""
-    errors = traces.error_at(name, traces.time)
-    known = errors < math.inf
-    values, errors = traces.values[name][known], errors[known]
-    return [Estimate(float(values[i]), float(errors[i])) for i in (values.argmin(), values.argmax())]

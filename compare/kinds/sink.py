@@ -116,12 +116,6 @@ class SinkKind(Kind[Sink]):
         }
         return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
-    def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
-        from compare import hottest
-
-        sink, fem3d = outcome.scene, outcome.fem3d
-        return hottest.warnings(hottest.of_sink(sink, outcome.reduced) if fem3d is None else hottest.in_3d(sink, fem3d))
-
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
         from compare.blame import answer, causes
 

@@ -178,7 +178,7 @@ def _of_3d(scene: Any, fem3d: Result) -> dict[str, Any]:
 
 def _too_hot(scene: Any, fem3d: Result) -> dict[str, Any]:
     """The material that gets hotter than its valid_to, "" for none, and the excess (K)."""
-    if not (reached := hottest.in_3d(scene, fem3d)):
+    if not (reached := hottest.reached(scene, fem3d)):
         return {}
     worst = max(reached, key=lambda each: each.excess)
     return {"too_hot": worst.material.name * (worst.excess > 0), "past_valid_to_K": worst.excess}
