@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
     from fem3d.runs.device import Solved
-    from reduced1d.device.design import Design
     from statespace.result import Runs
 
 Solvable = Sink | Device | AnyScene
@@ -105,11 +104,6 @@ class Outcome(Generic[S_co]):
         """The runs of a device in 3D; ValueError where there are none."""
         runs: Solved = self.solved.details["solved"]
         return runs
-
-    @property
-    def design(self) -> Design | None:
-        """The answers to a designer's questions about a device; None where they are left out."""
-        return self.results["reduced1d"].details.get("design")
 
     def warn(self, *texts: str) -> None:
         self.warnings = (*self.warnings, *filter(None, texts))

@@ -154,11 +154,7 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
 
 def ratio(predicted: Estimate, measured: Estimate) -> Estimate:
     """Return predicted / measured - 1 with its error bound, infinite where the measured value may be zero."""
-
-    def off(predicted: float, measured: float) -> float:
-        return part(predicted - measured, measured)
-
-    return _estimated(off, measured, predicted=predicted, measured=measured)
+    return _estimated(lambda a, b: part(a - b, b), measured, a=predicted, b=measured)
 
 
 def share(distance: Estimate, scale: Estimate) -> Estimate:

@@ -95,9 +95,11 @@ class Kind(ABC, Generic[S]):
         return {}
 
     def absent(self, scene: S, options: Options) -> dict[str, str]:
-        """Return why this run lacks something that checks, figures or files need, by the name of the need."""
-        fields = {} if options.fields else {"fields": "not asked for (--fields)"}
-        return fields | ({} if options.figures else {"figures": "no figures were asked for"})
+        """Return by need of checks, figures and files why this run lacks the needed thing; empty where it does not."""
+        return {
+            "fields": "not asked for (--fields)" * (not options.fields),
+            "figures": "no figures were asked for" * (not options.figures),
+        }
 
     def skipped(self, scene: S, options: Options) -> dict[str, str]:
         """Return the checks that a run cannot make, each with the reason."""
@@ -165,13 +167,11 @@ class Kind(ABC, Generic[S]):
     def steps(self, scene: S, options: Options, outcome: Outcome[S] | None = None) -> list[Step]:
         """The plan of models and checks, as carried out where there is an outcome."""
         absent = self.absent(scene, options)
-        if "3D" in absent:
-            lines = [step("3D model", "", absent["3D"])]
-        else:
-            carried_out = {} if outcome is None else outcome.solved.details
-            lines = [*(carried_out.get("plan") or self.plan_3d(scene, options))]
-        described = "" if "1D" in absent else self.describe_1d(scene, options)
-        lines += [step("1D model", described, absent.get("1D", ""))] * bool(described or "1D" in absent)
+        no_3d, no_1d = (_lack(absent, model) for model in ("3D", "1D"))
+        carried_out = () if outcome is None or no_3d else outcome.solved.details.get("plan", ())
+        lines = [step("3D model", "", no_3d)] if no_3d else [*(carried_out or self.plan_3d(scene, options))]
+        described = "" if no_1d else self.describe_1d(scene, options)
+        lines += [step("1D model", described, no_1d)] * bool(described or no_1d)
         return lines + self.check_steps(scene, options)
 
     @abstractmethod
@@ -225,4 +225,4 @@ class Kind(ABC, Generic[S]):
 
 def _lack(absent: Mapping[str, str], *needs: str) -> str:
     """Return why the first of some needs is absent; empty where none is."""
-    return next((absent[need] for need in needs if need in absent), "")
+    return next(filter(None, map(absent.get, needs)), "")

@@ -82,7 +82,7 @@ class DeviceKind(Kind[Device]):
             errors, after = solved.model.steady_errors(scene), solved.runs.base.after
             known = {name: Estimate(getattr(after, name), errors[name]) for name in results["reduced1d"].steady}
             results["fem3d"] = Result("fem3d", known, None, {"solved": solved})
-        if "designer" not in self.absent(scene, options):
+        if not self.absent(scene, options).get("designer"):
             progress("answering a designer's questions")
             with progress.stage("design"):
                 answers = design.answer(scene, options.largest_voltage, options.largest_power)
@@ -97,20 +97,22 @@ class DeviceKind(Kind[Device]):
     def others(self, scene: Device, options: Options) -> tuple[bool, bool]:
         """Whether the run of slow sampling and the runs of other outer steps are wanted, for figures or checks."""
         absent = self.absent(scene, options)
-        return "figure11" not in absent, not {"figure12", "figure13"} <= absent.keys()
+        return not absent.get("figure11"), not (absent.get("figure12") and absent.get("figure13"))
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
-        said = super().absent(scene, options) | ({} if options.in_3d else {"3D": "not asked for (--3d)"})
-        if options.about:
-            only = f"only {', '.join(options.about)} asked for"
-            others = [name for name in DEVICE_FIGURES if name not in options.about]
-            said |= dict.fromkeys((*others, "all figures", "designer"), only)
-        if options.scheme == "paper":
-            said |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
-            said.setdefault("designer", "the accurate scheme answers them")
-        if not scene.steps_outside:
-            said["outer step"] = "the run ends before the outer step, or there is none"
-        return said
+        only = f"only {', '.join(options.about)} asked for" * bool(options.about)
+        late = "they need nine more runs, and the accurate scheme for them" * (options.scheme == "paper")
+        figures = {name: late * (name in LATE) or only * (name not in options.about) for name in DEVICE_FIGURES}
+        return (
+            super().absent(scene, options)
+            | figures
+            | {
+                "3D": "not asked for (--3d)" * (not options.in_3d),
+                "all figures": only,
+                "designer": only or "the accurate scheme answers them" * (options.scheme == "paper"),
+                "outer step": "the run ends before the outer step, or there is none" * (not scene.steps_outside),
+            }
+        )
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
@@ -181,18 +183,20 @@ class DeviceKind(Kind[Device]):
 
     def sections(self, outcome: Outcome[Device], judged: Sequence[Section], style: Style) -> list[Section]:
         """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""
+        design = outcome.reduced.details.get("design")
         return [
             Section("Findings", sentences(outcome.runs.base.result.findings)),
             _quantities(outcome.runs.base, "in 1D"),
             *([] if outcome.fem3d is None else [_quantities(outcome.device_3d.runs.base, "in 3D")]),
             *judged,
-            *([] if outcome.design is None else [_design(outcome.design, style)]),
+            *([] if design is None else [_design(design, style)]),
         ]
 
     def document(self, outcome: Outcome[Device]) -> dict[str, Any]:
         from reduced1d.device.lumped import shielding as shielding_1d
 
         solved, shielding = None if outcome.fem3d is None else outcome.device_3d, None
+        design = outcome.reduced.details.get("design")
         if solved is not None and "dev3d_shielding" in {check.id for check in outcome.checks}:
             slopes, errors = solved.model.shielding
             shielding = _values(slopes, errors) | {"reduced1d": _values(shielding_1d(outcome.scene), {})}
@@ -202,7 +206,7 @@ class DeviceKind(Kind[Device]):
             "checks": checks_document(outcome),
             "findings": list(outcome.runs.base.result.findings),
             "shielding": shielding,
-            "design": None if outcome.design is None else asdict(outcome.design),
+            "design": None if design is None else asdict(design),
         }
 
     def columns(self, outcome: Outcome[Device]) -> dict[str, np.ndarray]:

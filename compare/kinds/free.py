@@ -135,14 +135,12 @@ class FreeKind(Kind[AnyScene]):
         return [step("checks", "of every probe that it answers")] * (own_model(scene, options) is not None)
 
     def absent(self, scene: AnyScene, options: Options) -> dict[str, str]:
-        said = super().absent(scene, options)
-        if scene.steady:
-            said["traces"] = f"{STEADY} (run.steady)"
-        if not physics.heat(scene):
-            said["heat"] = "no temperature is solved for"
-        if scene.model is not None and scene.model.file and own_model(scene, options) is None:
-            said["1D"] = f"{scene.model.file} is a program, which runs with --model scene"
-        return said
+        file = "" if scene.model is None else scene.model.file
+        return super().absent(scene, options) | {
+            "traces": f"{STEADY} (run.steady)" * scene.steady,
+            "heat": "no temperature is solved for" * (not physics.heat(scene)),
+            "1D": f"{file} is a program, which runs with --model scene" * bool(file and not own_model(scene, options)),
+        }
 
     def figures(self, scene: AnyScene, options: Options) -> dict[str, tuple[str, ...]]:
         when = "steady" if scene.steady else "hottest moment's"

@@ -106,15 +106,14 @@ class SinkKind(Kind[Sink]):
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
         early = not options.steady and scene.end_time <= FIRST_TIME
-        lacking = {
-            "3D": ("only the 1D model was asked for", "fem3d" not in options.models),
-            "one conductivity": ("the paper's equations take one conductivity", several),
-            "traces": (STEADY, bool(options.steady)),
-            "10 us": ("they compare from 10 us on, and the run ends before", early),
-            "1D": ("only the 3D model was asked for", "reduced1d" not in options.models),
-            "current follows": ("the current is given", scene.current is not None),
+        return super().absent(scene, options) | {
+            "3D": "only the 1D model was asked for" * ("fem3d" not in options.models),
+            "one conductivity": "the paper's equations take one conductivity" * several,
+            "traces": STEADY * bool(options.steady),
+            "10 us": "they compare from 10 us on, and the run ends before" * early,
+            "1D": "only the 3D model was asked for" * ("reduced1d" not in options.models),
+            "current follows": "the current is given" * (scene.current is not None),
         }
-        return super().absent(scene, options) | {need: why for need, (why, lacks) in lacking.items() if lacks}
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
         from compare.blame import answer, causes
