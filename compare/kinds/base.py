@@ -218,9 +218,21 @@ class Kind(ABC, Generic[S]):
     def document(self, outcome: Outcome[S]) -> dict[str, object]:
         """Return the entries of summary.json."""
 
-    @abstractmethod
     def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
-        """Return the columns of traces.csv, temperatures in kelvin; none without a transient."""
+        """Return time_s and <model>_<quantity>_<unit> for traces.csv, as far as all models go; temperatures in kelvin,
+        every 1D model "reduced1d". None without a transient."""
+        import numpy as np
+
+        results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
+        traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
+        if not traces:
+            return {}
+        time = max((each.time for each in traces.values()), key=len)
+        time = time[time <= min(each.time[-1] for each in traces.values())]
+        columns = {"time_s": time}
+        for name, each in traces.items():
+            columns |= {f"{name}_{key}": np.interp(time, each.time, v) for key, v in each.values.items()}
+        return columns
 
 
 def _lack(absent: Mapping[str, str], *needs: str) -> str:

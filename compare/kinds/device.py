@@ -16,12 +16,10 @@ from compare.verdict import Check, Definition
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import milliseconds, percent, quantity
-from scenes.result import Estimate, Result, Step, step
+from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.varied import varied
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.slopes import Slopes
     from reduced1d.device.design import Design
     from statespace.result import Run
@@ -64,8 +62,18 @@ class DeviceKind(Kind[Device]):
         with progress.stage("device"):
             slow, steps = self.others(scene, options)
             made = designs.make(scene, options.scheme, options.meter, slow, steps, progress)
-        exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in self.quantities(scene)}
-        return {"reduced1d": Result("reduced1d", exact, None, {"runs": made})}
+        return {
+            "reduced1d": self._result(
+                "reduced1d", made.base, dict.fromkeys(self.quantities(scene), 0.0), {"runs": made}
+            )
+        }
+
+    def _result(self, model: str, run: Run, errors: Mapping[str, float], details: dict[str, Any]) -> Result:
+        """The scene's own run; ``errors`` are of the steady state."""
+        result = run.result
+        steady = {name: Estimate(getattr(run.after, name), errors[name]) for name in self.quantities(run.device)}
+        traces = {name: result.trace(name) for name in result.quantities}
+        return Result(model, steady, Traces(result.time_s, traces, result.errors), details)
 
     def solve(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
         results = self._runs(scene, options, progress)
@@ -79,9 +87,8 @@ class DeviceKind(Kind[Device]):
                 rounded = design.in_the_loop(scene, design.METERS[meter], start) if meter else (0.0, 0.0)
                 slow, steps = (options.figures and run for run in self.others(scene, options))
                 solved = make(scene, rounded, slow, steps, progress)
-            errors, after = solved.model.steady_errors(scene), solved.runs.base.after
-            known = {name: Estimate(getattr(after, name), errors[name]) for name in results["reduced1d"].steady}
-            results["fem3d"] = Result("fem3d", known, None, {"solved": solved})
+            errors = solved.model.steady_errors(scene)
+            results["fem3d"] = self._result("fem3d", solved.runs.base, errors, {"solved": solved})
         if not self.absent(scene, options).get("designer"):
             progress("answering a designer's questions")
             with progress.stage("design"):
@@ -208,18 +215,6 @@ class DeviceKind(Kind[Device]):
             "shielding": shielding,
             "design": None if design is None else asdict(design),
         }
-
-    def columns(self, outcome: Outcome[Device]) -> dict[str, np.ndarray]:
-        """Return time_s and the traces of both models; a run that is stopped ends early."""
-        results = {"reduced1d": outcome.runs.base.result}
-        if outcome.fem3d is not None:
-            results = {"fem3d": outcome.device_3d.runs.base.result} | results
-        rows = min(len(result.time_s) for result in results.values())
-        traces = {
-            f"{model}_{name}": result.trace(name)[:rows]
-            for model, result in results.items() for name in result.quantities
-        }  # fmt: skip
-        return {"time_s": results["reduced1d"].time_s[:rows], **traces}
 
 
 def _quantities(run: Run, model: str) -> Section:

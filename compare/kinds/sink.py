@@ -23,8 +23,6 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.blame import Budget
     from compare.models import Model
     from compare.slopes import Slopes
@@ -210,17 +208,6 @@ class SinkKind(Kind[Sink]):
             # The others are of the paper's equations, whichever reduction was chosen.
             checks = [c | {"model": reduced1d.model} if c["id"] in OF_THE_REDUCTION else c for c in checks]
         return document | {"checks": checks}
-
-    def columns(self, outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
-        """Return time_s, then <model>_<quantity>_<unit>; every 1D model is "reduced1d"."""
-        import numpy as np
-
-        results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
-        traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
-        columns = {"time_s": max((each.time for each in traces.values()), key=len)} if traces else {}
-        for name, each in traces.items():
-            columns |= {f"{name}_{key}": np.interp(columns["time_s"], each.time, v) for key, v in each.values.items()}
-        return columns
 
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:
