@@ -61,16 +61,18 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
         if found is not None:
             outcome.analyses[analysis.name] = found
     with progress.stage("answer"):
-        outcome.answer = kind.answer(outcome, progress)
+        outcome.answer = kind.answer(outcome)
     outcome.timing = progress.timing()
     return outcome
 
 
 def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> None:
     """Add the answer of the user's own model; where it fails or is interrupted, 3D is kept without it."""
+    from compare.models import sampling
+
     try:
         with progress.stage("reduced1d"):
-            outcome.results["reduced1d"] = kind_of(outcome.scene).ask(outcome, model, progress)
+            outcome.results["reduced1d"] = sampling.solve(model, outcome.scene, outcome.solved, progress)
     except (KeyboardInterrupt, NumericsError, SceneError) as error:
         why = f"{model.name} was interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
         outcome.failure = error

@@ -64,30 +64,25 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
-        """Solve the models that the options ask for and the kind has, by name: "fem3d", "reduced1d" (from `ask`
-        for a user's own model), and "single", 3D of one span of a row.
-        Raises SceneError and ArithmeticError."""
+        """Solve the models that the options ask for and the kind has, except the user's own, by name: "fem3d",
+        "reduced1d", and "single", 3D of one span of a row. Raises SceneError and ArithmeticError."""
 
     def compare(self, scene: S, options: Options) -> Outcome[S]:
         """Solve and check the models alone, the user's own too, as a point of a sweep needs it. The scene's expected
-        verdicts stay. Raises as `refuse`, `solve` and `ask` do."""
+        verdicts stay. Raises as `refuse` and `solve` do."""
         self.refuse(scene, options)
         progress, model = Progress(), self.open_model(scene, options)
         outcome = Outcome(scene, options, self.solve(scene, options, progress))
         if model is not None:
-            outcome.results["reduced1d"] = self.ask(outcome, model, progress)
+            from compare.models.sampling import solve
+
+            outcome.results["reduced1d"] = solve(model, scene, outcome.solved, progress)
         outcome.checks = self.checks(outcome)
         return outcome
 
     def open_model(self, scene: S, options: Options) -> Model | None:
         """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""
         return None
-
-    def ask(self, outcome: Outcome[S], model: Model, progress: Progress) -> Result:
-        """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
-        from compare.models.sampling import solve
-
-        return solve(model, outcome.scene, outcome.solved, progress)  # type: ignore[arg-type] # No device has one.
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its
@@ -140,7 +135,7 @@ class Kind(ABC, Generic[S]):
         results = filter(None, (outcome.fem3d, outcome.reduced1d))
         return tuple(text for result in results for text in result.details.get("warnings", ()))
 
-    def answer(self, outcome: Outcome[S], progress: Progress) -> str:
+    def answer(self, outcome: Outcome[S]) -> str:
         """The difference between the models in a sentence."""
         return ""
 
@@ -175,17 +170,17 @@ class Kind(ABC, Generic[S]):
         return lines + self.check_steps(scene, options)
 
     @abstractmethod
-    def figures(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
+    def figures(self, scene: S) -> Mapping[str, tuple[str, ...]]:
         """Return the content of each figure and its needs of a run, by its name."""
 
     def drawn(self, scene: S, options: Options) -> list[str]:
         """Return the names of the figures that a run draws."""
         done = [line.step for line in self.outputs(scene, options) if line.state == "done"]
-        return [name for name in self.figures(scene, options) if name in done]
+        return [name for name in self.figures(scene) if name in done]
 
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
-        figures, absent = self.figures(scene, options), self.absent(scene, options)
+        figures, absent = self.figures(scene), self.absent(scene, options)
         lines = [step(name, shows, _lack(absent, "figures", *needs)) for name, (shows, *needs) in figures.items()]
         lines.append(step("traces.csv", self.traces, _lack(absent, "traces")))
         fields = step("field files", "fem3d.pvd with its .vtu files", _lack(absent, "fields", self.field))

@@ -158,7 +158,7 @@ class DeviceKind(Kind[Device]):
         designer = step("designer's questions", "largest gains, range and resolution", idle)
         return [*super().check_steps(scene, options), designer]
 
-    def figures(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
+    def figures(self, scene: Device) -> dict[str, tuple[str, ...]]:
         return {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
 
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:

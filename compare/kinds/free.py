@@ -94,7 +94,7 @@ class FreeKind(Kind[AnyScene]):
             said.append(f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene")
         return tuple(said)
 
-    def answer(self, outcome: Outcome[AnyScene], progress: Progress) -> str:
+    def answer(self, outcome: Outcome[AnyScene]) -> str:
         if outcome.reduced1d is None:
             return ""
         from compare.blame import answer
@@ -117,9 +117,8 @@ class FreeKind(Kind[AnyScene]):
 
         scene, reduced1d = outcome.scene, outcome.reduced1d
         made = {"fem3d": slopes.in_3d(scene, outcome.solved, keys)}
-        if reduced1d is not None:
-            model, followed = reduced1d.details["own_model"], made["fem3d"].relative
-            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, outcome.solved)
+        if reduced1d is not None and (model := outcome.own_model) is not None:
+            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, made["fem3d"].relative, outcome.solved)
         return made
 
     def plan_3d(self, scene: AnyScene, options: Options) -> Sequence[Step]:
@@ -142,7 +141,7 @@ class FreeKind(Kind[AnyScene]):
             "1D": f"{file} is a program, which runs with --model scene" * bool(file and not own_model(scene, options)),
         }
 
-    def figures(self, scene: AnyScene, options: Options) -> dict[str, tuple[str, ...]]:
+    def figures(self, scene: AnyScene) -> dict[str, tuple[str, ...]]:
         when = "steady" if scene.steady else "hottest moment's"
         return {
             "figure_field": (f"the {when} temperature field, rendered off screen", "heat"),

@@ -113,7 +113,7 @@ class SinkKind(Kind[Sink]):
             "current follows": "the current is given" * (scene.current is not None),
         }
 
-    def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
+    def answer(self, outcome: Outcome[Sink]) -> str:
         from compare.blame import answer, causes
 
         fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
@@ -156,7 +156,7 @@ class SinkKind(Kind[Sink]):
     def describe_1d(self, scene: Sink, options: Options) -> str:
         return options.reduction if options.model else f"{options.reduction}, {ladder.describe(options.reduction)}"
 
-    def figures(self, scene: Sink, options: Options) -> Mapping[str, tuple[str, ...]]:
+    def figures(self, scene: Sink) -> Mapping[str, tuple[str, ...]]:
         return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
 
     def exported(self, scene: Sink, options: Options) -> AnyScene:

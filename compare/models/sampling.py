@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,7 @@ def ask(model: Model, question: Question) -> Answer:
     return replace(answer, values={name: np.interp(question.times, rows, v) for name, v in answer.values.items()})
 
 
-def solve(model: Model, scene: AnyScene | Sink, fem3d: Result, say: Callable[[str], None]) -> Result:
+def solve(model: Model, scene: Any, fem3d: Result, say: Callable[[str], None]) -> Result:
     """Return the model's result: its steady state where 3D has one, and traces at the times of 3D's and at seven
     between two of them, where a model may bend or jump.
 

@@ -8,7 +8,7 @@ import pytest
 from compare import blame
 from compare.kinds import KINDS
 from compare.options import Options
-from compare.outcome import Outcome, Progress
+from compare.outcome import Outcome
 from compare.pipeline import solve as answer
 from compare.verdict import Check
 from reduced1d.ladder.levels import Levels
@@ -30,7 +30,7 @@ def outcome_of(
 
 
 def told(sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Options | None = None) -> str:
-    return KINDS["sink"].answer(outcome_of(sink, fem3d, reduced1d, options), Progress())
+    return KINDS["sink"].answer(outcome_of(sink, fem3d, reduced1d, options))
 
 
 def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> Result:
@@ -51,7 +51,7 @@ def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> 
 def test_what_agrees_is_bounded_and_nobody_is_blamed(case):
     one = bent(case)
     outcome = outcome_of(case.sink, case.fem3d, one)
-    found = KINDS["sink"].answer(outcome, Progress())
+    found = KINDS["sink"].answer(outcome)
     assert found.startswith("The paper's 1D model is within 0.011 % of 3D at the peak and the ends")
     assert "blame" not in found
 
