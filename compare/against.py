@@ -135,7 +135,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
     if not len(sure):
         covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
         raise SceneError(
-            f"--against {quoted(data.name)} covers {covered}, the run {quantity(catalogue.since, 's')} to "
+            f"--against {quoted(data.name)} covers {covered}, the run {quantity(catalogue.first, 's')} to "
             f"{quantity(catalogue.end, 's')}: there is no time to compare at"
         )
     ours, error = simulated(fem3d, key, data.time)

@@ -52,10 +52,6 @@ class Columns(dict[str, "np.ndarray"]):
         had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "this run has no transient in 1D"
         raise SceneError(f"{quoted(quantity)} is no trace of both models: {had}")
 
-    def __repr__(self) -> str:
-        rows = len(next(iter(self.values()), ()))
-        return f"<traces, {rows} rows: {', '.join(self)}>" if self else "<no traces: no transient was solved>"
-
 
 class Run:
     """A run of a scene of any kind. ``outcome`` has everything; the rest are short ways.

@@ -78,10 +78,8 @@ class Outcome(Generic[S_co]):
 
     @property
     def reduced(self) -> Result:
-        """The 1D result; ValueError where there is none."""
-        if self.reduced1d is None:
-            raise ValueError("this run has no 1D model")
-        return self.reduced1d
+        """The 1D result, where there is one."""
+        return self.results["reduced1d"]
 
     @property
     def runs_away(self) -> str:
@@ -96,7 +94,7 @@ class Outcome(Generic[S_co]):
     @property
     def runs(self) -> Runs:
         """The 1D runs of a device."""
-        runs: Runs = self.results["reduced1d"].details["runs"]
+        runs: Runs = self.reduced.details["runs"]
         return runs
 
     @property

@@ -43,7 +43,8 @@ class Quantities:
     units : unit by name
     initial : temperature (K) from which rises count
     end : end of the run (s)
-    first, traces : first time (s) at which errors hold, and the 3D traces, which narrow it
+    first : first time (s) at which errors hold
+    traces : the 3D traces, which narrow the times at which errors hold
     edges : times (s) at which a drive jumps
     words : the user's word for a quantity
     final : by trace the steady quantity that its differences are relative to; else its own largest value
@@ -71,11 +72,6 @@ class Quantities:
     def word(self, name: str) -> str:
         """Return the user's word for a quantity."""
         return self.words.get(name, name)
-
-    @property
-    def since(self) -> float:
-        """The time (s) from which errors of traces hold."""
-        return self.first if self.traces is None else max(self.first, self.traces.since)
 
     @property
     def names(self) -> dict[str, str]:
@@ -108,7 +104,8 @@ def of(scene: Any, fem3d: Result | None = None) -> Quantities:
         )  # fmt: skip
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     traces, edges = None if fem3d is None else fem3d.traces, physics.jumps(physics.driving(scene))
-    return Quantities(units, scene.initial_temperature, scene.end_time, 0.0, traces, edges, steady=scene.steady)
+    first = 0.0 if traces is None else traces.since
+    return Quantities(units, scene.initial_temperature, scene.end_time, first, traces, edges, steady=scene.steady)
 
 
 def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, Check]:

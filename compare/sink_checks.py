@@ -95,15 +95,11 @@ def from_first(time: np.ndarray) -> np.ndarray:
     return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
 
 
-Side = tuple[Result, str]
-"""A result and the name of one of its traces."""
-
-
 def courses(
-    title: str, predicted: Side, measured: Side, scale: Estimate, relative_to: str, sink: Sink, note: str = "",
-    error: float = 0.0,
+    title: str, predicted: tuple[Result, str], measured: tuple[Result, str], scale: Estimate, relative_to: str,
+    sink: Sink, note: str = "", error: float = 0.0,
 ) -> Check:  # fmt: skip
-    """Compare two traces at their largest distance, relative to a scale; ``error`` adds to the errors of the traces."""
+    """Compare traces, each by result and name, at their largest distance; ``error`` adds to their own errors."""
     unit, both = unit_of(measured[1]), [(result.over_time, name) for result, name in (predicted, measured)]
     time = from_first(np.union1d(both[0][0].time, both[1][0].time))
     base = sink.plain.room_temperature if unit == "K" else 0.0

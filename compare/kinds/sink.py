@@ -175,21 +175,22 @@ class SinkKind(Kind[Sink]):
 
     def sections(self, outcome: Outcome[Sink], judged: Sequence[Section], style: Style) -> list[Section]:
         """Return the steady quantities, and the checks with their reasons."""
-        fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
+        fem3d, reduced1d, rows, off = outcome.fem3d, outcome.reduced1d, [], "1D/3D - 1"
+        model = "" if reduced1d is None else "1D" if reduced1d.model == PAPER else reduced1d.model
+        heads = [*["3D"] * (fem3d is not None), *[model] * bool(model), *[off] * bool(fem3d and model)]
         for entry in OF_A_SINK.values():
             three, one = (None if r is None else r.steady.get(entry.steady) for r in (fem3d, reduced1d))
-            cells, in_1d, off = [entry.called], "" if one is None else quantity(one.value, entry.unit, 6), ""
+            cells = dict.fromkeys(heads, "")
+            if one is not None:
+                cells[model] = quantity(one.value, entry.unit, 6)
             if three is not None:
                 value, error, shown, places, factor = with_error(three.value, three.error, entry.unit)
-                cells.append(f"{value} {style.plus_minus} {error} {shown}")
+                cells["3D"] = f"{value} {style.plus_minus} {error} {shown}"
                 if one is not None:
-                    in_1d = f"{one.value * factor:.{min(places, 4)}f} {shown}"
-                    off = percent(part(one.value - three.value, three.value), sign=True)
-            rows.append(cells + [in_1d, *[off] * (fem3d is not None)] * (reduced1d is not None))
-        heads = ["steady state"] + ["3D"] * (fem3d is not None)
-        if reduced1d is not None:
-            heads += ["1D" if reduced1d.model == PAPER else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
-        return [Section("Steady state", [Table(heads, rows)], headed=False), *judged]
+                    cells[model] = f"{one.value * factor:.{min(places, 4)}f} {shown}"
+                    cells[off] = percent(part(one.value - three.value, three.value), sign=True)
+            rows.append([entry.called, *cells.values()])
+        return [Section("Steady state", [Table(("steady state", *heads), rows)], headed=False), *judged]
 
     def document(self, outcome: Outcome[Sink]) -> dict[str, Any]:
         fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
