@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from compare import pipeline
 from compare.analyses.sensitivities import Propagated
-from compare.kinds import KINDS, kind_of
+from compare.kinds import kind_of
 from compare.options import FREE, as_text, check, of_kind, read, settings, texts
 from compare.outcome import Outcome
 from compare.pipeline import plugin
@@ -134,8 +134,7 @@ class Run:
         """Return the report that the command prints."""
         return pipeline.report_text(*self._told())
 
-    def __repr__(self) -> str:
-        return self.report()
+    __repr__ = report
 
     def _repr_html_(self) -> str:
         said = f"<p><strong>{escape(' '.join(pipeline.headline(*self._told()).split()))}</strong></p>"
@@ -177,7 +176,8 @@ def _document(function: Any, kind: str) -> None:
     function.__signature__ = Signature([*fixed, *more])
 
 
-for _function, _kind in ((run, "sink"), (solve, FREE), (device, "device")):
+_FUNCTIONS = {"sink": run, FREE: solve, "device": device}
+for _kind, _function in _FUNCTIONS.items():
     _document(_function, _kind)
 
 
@@ -197,7 +197,8 @@ def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, op
         raise SceneError(f"{quoted(given)} is no scene: give a name, a file, or what scenes.load returns")
     scene = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
     if scene.kind != kind:
-        raise SceneError(f"{quoted(scene.name)} is no scene for {KINDS[kind].call}: use {kind_of(scene).call}")
+        wrong, right = (_FUNCTIONS[each].__name__ for each in (kind, scene.kind))
+        raise SceneError(f"{quoted(scene.name)} is no scene for compare.{wrong}: use compare.{right}")
     values = read(kind, chosen, scene).but(figures=bool(options.get("figures")))
     with single_threaded():
         if out is None:

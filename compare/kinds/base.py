@@ -29,12 +29,11 @@ class Kind(ABC, Generic[S]):
     """A kind of scene: how to solve, compare and report its scenes. Instances have no state.
 
     The kinds are the sink, the device and free scenes; a new one is entered in `compare.kinds.KINDS`. Abstract methods
-    must be overridden and name, call and traces set; the others have defaults.
+    must be overridden and name and traces set; the others have defaults.
 
     Attributes
     ----------
     name : as the scenes' ``kind``
-    call : the function of the Python interface
     builtin : the scene that is solved where none is named; where it is empty, a scene must be named
     shown : quantities that tables on a terminal have room for; empty: the first ones
     traces : the columns or rows of traces.csv
@@ -43,7 +42,6 @@ class Kind(ABC, Generic[S]):
     """
 
     name: ClassVar[str]
-    call: ClassVar[str]
     builtin: ClassVar[str] = ""
     shown: ClassVar[tuple[str, ...]] = ()
     traces: ClassVar[str]

@@ -36,7 +36,7 @@ LATE = ("figure11", "figure12", "figure13")
 
 
 class DeviceKind(Kind[Device]):
-    name, call, builtin = "device", "compare.device", "device"
+    name, builtin = "device", "device"
     shown = ("sink_power_W", "sensor_power_W", "sensor_V")
     traces = "a row per controller sample"
     step = 0.1  # A run is nonlinear: a key is moved by its own uncertainty (GUM 5.1.3, note 2), at most by this.

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
 
 class FreeKind(Kind[AnyScene]):
-    name, call = "free", "compare.solve"
-    traces, field = "a column for each probe", "heat"
+    name, traces, field = "free", "a column for each probe", "heat"
 
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}

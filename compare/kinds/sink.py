@@ -37,7 +37,7 @@ QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.va
 
 
 class SinkKind(Kind[Sink]):
-    name, call, builtin = "sink", "compare.run", "sink"
+    name, builtin = "sink", "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
     traces, field = "every quantity against time", "3D"
 
