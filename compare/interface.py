@@ -16,7 +16,7 @@ from compare.outcome import Outcome
 from compare.pipeline import plugin
 from compare.processes import single_threaded
 from compare.report.table import Style
-from compare.verdict import Check, contrary
+from compare.verdict import Check
 from scenes import load, overridden
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.result import Estimate, Result
@@ -132,17 +132,13 @@ class Run:
 
     def report(self) -> str:
         """Return the report that the command prints."""
-        return pipeline.report_text(*self._told())
+        return pipeline.report_text(self.outcome, Style())
 
     __repr__ = report
 
     def _repr_html_(self) -> str:
-        said = f"<p><strong>{escape(' '.join(pipeline.headline(*self._told()).split()))}</strong></p>"
-        return "\n".join([said, *(part.html() for part in pipeline.sections(*self._told(page=True))[:3])])
-
-    def _told(self, **look: bool) -> tuple[Outcome[Any], list[Check], Style]:
-        """The outcome, the checks that are not as declared, and a style."""
-        return self.outcome, contrary(self.outcome.checks, self.scene), Style(**look)
+        said = f"<p><strong>{escape(' '.join(pipeline.headline(self.outcome, Style()).split()))}</strong></p>"
+        return "\n".join([said, *(part.html() for part in pipeline.sections(self.outcome, Style(page=True))[:3])])
 
 
 def run(scene: Any = "sink", *, overrides: Overrides = (), out: str | Path | None = None, **options: Any) -> Run:

@@ -6,16 +6,14 @@ first. A run plans, solves, checks, analyses and answers; nothing is written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses import ANALYSES, chosen
 from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report import checks
 from compare.report.table import Section, Style, wrapped
-from compare.verdict import Check
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
 
@@ -83,25 +81,24 @@ def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> N
         outcome.options = outcome.options.but(only="3d", model="", why=False)
 
 
-def sections(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> list[Section]:
+def sections(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections of a report: of the models and checks, then of the analyses."""
-    made = kind_of(outcome.scene).sections(outcome, checks.sections(outcome.checks, contrary, style), style)
-    return made + [
+    return kind_of(outcome.scene).sections(outcome, style) + [
         each.section(outcome.analyses[each.name], outcome, style) for each in ANALYSES if each.name in outcome.analyses
     ]
 
 
-def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
+def report_text(outcome: Outcome[Any], style: Style) -> str:
     """Return the report for a terminal: alarms, the answer, the sections, the warnings."""
     said = [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts = [section.text(style) for section in sections(outcome, contrary, style)]
-    return "\n\n".join(filter(None, (headline(outcome, contrary, style), *parts, *said)))
+    parts = [section.text(style) for section in sections(outcome, style)]
+    return "\n\n".join(filter(None, (headline(outcome, style), *parts, *said)))
 
 
-def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
+def headline(outcome: Outcome[Any], style: Style) -> str:
     """Return the first lines of a report: alarms, then the answer."""
     alarms = style.head(*(f"Warning: {text.rstrip('.')}." for text in outcome.alarms))
-    said = kind_of(outcome.scene).headline(outcome, contrary, style)
+    said = kind_of(outcome.scene).headline(outcome, style)
     return "\n".join(filter(None, (alarms, said)))
 
 

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
-from scenes.device import Device
 from scenes.formats import difference_text, percent, quantity
 from scenes.model import Declared
 from scenes.result import Estimate
-from scenes.sink import Sink
-
-Declaring = Sink | Device | Declared
 
 PAPER = "paper"
 """The name of the paper's own model."""
@@ -86,7 +82,7 @@ def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
     return "agrees" if abs(difference) + u_num <= tolerance else "unresolved"
 
 
-def judged(name: str, c: Check, scene: Declaring) -> Check:
+def judged(name: str, c: Check, scene: Declared) -> Check:
     """Return the check of a comparison with its verdict; one that agrees needs no reason."""
     tolerance = scene.tolerance(name)
     verdict, because = judge(c.difference, tolerance, c.known_to), c.because
@@ -100,24 +96,6 @@ def judged(name: str, c: Check, scene: Declaring) -> Check:
     if scene.expected_to_differ is not None:
         declared = "differs" if name in scene.expected_to_differ else "agrees"
     return replace(c, id=name, tolerance=tolerance, verdict=verdict, expected=declared, because=because)
-
-
-def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:
-    """Return the checks that contradict the scene: a declared verdict, or a tolerance that the scene itself sets.
-
-    ``strict`` expects every undeclared check to agree, and takes "unresolved" for a contradiction. An equation that the
-    chosen model does not use contradicts nothing.
-    """
-
-    def contradicts(check: Check) -> bool:
-        if not check.own or (check.verdict == "unresolved" and not strict):
-            return False
-        if strict or check.expected is not None:
-            return check.verdict != (check.expected or "agrees")
-        declared = "slope" if check.id.startswith("slope_") else check.id
-        return declared in scene.tolerances and check.verdict == "differs"
-
-    return [check for check in checks if contradicts(check)]
 
 
 def part(distance: float, scale: float) -> float:

@@ -200,12 +200,12 @@ class Kind(ABC, Generic[S]):
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
     @abstractmethod
-    def headline(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> str:
+    def headline(self, outcome: Outcome[S], style: Style) -> str:
         """Return the first lines of the report: the answer, and how many checks differ."""
 
     @abstractmethod
-    def sections(self, outcome: Outcome[S], judged: Sequence[Section], style: Style) -> list[Section]:
-        """Return the sections of the report on the models, with the sections on the checks in their place."""
+    def sections(self, outcome: Outcome[S], style: Style) -> list[Section]:
+        """Return the sections of the report on models and checks."""
 
     @abstractmethod
     def document(self, outcome: Outcome[S]) -> dict[str, object]:

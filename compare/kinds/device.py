@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from compare.kinds.base import Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.checks import counted
+from compare.report.checks import checked, counted
 from compare.report.table import Section, Style, Table, checks_document, sentences
-from compare.verdict import Check, Definition
+from compare.verdict import Definition
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import milliseconds, percent, quantity
@@ -170,7 +170,7 @@ class DeviceKind(Kind[Device]):
         whole = designs.exported(outcome.runs.base) if outcome.fem3d is None else outcome.device_3d.exported
         return compact(whole, export.states, export.accuracy, progress)
 
-    def headline(self, outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
+    def headline(self, outcome: Outcome[Device], style: Style) -> str:
         """State what the sensor's power settles to and when, and the number of checks that differ."""
         from statespace.result import BAND, settling
 
@@ -185,17 +185,17 @@ class DeviceKind(Kind[Device]):
         if ends and math.isfinite(ends[-1]):
             how = f"settles to {percent(BAND, 1)} in {milliseconds(ends[-1])}, at {power}"
         by = ", by the paper's scheme," * (outcome.options.scheme == "paper")
-        said = f"{scene.name}: {when}{by} the sensor's power {how}. {counted(outcome, contrary)}"
+        said = f"{scene.name}: {when}{by} the sensor's power {how}. {counted(outcome)}"
         return style.head(said.rstrip())
 
-    def sections(self, outcome: Outcome[Device], judged: Sequence[Section], style: Style) -> list[Section]:
+    def sections(self, outcome: Outcome[Device], style: Style) -> list[Section]:
         """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""
         design = outcome.reduced.details.get("design")
         return [
             Section("Findings", sentences(outcome.runs.base.result.findings)),
             _quantities(outcome.runs.base, "in 1D"),
             *([] if outcome.fem3d is None else [_quantities(outcome.device_3d.runs.base, "in 3D")]),
-            *judged,
+            *checked(outcome, style),
             *([] if design is None else [_design(design, style)]),
         ]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.checks import counted
+from compare.report.checks import checked, counted
 from compare.report.table import Row, Section, Style, Table, checks_document, steady_document, wrapped
 from compare.verdict import Check
 from scenes import physics
@@ -150,7 +150,7 @@ class FreeKind(Kind[AnyScene]):
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:
         return scene
 
-    def headline(self, outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
+    def headline(self, outcome: Outcome[AnyScene], style: Style) -> str:
         """State the first probes, or the answer about a model, then unknowns and heat balance."""
         scene, details, end = outcome.scene, outcome.solved.details, TIME.show(outcome.scene.end_time)
         what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
@@ -165,12 +165,12 @@ class FreeKind(Kind[AnyScene]):
         balance = details.get(key)
         closed = f", heat balanced to {balance:.0e}" if balance and math.isfinite(balance) else ""
         how = wrapped(f"{what} in 3D, {details['unknowns']} unknowns{closed}.")
-        return "\n".join([style.head(answer, counted(outcome, contrary, f"{scene.name}: ")), how])
+        return "\n".join([style.head(answer, counted(outcome, f"{scene.name}: ")), how])
 
-    def sections(self, outcome: Outcome[AnyScene], judged: Sequence[Section], style: Style) -> list[Section]:
+    def sections(self, outcome: Outcome[AnyScene], style: Style) -> list[Section]:
         """Return the probes, the checks of a model, and the lines of a network."""
         network = _network(outcome)
-        return [_probes(outcome, style), *judged, *([_network_section(network)] if network else [])]
+        return [_probes(outcome, style), *checked(outcome, style), *([_network_section(network)] if network else [])]
 
     def document(self, outcome: Outcome[AnyScene]) -> dict[str, Any]:
         """Return the entries of summary.json: probes with errors; of a transient values at times and ranges."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.checks import counted
+from compare.report.checks import checked, counted
 from compare.report.table import Section, Style, Table, checks_document, steady_document
 from compare.verdict import PAPER, Check, Definition, judged, part
 from reduced1d import ladder
@@ -167,13 +167,13 @@ class SinkKind(Kind[Sink]):
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
 
-    def headline(self, outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
+    def headline(self, outcome: Outcome[Sink], style: Style) -> str:
         name, reduced1d = sink_text(outcome.scene), outcome.reduced1d
         if reduced1d is not None and reduced1d.model != PAPER:
             name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
-        return style.head(outcome.answer, counted(outcome, contrary, f"{name}: "))
+        return style.head(outcome.answer, counted(outcome, f"{name}: "))
 
-    def sections(self, outcome: Outcome[Sink], judged: Sequence[Section], style: Style) -> list[Section]:
+    def sections(self, outcome: Outcome[Sink], style: Style) -> list[Section]:
         """Return the steady quantities, and the checks with their reasons."""
         fem3d, reduced1d, rows, off = outcome.fem3d, outcome.reduced1d, [], "1D/3D - 1"
         model = "" if reduced1d is None else "1D" if reduced1d.model == PAPER else reduced1d.model
@@ -190,7 +190,10 @@ class SinkKind(Kind[Sink]):
                     cells[model] = f"{one.value * factor:.{min(places, 4)}f} {shown}"
                     cells[off] = percent(part(one.value - three.value, three.value), sign=True)
             rows.append([entry.called, *cells.values()])
-        return [Section("Steady state", [Table(("steady state", *heads), rows)], headed=False), *judged]
+        return [
+            Section("Steady state", [Table(("steady state", *heads), rows)], headed=False),
+            *checked(outcome, style),
+        ]
 
     def document(self, outcome: Outcome[Sink]) -> dict[str, Any]:
         fem3d, reduced1d = outcome.fem3d, outcome.reduced1d

@@ -25,25 +25,25 @@ def without_slopes(checks: Sequence[Check]) -> list[Check]:
     return [check for check in checks if not check.id.startswith("slope_")]
 
 
-def counted(outcome: Outcome[Any], contrary: Sequence[Check], of: str = "") -> str:
+def counted(outcome: Outcome[Any], of: str = "") -> str:
     """Count the checks that differ, and compare with the declared verdicts; empty without checks."""
     counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
     if not (total := counts.total()):
         return ""
     said = f"{of}{counts['differs']} of {total} checks differ"
     said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
-    if contrary:
+    if contrary := outcome.contrary:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
     declared = outcome.scene.expected_to_differ is not None
     return said + (", as the scene declares." if declared else "; nothing was declared of this scene beforehand.")
 
 
-def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
+def checked(outcome: Outcome[Any], style: Style) -> list[Section]:
     """Return the checks, first of one model against the other, and why they differ; on the page with all values."""
-    checks = sorted(without_slopes(checks), key=lambda check: check.id not in OF_THE_REDUCTION)
+    checks = sorted(without_slopes(outcome.checks), key=lambda check: check.id not in OF_THE_REDUCTION)
     if not checks:
         return []
-    against = {check.id for check in contrary if check.expected not in (None, check.verdict)}
+    against = {check.id for check in outcome.contrary if check.expected not in (None, check.verdict)}
     declared = {c.id: f"the scene declares that it {c.expected} (checks.expect_differs)" for c in checks}
     reasons = {c.id: "; ".join(filter(None, (declared[c.id] * (c.id in against), c.because))) for c in checks}
     rows, short = [], all(len(check.id) < 20 for check in checks)

@@ -29,7 +29,6 @@ from validate.report.summary import as_json
 if TYPE_CHECKING:
     from benchmarks.rows import Row
     from compare.outcome import Outcome
-    from compare.verdict import Check
     from scenes.result import Step
 
 
@@ -117,18 +116,14 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     from compare.outcome import Progress
     from validate.report.output import run as write
 
-    against: list[Check] = []
     with progress(arguments.quiet) as say:
 
         def tell(outcome: Outcome[Any]) -> None:
-            from compare.verdict import contrary
-
-            against.extend(contrary(outcome.checks, outcome.scene, arguments.strict))
             say("")  # which clears the line
             if arguments.quiet:
-                show(" ".join(headline(outcome, against, style()).split()))
+                show(" ".join(headline(outcome, style()).split()))
             elif not arguments.json:
-                show(report_text(outcome, against, style()) + "\n")
+                show(report_text(outcome, style()) + "\n")
 
         outcome = write(scene, options, folder, Progress(say), tell)
     if arguments.json:
@@ -142,7 +137,7 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     if outcome.failure is not None:
         kept = f"{outcome.failure}; what 3D found is kept"
         return complain(kept, BAD_INPUT if isinstance(outcome.failure, SceneError) else NUMERICS)
-    return DIFFERS if against else FINE
+    return DIFFERS if outcome.contrary else FINE
 
 
 def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> str:

@@ -20,7 +20,6 @@ from compare.quantities import OF_A_DEVICE as DEVICE
 from compare.report.table import Row, Section, Style, Table
 from compare.report.table import html_section as section
 from compare.report.table import html_text as text
-from compare.verdict import contrary
 from scenes.formats import percent, quantity
 from scenes.free.tables import toml
 from scenes.loading import type_of_file
@@ -44,9 +43,9 @@ Document = Mapping[str, Any]
 
 def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
     """Write the page about a run into its folder, which has its figures; ``document`` is the summary."""
-    kind, against, title = kind_of(outcome.scene), contrary(outcome.checks, outcome.scene), outcome.scene.name
-    said, parts = " ".join(kind.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
-    path.write_text(page(path.parent, title, said, parts, document), encoding="utf-8")
+    said = " ".join(kind_of(outcome.scene).headline(outcome, _STYLE).split())
+    whole = page(path.parent, outcome.scene.name, said, sections(outcome, _STYLE), document)
+    path.write_text(whole, encoding="utf-8")
 
 
 def page(folder: Path, title: str, said: str, sections: Iterable[Section], document: Document) -> str:
