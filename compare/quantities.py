@@ -17,7 +17,6 @@ from compare.course import Course, ascending
 from compare.verdict import Check, compared
 from scenes import physics
 from scenes.checks import FIRST_TIME
-from scenes.errors import quoted
 from scenes.model import OVER_TIME, UNITS, AnyScene
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import OF_A_SINK
@@ -86,11 +85,6 @@ class Quantities:
         for edge in self.edges:
             mask &= np.abs(times - edge) > EDGE * min(self.end, float(times[-1]))
         return mask | ~np.isfinite(times)
-
-
-def called(name: str) -> str:
-    """Quote a name of several words for a sentence."""
-    return quoted(name) if " " in name else name
 
 
 def of(scene: Any, fem3d: Result | None = None) -> Quantities:

@@ -244,7 +244,7 @@ def by_differences(
     for key, u in uncertain.relative.items():
         step = min(u, kind.step)
         try:
-            more, less = (differences(kind.nearby(outcome, outcome.slopes, key, s)) for s in (step, -step))
+            more, less = (differences(kind.nearby(outcome, key, s)) for s in (step, -step))
         except SceneError:
             return tuple(checks)
         for name, value in more.items():

@@ -141,13 +141,10 @@ class Kind(ABC, Generic[S]):
     def slopes(self, outcome: Outcome[S], keys: Sequence[str] | None) -> dict[str, Slopes]:
         """How the results follow all or some keys, by the results' names."""
 
-    def nearby(self, outcome: Outcome[S], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[S]:
+    def nearby(self, outcome: Outcome[S], key: str, step: float) -> Outcome[S]:
         """The outcome with one key larger by a relative step; SceneError where there is no scene."""
-        moved = {
-            name: slopes[name].moved(result, key, step) if name in slopes else result
-            for name, result in outcome.results.items()
-        }
-        return replace(outcome, scene=neighbour(outcome.scene, key, step), results=moved)
+        moved = {name: each.moved(outcome.results[name], key, step) for name, each in outcome.slopes.items()}
+        return replace(outcome, scene=neighbour(outcome.scene, key, step), results=outcome.results | moved)
 
     @abstractmethod
     def plan_3d(self, scene: S, options: Options) -> Sequence[Step]:

@@ -138,7 +138,7 @@ class DeviceKind(Kind[Device]):
         sizes = {name: each.value for name, each in outcome.solved.steady.items()}
         return {"fem3d": Slopes(sizes, by_key, left_out=left_out)} | made
 
-    def nearby(self, outcome: Outcome[Device], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[Device]:
+    def nearby(self, outcome: Outcome[Device], key: str, step: float) -> Outcome[Device]:
         """The 1D runs of the device with a key larger by a relative step."""
         device = varied(outcome.scene, key, 1 + step)
         options = outcome.options.but(in_3d=False)

@@ -97,7 +97,6 @@ class FreeKind(Kind[AnyScene]):
         if outcome.reduced1d is None:
             return ""
         from compare.blame import answer
-        from compare.quantities import called
 
         name, probes = outcome.reduced1d.model, {probe.name for probe in outcome.scene.probes}
         checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in probes]
@@ -105,10 +104,10 @@ class FreeKind(Kind[AnyScene]):
             return f"{name} and 3D have no quantity in common."
         far = [check for check in checks if check.time is not None and check.verdict == "differs"]
         worst = max(far, key=lambda check: abs(check.difference), default=None)
-        claims = [
-            replace(c, title=called(c.id.removesuffix(OVER_TIME)), because=c.because.partition("; ")[2] * (c is worst))
-            for c in checks
-        ]
+        claims = []
+        for c in checks:
+            probe, detail = c.id.removesuffix(OVER_TIME), c.because.partition("; ")[2] * (c is worst)
+            claims.append(replace(c, title=quoted(probe) if " " in probe else probe, because=detail))
         return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:

@@ -134,16 +134,15 @@ class SinkKind(Kind[Sink]):
         from compare import slopes
 
         sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, slopes.Slopes]()
-        uncertain, times = bool(outcome.options.uncertain), None
-        if reduced1d is not None and reduced1d.traces is not None:
-            times = reduced1d.traces.time[1:]
+        uncertain = bool(outcome.options.uncertain)
+        times = None if reduced1d is None or reduced1d.traces is None else reduced1d.traces.time[1:]
         if fem3d is not None:
             made["fem3d"] = slopes.in_3d(sink, fem3d, keys, profile=uncertain and sink.spans == 1)
             times = made["fem3d"].times
             if "single" in outcome.results and uncertain:
                 made["single"] = slopes.in_3d(replace(sink, spans=1), outcome.results["single"], keys)
-        if reduced1d is not None and fem3d is not None and (model := outcome.own_model) is not None:
-            made["reduced1d"] = slopes.own_model(model, sink, reduced1d, numbers(sink), fem3d)
+        if (model := outcome.own_model) is not None:
+            made["reduced1d"] = slopes.own_model(model, sink, outcome.reduced, numbers(sink), outcome.solved)
         elif reduced1d is not None:
             made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
         return made
