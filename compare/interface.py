@@ -18,7 +18,7 @@ from compare.processes import single_threaded
 from compare.report.table import Style
 from compare.verdict import Check
 from scenes import load, overridden
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import SceneError, quoted, unknown
 from scenes.result import Estimate, Result
 
 if TYPE_CHECKING:
@@ -49,8 +49,7 @@ class Columns(dict[str, "np.ndarray"]):
             if three in self and one in self:
                 return self["time_s"], self[three], self[one]
         names = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
-        had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "this run has no transient in 1D"
-        raise SceneError(f"{quoted(quantity)} is no trace of both models: {had}")
+        raise unknown("both models have no transient of", quantity, names)
 
 
 class Run:
@@ -126,9 +125,7 @@ class Run:
             return self.checks[name]
         if why := kind_of(self.scene).skipped(self.scene, self.outcome.options).get(name):
             raise SceneError(f"this run made no check {quoted(name)}: {why}")
-        if not self.checks:
-            raise SceneError(f"{quoted(name)} is no check: this run made none")
-        raise SceneError(f"{quoted(name)} is no check: give {', '.join(self.checks)}{did_you_mean(name, self.checks)}")
+        raise unknown("this run made no check", name, self.checks)
 
     def report(self) -> str:
         """Return the report that the command prints."""
@@ -182,7 +179,7 @@ def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, op
     known = {option.key: option for option in of_kind(kind) if option.keyword != ""}
     for name in options:
         if name not in known:
-            raise SceneError(f"there is no option {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
+            raise unknown("there is no option", name, known)
     chosen = {
         name: as_text(known[name], value)
         for name, value in options.items() if value is not None and value is not False

@@ -21,12 +21,6 @@ from scenes.model import OVER_TIME, UNITS, AnyScene
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import OF_A_SINK
 
-OF_A_DEVICE = {
-    "sink_K": ("sink temperature", "K"), "sensor_K": ("sensor temperature", "K"), "sink_power_W": ("sink power", "W"),
-    "sensor_power_W": ("sensor power", "W"), "sink_V": ("sink voltage", "V"), "sensor_V": ("sensor voltage", "V"),
-    "polymer_flux_W": ("heat into polymer", "W"),
-}  # fmt: skip
-"""Words and units of the device's quantities."""
 EDGE = 1e-5
 """Nothing is compared within this part of the run to either side of a drive's jump."""
 AT_REST = np.array([np.inf])

@@ -20,7 +20,7 @@ from compare.report.checks import amount
 from compare.verdict import COVERS, Check, compared, judge
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import SceneError, unknown
 from scenes.formats import difference_text, percent, sink_text
 from scenes.kinds import Quantity
 from scenes.model import OVER_TIME as PROBE_OVER_TIME
@@ -30,7 +30,6 @@ from scenes.units import NUMBER
 
 QUANTITIES = {name: entry for name, entry in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
-TOLERANCE = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
 
 
 def assert_reduction_agrees(
@@ -116,10 +115,9 @@ def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> di
         raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
     for name in tolerances:
         if name not in allowed:
-            raise SceneError(
-                f"{quoted(name)} can't be asserted: give {', '.join(allowed)}{did_you_mean(name, allowed)}"
-            )
-    return {name: float(TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in tolerances.items()}
+            raise unknown("nothing can be asserted of", name, allowed)
+    kind = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
+    return {name: float(kind.read(f"the tolerance {name}", value) or 0.0) for name, value in tolerances.items()}
 
 
 def _steady(run: compare.Run, name: str) -> Check:

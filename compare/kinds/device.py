@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from reduced1d.device.design import Design
     from statespace.result import Run
 
+OF_A_DEVICE = {
+    "sink_K": ("sink temperature", "K"), "sensor_K": ("sensor temperature", "K"), "sink_power_W": ("sink power", "W"),
+    "sensor_power_W": ("sensor power", "W"), "sink_V": ("sink voltage", "V"), "sensor_V": ("sensor voltage", "V"),
+    "polymer_flux_W": ("heat into polymer", "W"),
+}  # fmt: skip
+"""Words and units of the device's quantities."""
 DEVICE_FIGURES = {
     "figure9": "power of sink and sensor against time",
     "figure10": "heat flow into the polymer against time",
@@ -43,8 +49,6 @@ class DeviceKind(Kind[Device]):
 
     def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
         """Return all but the temperatures, which the controllers fix."""
-        from compare.quantities import OF_A_DEVICE
-
         return {name: words for name, words in OF_A_DEVICE.items() if words[1] != "K"}
 
     def declared(self, scene: Device, options: Options) -> Device:
@@ -219,7 +223,6 @@ class DeviceKind(Kind[Device]):
 
 def _quantities(run: Run, model: str) -> Section:
     """Of every quantity the steady values before and after the step, the peak, and the settling times."""
-    from compare.quantities import OF_A_DEVICE
     from statespace.result import BAND, settling
 
     highest, rows = _peaks(run), []

@@ -56,7 +56,7 @@ def test_refusals():
         run.check("fig6_peak")
     with pytest.raises(SceneError, match="transient"):
         run.traces("peak_K")
-    with pytest.raises(SceneError, match="no trace"):
+    with pytest.raises(SceneError, match="no transient"):
         compare.run("sink").traces("peek_K")
     with pytest.raises(SceneError, match="out="):
         compare.run("sink", figures=True)
@@ -241,5 +241,5 @@ def test_the_python_interface_has_the_options_of_the_table():
 def test_overrides_take_python_values():
     found = compare.solve("hotplate", overrides={"run.steady": True, "boundary.drive.voltage": 0.2}, accuracy=1e-2)
     assert found.steady.keys() == {probe.name for probe in found.scene.probes}
-    with pytest.raises(SceneError, match="this run made none"):
+    with pytest.raises(SceneError, match="this run made no check"):
         found.check("heater")

@@ -12,11 +12,11 @@ from typing import Any
 
 from compare.kinds import kind_of
 from compare.kinds.device import DEVICE_FIGURES
+from compare.kinds.device import OF_A_DEVICE as DEVICE
 from compare.kinds.sink import FIGURES
 from compare.kinds.sink import QUANTITIES as SINK
 from compare.outcome import Outcome
 from compare.pipeline import sections
-from compare.quantities import OF_A_DEVICE as DEVICE
 from compare.report.table import Row, Section, Style, Table
 from compare.report.table import html_section as section
 from compare.report.table import html_text as text
