@@ -25,8 +25,9 @@ PLUGINS: dict[str, Callable[..., Any]] = {}
 
 
 def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
-    """Return the steps of a run that is not refused, before it is solved, or of an ``outcome``. Raises SceneError."""
+    """Return the steps of a run before it is solved, or of an ``outcome``. Raises SceneError."""
     kind = kind_of(scene)
+    kind.refuse(scene, options)
     analyses = [analysis.plan(scene, options) for analysis in chosen(options)]
     return (*kind.steps(scene, options, outcome), *analyses, *kind.outputs(scene, options))
 

@@ -80,7 +80,11 @@ class Kind(ABC, Generic[S]):
 
     def open_model(self, scene: S, options: Options) -> Model | None:
         """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""
-        return None
+        if not options.model:
+            return None
+        from compare.models import open_model
+
+        return open_model(options.model)
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its

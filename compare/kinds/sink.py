@@ -24,7 +24,6 @@ from scenes.varied import numbers
 
 if TYPE_CHECKING:
     from compare.blame import Budget
-    from compare.models import Model
     from compare.slopes import Slopes
 
 FIGURES: dict[str, tuple[str, ...]] = {
@@ -87,13 +86,6 @@ class SinkKind(Kind[Sink]):
                     raise RunawayError(f"in 1D {error}", error.limit) from None
                 results["reduced1d"] = one
         return results
-
-    def open_model(self, scene: Sink, options: Options) -> Model | None:
-        if not options.model:
-            return None
-        from compare.models import open_model
-
-        return open_model(options.model)
 
     def definitions(self, scene: Sink, options: Options) -> Mapping[str, Definition[Outcome[Sink]]]:
         from compare.sink_checks import CHECKS
