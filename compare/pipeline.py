@@ -13,7 +13,7 @@ from compare.analyses import ANALYSES, chosen
 from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style, wrapped
+from compare.report.table import Section, Style, sentences, wrapped
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
 
@@ -90,16 +90,15 @@ def sections(outcome: Outcome[Any], style: Style) -> list[Section]:
 
 def report_text(outcome: Outcome[Any], style: Style) -> str:
     """Return the report for a terminal: alarms, the answer, the sections, the warnings."""
-    said = [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts = [section.text(style) for section in sections(outcome, style)]
+    said = (wrapped(f"Warning: {text}") for text in sentences(outcome.warnings))
+    parts = (section.text(style) for section in sections(outcome, style))
     return "\n\n".join(filter(None, (headline(outcome, style), *parts, *said)))
 
 
 def headline(outcome: Outcome[Any], style: Style) -> str:
     """Return the first lines of a report: alarms, then the answer."""
-    alarms = style.head(*(f"Warning: {text.rstrip('.')}." for text in outcome.alarms))
-    said = kind_of(outcome.scene).headline(outcome, style)
-    return "\n".join(filter(None, (alarms, said)))
+    alarms = style.head(*(f"Warning: {text}" for text in sentences(outcome.alarms)))
+    return "\n".join(filter(None, (alarms, kind_of(outcome.scene).headline(outcome, style))))
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:

@@ -132,7 +132,7 @@ def _steady(run: compare.Run, name: str) -> Check:
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:
     """Raise AssertionError with a line for each check, the bad ones first, where one is not within its tolerance."""
     __tracebackhide__ = True
-    lines: dict[bool, list[str]] = {False: [], True: []}
+    failed, held = list[str](), list[str]()
     for check, tolerance in checks:
         known_to = check.known_to + COVERS * (check.u_input or 0.0)
         verdict = judge(check.difference, tolerance, known_to)
@@ -144,6 +144,6 @@ def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:
         line = f"  {check.id}: {check.title}, {values}\n    difference {off} ({error}), {mark} the tolerance of "
         line += percent(tolerance) + "; ask for a smaller accuracy=" * (verdict == "unresolved")
         line += f"\n    {check.because}" * bool(check.because and verdict != "agrees")
-        lines[verdict == "agrees"].append(line)
-    if lines[False]:
-        raise AssertionError("\n".join([f"{name} is not within the tolerances", *lines[False], *lines[True]]))
+        (held if verdict == "agrees" else failed).append(line)
+    if failed:
+        raise AssertionError("\n".join([f"{name} is not within the tolerances", *failed, *held]))

@@ -60,10 +60,9 @@ class SinkKind(Kind[Sink]):
             from reduced1d.network.solution import lines_of
 
             lines_of(scene)
-        fits = bool(options.calibrate)
-        if (options.follows_keys or fits) and not options.steady:
+        if (options.follows_keys or options.calibrate) and not options.steady:
             refuse_terminals(scene.scene(), "a sensitivity over time")
-        if fits and (why := nonlinear(scene.scene(), True)):
+        if options.calibrate and (why := nonlinear(scene.scene(), True)):
             raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
 
     def solve(self, scene: Sink, options: Options, progress: Progress) -> dict[str, Result]:
