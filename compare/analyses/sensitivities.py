@@ -138,12 +138,14 @@ OF_3D = {
 
 @dataclass(frozen=True)
 class Propagated:
-    """u_input by quantity: of ``fem3d`` and ``reduced1d`` in the quantity's unit, ``difference`` of 1D/3D - 1."""
+    """u_input by quantity: of ``fem3d`` and ``reduced1d`` in the quantity's unit, ``difference`` of 1D/3D - 1; ``most``
+    names the key that adds most to its square."""
 
     uncertain: Uncertain
     fem3d: dict[str, float]
     reduced1d: dict[str, float]
     difference: dict[str, float]
+    most: dict[str, str]
 
 
 class UncertainInputs(Analysis[Propagated]):
@@ -167,18 +169,17 @@ class UncertainInputs(Analysis[Propagated]):
         given = found.uncertain
         keys = ", ".join(f"{short_key(key)} {percent(u)}" for key, u in given.relative.items())
         pairs = "".join(f"; {short_key(a)} and {short_key(b)} {r:+g}" for (a, b), r in given.correlations.items())
-        rows = []
+        rows = [["u_input of", "3D", "1D", "1D/3D - 1", "most by"]]
         for name, (word, unit) in kind_of(outcome.scene).quantities(outcome.scene).items():
             models = [quantity(u[name], unit, 2) if name in u else "" for u in (found.fem3d, found.reduced1d)]
             off = percent(found.difference[name]) if name in found.difference else ""
-            rows.append([cut(word, 30), *models, off])
+            rows.append([cut(word, 30), *models, off, short_key(found.most.get(name, ""))])
+        if not found.reduced1d:
+            rows = [[*row[:2], row[4]] for row in rows]
         checks = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
         of_checks = f"of the differences: {', '.join(checks)}" if checks else ""
-        text, table = (
-            f"Inputs known to (standard uncertainty): {keys}{pairs}.",
-            Table(("u_input of", "3D", "1D", "1D/3D - 1"), rows),
-        )
-        return Section("Uncertain inputs", [text, table, of_checks], headed=False)
+        text = f"Inputs known to (standard uncertainty): {keys}{pairs}."
+        return Section("Uncertain inputs", [text, Table(rows[0], rows[1:]), of_checks], headed=False)
 
     def enter(self, summary: dict[str, Any], found: Propagated, outcome: Outcome[Any]) -> None:
         """Put u_input beside the error of every steady quantity, too; of a transient for the largest value."""
@@ -229,7 +230,9 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
     for name in filter(one.__contains__, three):
         off = part(slopes["reduced1d"].sizes[name], slopes["fem3d"].sizes[name])
         difference[name] = abs(off) * float(combined(one[name] - three[name], uncertain))
-    return Propagated(uncertain, u_3d, u_1d, difference)
+    parts = {name: vector**2 * uncertain.covariance().diagonal() for name, vector in (one | three).items()}
+    most = {name: list(uncertain.relative)[int(each.argmax())] for name, each in parts.items() if each.any()}
+    return Propagated(uncertain, u_3d, u_1d, difference, most)
 
 
 def by_differences(

@@ -30,7 +30,7 @@ from compare.models.model import (
 from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.units import ICE_POINT, parse_unit
+from scenes.units import ICE_POINT, TEMPERATURE, parse_unit
 
 HORIZONS = tuple(10.0**n for n in range(-6, 7))
 """Ends (s) of the runs to the steady state, from below the time constants of a film to eleven days."""
@@ -68,29 +68,32 @@ class Fmu(Model):
         """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
 
         A run rests where the outputs moved, and then stayed for as long again; this does not depend on a scale of time.
-        All ends are tried, because an FMU may move again. A run that fails has too short steps, or too long ones.
+        All ends are tried, because an FMU may move again. A run that fails has too long steps and ends the series.
         Raises SceneError where no run rests.
         """
         rested: Answer | None = None
         failure: SceneError | None = None
-        until = monotonic() + LONGEST / 10
+        last, until = 0.0, monotonic() + LONGEST / 10
         for end in HORIZONS:
             try:
                 _, run = self._run(question, end, STEPS[0], until - monotonic())
             except SceneError as error:
-                if rested is not None:
+                failure = error
+                if last:
                     break
-                failure = failure or error
                 continue
-            values = np.array(list(run.values()))
+            last, values = end, np.array(list(run.values()))
             change, rounding = np.ptp(values, axis=1), 1e-12 * np.abs(values).max(axis=1)
             late = np.ptp(values[:, values.shape[1] // 2 :], axis=1)
             moved = (change > rounding).any() or end == HORIZONS[-1]
             if moved and (late <= REST * change + rounding).all():
                 errors = dict(zip(run, late.tolist(), strict=True))
                 rested = Answer({name: v[-1] for name, v in run.items()}, errors)
+        if rested is None and not last and failure is not None:
+            raise failure
         if rested is None:
-            raise failure or SceneError(f"it does not come to rest within {quantity(HORIZONS[-1], 's')}")
+            why = "" if failure is None else f": {failure}"
+            raise SceneError(f"it does not come to rest within {quantity(last, 's')}{why}")
         return rested
 
     def _run(
@@ -156,8 +159,11 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
     if not name:
         return Unit()
     if (base := definitions.get(name)) is not None:
+        relative = variable.relativeQuantity or (kind and kind.relativeQuantity)
         powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K", "mol", "cd"))
-        return Unit(name, powers, float(base.factor), float(base.offset))
+        if relative and powers == (*TEMPERATURE.powers, 0, 0):
+            return Unit(f"{name} as a difference", ())
+        return Unit(name, powers, float(base.factor), 0.0 if relative else float(base.offset))
     if (unit := find_unit(name)) is None:
         return Unit(name, ())
     return Unit(name, (*unit.powers, 0, 0), float(unit.factor), float(ICE_POINT) * unit.celsius)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,14 +14,15 @@ from compare.data.columns import refusing
 from compare.models.model import Answer, Model, Question
 from compare.verdict import unit_of
 from scenes.errors import SceneError, listed, quoted, unknown
-from scenes.expressions import measured
+from scenes.expressions import Measure, measured
 from scenes.formats import quantity
 from scenes.free import as_dict
 from scenes.loading import as_dict as parametric_as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from scenes.units import UnitError
+from scenes.units import PLAIN, UnitError, parse_unit
+from scenes.varied import of_free
 
 
 def make_question(scene: AnyScene | Sink, fem3d: Result | None = None, times: np.ndarray | None = None) -> Question:
@@ -41,12 +43,21 @@ def make_question(scene: AnyScene | Sink, fem3d: Result | None = None, times: np
 
 
 def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
-    """Return the SI values of a model's parameters: of keys of the scene, or of expressions of its parameters."""
-    known = {} if scene.parameters is None else scene.parameters.measures
-    keys, values = dict(_numbers(document)), dict[str, float]()
+    """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
+    if not own_model.parameters:
+        return {}
+    known = {} if scene.parameters is None else dict(scene.parameters.measures)
+    keys, varied, values = dict(_numbers(document)), of_free(scene), dict[str, float]()
     for name, given in own_model.parameters.items():
+        text = str(given)
+        # Keys have dots, and perhaps blanks: names of an expression stand for them, the longest first.
+        for n, key in enumerate(sorted((key for key in keys if key in text), key=len, reverse=True)):
+            text = re.sub(rf"(?<![\w.]){re.escape(key)}(?![\w.])", f"key_{n}_", text)
+            plane = parse_unit("m").powers if key.endswith((".x", ".y", ".z")) else PLAIN
+            powers = varied[key].kind.dimension.powers if key in varied else plane
+            known[f"key_{n}_"] = Measure.from_float(keys[key], powers)
         try:
-            values[name] = keys[str(given)] if given in keys else measured(str(given), known)[0]
+            values[name] = measured(text, known)[0]
         except UnitError:
             raise SceneError(
                 f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a "
