@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,21 +31,28 @@ class Column:
     unit : ``None`` without one
     values : (rows,), NaN in empty cells
     spice : whether the column is of a circuit, where volts may stand for kelvins
-    role : its meaning: "time", "ignore", a quantity or a key of the scene; "" where only its name shows it
-    kind : "rise" or "curve" where `--column` adds that word
+    called : the name that `--column` gives it, read in place of the header
+    role : "time", "ignore", a quantity or a key of the scene; "" where its name is none of these
+    note : how it was read where that is not plain
     """
 
     name: str
     unit: Unit | None
     values: np.ndarray
     spice: bool = False
+    called: str = ""
     role: str = ""
-    kind: str = ""
+    note: str = ""
 
     @property
     def plain(self) -> str:
         """The header without the unit."""
         return self.name if self.spice else split_unit(self.name)[0]
+
+    @property
+    def is_curve(self) -> bool:
+        """Whether `--column` makes the column the abscissa of a curve."""
+        return split_unit(self.called)[0].lower().endswith(" curve")
 
     @property
     def powers(self) -> Powers | None:
@@ -62,10 +69,6 @@ class Column:
         """(rows,): the values in SI units as differences."""
         return self.values if self.unit is None else self.values * float(self.unit.factor)
 
-    def at(self, rows: np.ndarray) -> Column:
-        """Return some rows of the column."""
-        return replace(self, values=self.values[rows])
-
 
 @contextmanager
 def refusing(name: str) -> Iterator[None]:
@@ -76,17 +79,17 @@ def refusing(name: str) -> Iterator[None]:
         raise SceneError(f"{name}: {error}") from None
 
 
-def parse_number(cell: str, mark: str = ".") -> float | None:
-    """Return the number of a cell, NaN for a missing or infinite one, ``None`` for a text. Fortran writes 1.0D-06."""
+def parse_number(cell: str, mark: str = ".") -> float:
+    """Return the number of a cell, NaN for a missing or infinite one, infinity for a text. Fortran writes 1.0D-06."""
     if _MISSING.fullmatch(cell):
         return np.nan
     if "_" in cell or (mark == "," and "." in cell):
-        return None
+        return np.inf
     try:
         number = float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
-        return number if np.isfinite(number) else np.nan
     except ValueError:
-        return None
+        return np.inf
+    return number if np.isfinite(number) else np.nan
 
 
 def find_unit(text: str) -> Unit | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
@@ -12,8 +13,9 @@ import numpy as np
 
 from compare.against import Data
 from compare.data import raw, text
-from compare.data.columns import refusing
-from compare.data.match import Target, assign, match, pick
+from compare.data.columns import Column, refusing
+from compare.data.match import IGNORED, Target, assign
+from compare.data.runs import count_runs, pick
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, did_you_mean, printable, quoted
@@ -45,15 +47,22 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     kind, columns = (raw if raw.is_raw(content) else text).read(content)
     if kind == text.LIST and not catalogue.steady:
         raise SceneError("a list of steady values, and the scene is solved over time: give traces, or --steady")
-    columns = assign(columns, target, given)
-    run = pick(columns, target)
+    every = assign(columns, target, given)
+    clock = _find_time(every, target)
+    time = np.zeros(len(every[0].values)) if clock is None else clock.si
+    columns, left_out = _sort(every, target, count_runs(time))
+    traces = [c for c in columns if c.role in catalogue.units]
+    filled = np.any([np.isfinite(c.values) for c in traces] or [np.isfinite(time)], axis=0)
+    run = pick(time, [c for c in columns if c.role in target.numbers], filled, target)
     values: dict[str, np.ndarray] = {}
-    headers: dict[str, str] = {"time_s": run.clock} if run.clock else {}
-    how = {"time_s": "; ".join(run.notes)}
-    for column in run.columns:
-        key, found, note = match(column, target, run.curve)
-        if not key or (not column.role and any(c.role == key for c in columns)):
-            run.left_out[column.name] = "is not the one that --column names" if key else note
+    headers, how = dict[str, str](), {"time_s": ", ".join(filter(None, [clock.note if clock else "", *run.notes]))}
+    if clock:
+        headers["time_s"] = clock.name
+    for column in traces:
+        key = column.role
+        found, note = _read_values(replace(column, values=column.values[run.rows]), target, run.curve)
+        if np.isnan(found).all():
+            left_out[column.name] = "has no number in this run"
         elif key in values:
             word = catalogue.word(key)
             raise SceneError(
@@ -63,7 +72,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         else:
             values[key], headers[key], how[key] = found, column.name, note
     if not values:
-        reasons = "".join(f"; {quoted(n)} {why}" for n, why in [*run.left_out.items()][:8])
+        reasons = "".join(f"; {quoted(n)} {why}" for n, why in [*left_out.items()][:8])
         known = ", ".join(f"{word} ({catalogue.units[name]})" for word, name in [*catalogue.names.items()][:8])
         raise SceneError(
             f"none of its columns is a quantity of the scene, {known}{reasons}: call them so, or say which they are, "
@@ -75,13 +84,98 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
         raise SceneError(f"every row is empty in one of {names}: leave one of them out, --column ignore=COLUMN")
     notes = (f"{(~full).sum()} of {len(full)} rows are left out, for {names} has no number there",) if names else ()
     values = {key: each[full] for key, each in values.items()}
-    time = np.repeat(AT_REST, full.sum()) if catalogue.steady else run.time[full]
+    time = np.repeat(AT_REST, full.sum()) if catalogue.steady else time[run.rows][full]
     # Other columns may be uncertainties: of temperatures they are differences.
-    others = {c.name: c.at(full) for c in run.columns if c.name not in headers.values()}
+    others = {c.name: replace(c, values=c.values[run.rows][full]) for c in every if c.name not in headers.values()}
     return Data(
-        name, kind, time, values, headers, {key: note for key, note in how.items() if note}, notes, run.left_out,
+        name, kind, time, values, headers, {key: note for key, note in how.items() if note}, notes, left_out,
         run.words, others=others, words=catalogue.words, curve=list(compress(run.curve, full)),
     )  # fmt: skip
+
+
+def _find_time(columns: Sequence[Column], target: Target) -> Column | None:
+    """The column of times; ngspice may write the same times before every vector."""
+    times = [c for c in columns if c.role == "time" and np.isfinite(c.values).any()]
+    times = [c for c in times if c.called] or times
+    if target.quantities.steady and not times:
+        return None
+    if not times or not all(np.array_equal(c.si, times[0].si, equal_nan=True) for c in times):
+        names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
+        such = 'no column is the time with its unit, such as "Time (s)" with 90, not 00:01:30'
+        problem = "several columns are the time" if times else such
+        raise SceneError(f'{problem} (give --column "time (s)=NAME"): there are {names}')
+    clock, why = target.convert(times[0])
+    if why:
+        raise SceneError(f"--column: {quoted(clock.name)} can't be the time: it {why}")
+    return clock
+
+
+def _sort(columns: Sequence[Column], target: Target, runs: int) -> tuple[list[Column], dict[str, str]]:
+    """The columns of quantities and keys, in units of these, and the reasons of the others.
+
+    Raises SceneError for a column that `--column` names and that cannot be read.
+    """
+    given, kept, left_out = {c.role for c in columns if c.called}, list[Column](), dict[str, str]()
+    for column in columns:
+        why, role = "", column.role
+        if role == IGNORED:
+            why = "is left out by --column"
+        elif np.isnan(column.values).all():
+            why = 'has no numbers (give 1234.5, not "1,234.5")'
+        elif not role:
+            why = "is called as no quantity of the scene"
+        elif role in given and not column.called:
+            why = "is not the one that --column names"
+        elif role != "time":
+            column, why = target.convert(column)
+            if not why and role in target.numbers and not column.is_curve and len(np.unique(column.values)) > runs:
+                why = f"varies over time, as no {role} of a run does"
+        if why and column.called and role != IGNORED:
+            word = target.quantities.word(role)
+            raise SceneError(f"--column: {quoted(column.name)} can't be the {word}: it {why}")
+        if why:
+            left_out[column.name] = why
+        elif role != "time":
+            kept.append(column)
+    return kept, left_out
+
+
+def _read_values(column: Column, target: Target, curve: Sequence[tuple[str, Any]]) -> tuple[np.ndarray, str]:
+    """The values of a quantity in SI units, temperatures absolute, NaN in rows to leave out, and a note on them."""
+    values, notes, unit = column.si, [column.note], target.quantities.units[column.role]
+    if unit == "K":
+        values, note = _make_absolute(target, column)
+        notes.append(note)
+    elif unit == "A":
+        # SPICE counts the current of a source as negative where the source delivers.
+        signs = [Target(scene).sign(column.role) for _, scene in curve] or [target.sign(column.role)]
+        if np.nanmedian(values * signs) < 0:
+            values = -values
+            notes.append("sign turned to that of the voltage")
+    return values, ", ".join(filter(None, notes))
+
+
+def _make_absolute(target: Target, column: Column) -> tuple[np.ndarray, str]:
+    """Absolute temperatures (K) of a column, and a note.
+
+    Unless the column is called a rise, its numbers other than zero are absolute where all are above half of the
+    initial temperature of the scene. Zeros among absolute kelvins are placeholders, and so are numbers below 0 K
+    however they are read, such as -999.
+    """
+    initial = target.quantities.initial
+    names = f"{column.called} {column.name}", target.quantities.word(column.role)
+    of_column, of_quantity = (set(re.split(r"[\W_]+", name.lower())) for name in names)
+    if "rise" in of_column - of_quantity:
+        return column.differences + initial, "a rise"
+    values, zero = np.where(column.differences < -initial, np.nan, column.si), column.values == 0
+    known = values[~np.isnan(values) & ~zero]
+    starts = known.size and abs(known[0] - initial) <= 0.05 * initial
+    celsius = column.unit is not None and column.unit.celsius
+    if not known.size or not (starts or celsius or (known > initial / 2).all()):
+        first = next((float(each) for each in values if not np.isnan(each)), np.nan)
+        return values + initial, f"a rise, for it starts at {first:.4g} K"
+    zero &= not celsius
+    return np.where(zero, np.nan, values), f"{zero.sum()} placeholder rows of zeros" * bool(zero.any())
 
 
 def _compare_run(data: Data, target: Target) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
+from math import isfinite, isinf
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ LIST = "list of values"
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
+_BESIDE = re.compile(r'^"?%\s*(Data|Grid|X|.* @ .*=.*?)"?\s*$', re.MULTILINE)
+"""Remarks of COMSOL's data exports."""
 _HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"[,;]?\s+", r"[,;]"
 """Separators of names in a header; inside a name without quotes a space follows the comma."""
 
@@ -38,31 +41,30 @@ def read_bytes(path: Path, option: str = "--against") -> bytes:
 def read(data: bytes) -> tuple[str, list[Column]]:
     """Read the kind and the columns of a text file. Raises SceneError with the row that cannot be read."""
     text = _decode(data)
-    remarks: list[str] = []
-    lines: list[tuple[int, str]] = []
-    for number, line in enumerate(text.splitlines(), 1):
-        bare = line.strip().lstrip('"')
-        if bare[:1] in ("%", "#") and parse_number(re.split(r"[\s,;]", bare)[0]) is None:
-            remarks.append(line.strip().replace(bare[0], "", 1).strip())
-        elif line.strip(" \t,;\r") and not (number == 1 and line.startswith("sep=")):
-            lines.append((number, line))
-    of_comsol = text.lstrip('" \r\n').startswith("%")
-    if of_comsol and any(re.search(r" @ .*=", remark) or remark in ("Data", "Grid", "X") for remark in remarks):
+    if _BESIDE.search(text):
         raise SceneError(
             "it has times or runs beside one another, as data exports of COMSOL (spreadsheet, sectionwise, grid) do: "
             "export a table of point evaluations, with a row for each time"
         )
-    if any(line.startswith("Step Information:") for _, line in lines):
+    if re.search("^Step Information:", text, re.MULTILINE):
         raise SceneError("LTspice's text has several runs, from .step: export the text of one run")
+    remarks: list[str] = []
+    lines: list[tuple[int, str]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        bare = line.strip().lstrip('"')
+        if bare[:1] in ("%", "#") and not np.isnan(parse_number(re.split(r"[\s,;]", bare)[0])):
+            remarks.append(line.strip().replace(bare[0], "", 1).strip())
+        elif line.strip(" \t,;\r"):
+            lines.append((number, line))
     if not lines:
         raise SceneError("it has no rows: give a row of names with units, then numbers")
     try:
         if pairs := _read_pairs([line for _, line in lines]):
             return LIST, pairs
-        columns = _read_block(lines, remarks, of_comsol)
+        of_comsol = text.lstrip('" \r\n').startswith("%")
+        return "COMSOL table" if of_comsol else "table", _read_block(lines, remarks, of_comsol)
     except csv.Error as error:
         raise SceneError(f"it is no table of numbers: {reason(error)}") from None
-    return "COMSOL table" if of_comsol else "table", columns
 
 
 def _decode(data: bytes) -> str:
@@ -105,66 +107,60 @@ def _read_pairs(lines: Sequence[str]) -> list[Column]:
     return list(columns.values())
 
 
-def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, int, list[bool]]:
+def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, int, np.ndarray]:
     """Separator, decimal mark, number of columns, and the columns of texts, by some 400 rows: most numbers win."""
     tried = []
     for separator, mark in _DIALECTS:
         sample = (_split(line, separator) for _, line in lines[:: len(lines) // 400 + 1])
         parsed = ([parse_number(cell, mark) for cell in cells] for cells in sample)
-        rows = [row for row in parsed if len(row) > 1 and any(v is not None and v == v for v in row)]
+        rows = [row for row in parsed if len(row) > 1 and any(map(isfinite, row))]
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
-        columns = list(zip(*(row for row in rows if len(row) == width), strict=True))
-        counts = [(column.count(None), sum(v is not None and v == v for v in column)) for column in columns]
-        texts, numbers = (sum(count[n] for count in counts) for n in (0, 1))
-        tried.append((numbers, -texts, (separator, mark, width, [t > n for t, n in counts])))
+        table = np.array([row for row in rows if len(row) == width]).reshape(-1, max(width, 1))
+        texts, numbers = np.isinf(table).sum(axis=0), np.isfinite(table).sum(axis=0)
+        tried.append((numbers.sum(), -texts.sum(), (separator, mark, width, texts > numbers)))
     return max(tried, key=lambda each: each[:2])[2]
 
 
 def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> list[Column]:
     """The columns of the first block of numbers."""
     separator, mark, width, of_texts = _find_dialect(lines)
+    numeric = np.flatnonzero(~of_texts)
     rows: list[list[float]] = []
     head: list[str] = []
     pending: list[str] = []
     for number, line in lines:
         cells = _split(line, separator)
         values = [parse_number(cell, mark) for cell in cells]
-        has_numbers = any(v is not None and v == v for v in values)
-        fits = len(cells) == width and all(v is not None or t for v, t in zip(values, of_texts, strict=True))
+        has_numbers = any(map(isfinite, values))
         # A page of a listing repeats the header; another header starts another table.
         if rows and has_numbers and pending and (not head or pending[-1].split() != head[-1].split()):
             break
-        if has_numbers and fits:
+        if has_numbers and len(cells) == width and not any(isinf(values[k]) for k in numeric):
             head, pending = (head if rows else pending), []
-            rows.append([np.nan if v is None else v for v in values])
-        elif rows and has_numbers and (None not in values or (separator and len(cells) == width)):
+            rows.append(values)
+        elif rows and has_numbers and (not any(map(isinf, values)) or (separator and len(cells) == width)):
             raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers")
         elif line.strip("-=_*+| \t"):
             pending.append(line)
     if not rows:
         raise SceneError(f"it has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
     matrix = np.array(rows)
+    matrix[np.isinf(matrix)] = np.nan
     least = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
-    if not head and remarks and (of_comsol or _split_names(remarks[-1], least, width, separator)):
-        head = remarks
-    if head:
-        names, units = _read_names(head, least, width, separator)
+    above = [_split_names(line, least, width, separator) for line in (head or remarks)[-2:]]
+    if head + remarks * of_comsol and above[-1] is None:
+        last = (head or remarks)[-1].strip()
+        raise SceneError(f"its header {quoted(last)} has another number of columns than the rows below it")
+    if above and above[-1]:
+        names, units = above[-1], [name.strip("()[] ") for name in above[-1]]
+        if any(units) and all(u in ("", "-", "1") or find_unit(u) for u in units):
+            names = above[-2] if len(above) > 1 and above[-2] and len(above[-2]) == len(units) else units
+        else:
+            units = [""] * len(names)
     else:  # ngspice's wrdata may write the times before every vector.
         clocks = [k == 0 or bool((column == matrix[:, 0]).all()) for k, column in enumerate(matrix.T[:least])]
         names, units = [c * "time" or f"column {k}" for k, c in enumerate(clocks, 1)], [""] * least
     return [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
-
-
-def _read_names(head: list[str], least: int, most: int, separator: str | None) -> tuple[list[str], list[str]]:
-    """The names and units of the columns from the rows above them."""
-    last = _split_names(head[-1], least, most, separator)
-    if last is None:
-        raise SceneError(f"its header {quoted(head[-1].strip())} has another number of columns than the rows below it")
-    units = [name.strip("()[] ") for name in last]
-    if not any(units) or not all(u in ("", "-", "1") or find_unit(u) for u in units):
-        return last, [""] * len(last)
-    above = _split_names(head[-2], len(units), len(units), separator) if len(head) > 1 else None
-    return above or units, units
 
 
 def _split_names(line: str, least: int, most: int, separator: str | None) -> list[str] | None:

@@ -149,7 +149,7 @@ REFUSED = {
     "a column twice": (TWICE, ["peak=2", "end=2"], "already"),
     "no current": (TWICE, ["current=2"], "can't be the current"),
     "no volts": (TWICE, ["peak (V)=2"], "can't be the peak"),
-    "no time": (TWICE, ["time=2"], "no unit of time"),
+    "no time": (TWICE, ["time=2"], "can't be the time"),
     "time as peak": (TWICE, ["peak=Time (ms)"], "no column is the time"),
     # of another scene: each would otherwise come out as a difference of the models
     "rises in degrees": ((MILLISECONDS, ("peak (degC)", RISES)), (),
