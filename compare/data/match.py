@@ -48,11 +48,11 @@ class Target:
     def _find_key(self, name: str) -> str:
         """The key that ends with a name, of the scene's main section where there are several; "" for none."""
         wanted = "." + re.sub(r"\s+", "_", name.strip())
-        for text, ends in ((wanted, str), (wanted.lower(), str.lower)):
-            keys = [key for key in self.numbers if ends(f".{key}").endswith(text)]
-            keys = [key for key in keys if ends(key) in (text[1:], f"sink{text}")] or keys
-            if len(keys) == 1:
-                return keys[0]
+        found = [key for key in self.numbers if f".{key}".lower().endswith(wanted.lower())]
+        found = [key for key in found if f".{key}".endswith(wanted)] or found
+        found = [key for key in found if key.lower() in (wanted[1:].lower(), f"sink{wanted.lower()}")] or found
+        if len(found) == 1:
+            return found[0]
         return "drive.voltage" if self._is_sink and _VOLTAGE.fullmatch(name) else ""
 
     def _find_quantity(self, column: Column) -> str:

@@ -15,7 +15,7 @@ from compare.against import Data
 from compare.data import raw, text
 from compare.data.columns import Column, refusing
 from compare.data.match import IGNORED, Target, assign
-from compare.data.runs import count_runs, pick
+from compare.data.runs import choose, count_runs, keep_one, vary
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, did_you_mean, printable, quoted
@@ -50,27 +50,36 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     every = assign(columns, target, given)
     clock = _find_time(every, target)
     time = np.zeros(len(every[0].values)) if clock is None else clock.si
-    columns, left_out = _sort(every, target, count_runs(time))
-    traces = [c for c in columns if c.role in catalogue.units]
-    filled = np.any([np.isfinite(c.values) for c in traces] or [np.isfinite(time)], axis=0)
-    run = pick(time, [c for c in columns if c.role in target.numbers], filled, target)
+    rows = np.isfinite(time)
+    columns, left_out = _sort(every, target, count_runs(time[rows]))
+    traces, keys = ([c for c in columns if c.role in roles] for roles in (catalogue.units, target.numbers))
+    notes = [clock.note if clock else "", f"{(~rows).sum()} rows without one are left out" * (not rows.all())]
+    curve = next((c for c in keys if c.is_curve), None)
+    rows, words = choose([c for c in keys if c is not curve], rows, target)
+    scenes: list[tuple[str, Any]] = []
+    if curve is not None:
+        rows &= curve.values != 0  # A scene without a drive has no 3D solution.
+        scenes = vary(curve, rows, target)
+        words += "; " * bool(words) + f"the curve over {curve.plain} ({curve.role}), without its zeros"
+    else:
+        if catalogue.steady and traces:
+            rows &= np.any([np.isfinite(c.values) for c in traces], axis=0)
+        rows, note = keep_one(time, rows, catalogue.steady)
+        notes.append(note)
     values: dict[str, np.ndarray] = {}
-    headers, how = dict[str, str](), {"time_s": ", ".join(filter(None, [clock.note if clock else "", *run.notes]))}
-    if clock:
-        headers["time_s"] = clock.name
+    headers, how = {"time_s": clock.name} if clock else {}, {"time_s": ", ".join(filter(None, notes))}
     for column in traces:
-        key = column.role
-        found, note = _read_values(replace(column, values=column.values[run.rows]), target, run.curve)
-        if np.isnan(found).all():
+        key, word = column.role, catalogue.word(column.role)
+        if np.isnan(column.values[rows]).all():
             left_out[column.name] = "has no number in this run"
         elif key in values:
-            word = catalogue.word(key)
             raise SceneError(
                 f"both {quoted(headers[key])} and {quoted(column.name)} may be the scene's {word}: say which, by name "
                 f'or number, --column {word}="{printable(column.name)}"'
             )
         else:
-            values[key], headers[key], how[key] = found, column.name, note
+            values[key], how[key] = _read_values(replace(column, values=column.values[rows]), target, scenes)
+            headers[key] = column.name
     if not values:
         reasons = "".join(f"; {quoted(n)} {why}" for n, why in [*left_out.items()][:8])
         known = ", ".join(f"{word} ({catalogue.units[name]})" for word, name in [*catalogue.names.items()][:8])
@@ -82,14 +91,14 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     full = np.all([np.isfinite(each) for each in values.values()], axis=0)
     if not full.any():
         raise SceneError(f"every row is empty in one of {names}: leave one of them out, --column ignore=COLUMN")
-    notes = (f"{(~full).sum()} of {len(full)} rows are left out, for {names} has no number there",) if names else ()
+    notes = [f"{(~full).sum()} of {len(full)} rows are left out, for {names} has no number there"] * bool(names)
     values = {key: each[full] for key, each in values.items()}
-    time = np.repeat(AT_REST, full.sum()) if catalogue.steady else time[run.rows][full]
+    time = np.repeat(AT_REST, full.sum()) if catalogue.steady else time[rows][full]
     # Other columns may be uncertainties: of temperatures they are differences.
-    others = {c.name: replace(c, values=c.values[run.rows][full]) for c in every if c.name not in headers.values()}
+    others = {c.name: replace(c, values=c.values[rows][full]) for c in every if c.name not in headers.values()}
     return Data(
-        name, kind, time, values, headers, {key: note for key, note in how.items() if note}, notes, left_out,
-        run.words, others=others, words=catalogue.words, curve=list(compress(run.curve, full)),
+        name, kind, time, values, headers, {key: note for key, note in how.items() if note}, tuple(notes), left_out,
+        words, others=others, words=catalogue.words, curve=list(compress(scenes, full)),
     )  # fmt: skip
 
 
@@ -115,7 +124,7 @@ def _sort(columns: Sequence[Column], target: Target, runs: int) -> tuple[list[Co
 
     Raises SceneError for a column that `--column` names and that cannot be read.
     """
-    given, kept, left_out = {c.role for c in columns if c.called}, list[Column](), dict[str, str]()
+    named, kept, left_out = {c.role for c in columns if c.called}, list[Column](), dict[str, str]()
     for column in columns:
         why, role = "", column.role
         if role == IGNORED:
@@ -124,7 +133,7 @@ def _sort(columns: Sequence[Column], target: Target, runs: int) -> tuple[list[Co
             why = 'has no numbers (give 1234.5, not "1,234.5")'
         elif not role:
             why = "is called as no quantity of the scene"
-        elif role in given and not column.called:
+        elif role in named and not column.called:
             why = "is not the one that --column names"
         elif role != "time":
             column, why = target.convert(column)

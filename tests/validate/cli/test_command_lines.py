@@ -27,7 +27,7 @@ TABLES: dict[str, tuple[str | bytes, int | str]] = {
     "plain": ("time (s),peak (K)\n" + ROWS, 0), "bare": ("time,peak\n" + ROWS, 0),
     "empty rows": ("time;peak\n;;\n" + SHORT + ";;;\n\n;\n", 0),
     "no cell": ("time;peak (K);end (K)\n0;;1\n1;2;\n2;3;\n", "every row is empty in one of"),
-    "empty time": ("time;peak\n;293\n;294\n;295\n", "the time, has no numbers"),
+    "empty time": ("time;peak\n;293\n;294\n;295\n", "no column is the time"),
     "thousands": ("time (us);peak (mK)\n" + 4 * "0,0;293.000,0\n" + "1.000,0;303.000,0\n", 2),
     "two heads": ("time,peak\n" + ROWS + "time,peak\n" + ROWS, 2),
     "falling": ("time,peak\n0.02,293\n0.01,294\n0,295\n", 2),
