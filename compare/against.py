@@ -87,50 +87,32 @@ def checked(scene: Any, data: Data) -> dict[str, str]:
 
 
 def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
-    """Check every quantity of the data."""
-    made = _curve(data) if data.curve else compare
-    names = checked(scene, data).items()
-    return tuple(judged(check, made(scene, data, fem3d, name), scene) for check, name in names)
-
-
-def _curve(data: Data) -> Any:
-    """Compare rows of a curve, each solved: the largest distance over the largest rise or value on it."""
+    """Check every quantity of the data; each row of a curve has its own 3D solution."""
     from fem3d.runs import scene as scene_run
 
-    results = [scene_run.solve(scene) for _, scene in data.curve]
-
-    def made(scene: Any, data: Data, _: Result, name: str) -> Check:
-        catalogue = quantities.of(scene)
-        unit, base = catalogue.units[name], catalogue.base(name)
-        ours, theirs = np.array([result.steady[name].value for result in results]) - base, data.values[name] - base
-        i, size = int(np.argmax(np.abs(theirs - ours))), float(np.abs(ours).max())
-        where, p, m = data.curve[i][0], float(theirs[i]), float(ours[i])
-        error = part(results[i].steady[name].error, size)
-        said = f"{data.name} is furthest from 3D at {where}: {quantity(p, unit)} against {quantity(m, unit)}"
-        return Check(_title(catalogue.word(name), data), p, m, unit, part(p - m, size), error, said)
-
-    return made
+    results = [scene_run.solve(row) for _, row in data.curve] or [fem3d]
+    return tuple(
+        judged(check, compare(scene, data, results, name), scene) for check, name in checked(scene, data).items()
+    )
 
 
-def _title(word: str, data: Data) -> str:
-    return f"{cut(word, 24)}, {cut(data.name, 16, '...')}"
-
-
-def simulated(result: Result, name: str, times: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return (times,) values of a model at times (s), its steady one at infinite time, and their error bound."""
+def simulated(results: Sequence[Result], name: str, times: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return (times,) values of a model at times (s), and their error bound; at rest one of each result."""
     if np.isinf(times[-1]):
-        return np.array([result.steady[name].value]), result.steady[name].error
-    return np.interp(times, result.over_time.time, result.over_time.values[name]), result.over_time.errors[name]
+        found = [result.steady[name] for result in results]
+        return np.array([each.value for each in found]), max(each.error for each in found)
+    traces = results[0].over_time
+    return np.interp(times, traces.time, traces.values[name]), traces.errors[name]
 
 
-def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarray, float, float | None]:
+def furthest(scene: Any, data: Data, results: Sequence[Result], key: str) -> tuple[np.ndarray, float, float | None]:
     """Return the rows where a quantity is furthest from 3D, the error of 3D there, and u_data of that distance.
 
     The largest distance is that at the file's own times at which 3D's errors hold; the error adds how far the distance
     may be larger between rows (`compare.course.overshoot`). Of data with an uncertainty it is the largest mean over a
     window (`compare.course`), and u_data covers how far the largest distance may exceed it.
     """
-    catalogue = quantities.of(scene, fem3d)
+    catalogue = quantities.of(scene, results[0])
     sure = np.flatnonzero(catalogue.sure(data.time))
     if not len(sure):
         covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
@@ -138,50 +120,52 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> tuple[np.ndarra
             f"--against {quoted(data.name)} covers {covered}, the run {quantity(catalogue.first, 's')} to "
             f"{quantity(catalogue.end, 's')}: there is no time to compare at"
         )
-    ours, error = simulated(fem3d, key, data.time)
+    ours, error = simulated(results, key, data.time)
     off = data.values[key] - ours
     if key in data.u:
         means = courses.windows(data.time[sure], off[sure], data.u[key][sure], ours[sure])
         i, k = courses.worst(means, [0.0] * len(means))
         most = max(abs(w.distance) + k * w.u_data for w in means)
         return sure[means[i].rows], error, (most - abs(means[i].distance)) / COVERS
-    if data.at_rest:
-        return sure, error, None
-    inside = data.time <= catalogue.end * (1 + 1e-9)
     i = int(sure[np.abs(off[sure]).argmax()])
-    return np.array([i]), error + float(overshoot(data.time[inside], np.abs(off[inside]))[i]), None
+    if not data.at_rest:
+        inside = data.time <= catalogue.end * (1 + 1e-9)
+        error += float(overshoot(data.time[inside], np.abs(off[inside]))[i])
+    return np.array([i]), error, None
 
 
-def compare(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray | None = None) -> Check:
+def compare(scene: Any, data: Data, results: Sequence[Result], key: str, rows: np.ndarray | None = None) -> Check:
     """Compare over some rows, by default at the largest distance.
 
     The scale is the quantity's final rise, change or value, or its largest one.
     """
-    catalogue, error, u = quantities.of(scene, fem3d), 0.0, None
+    fem3d, error, u = results[0], 0.0, None
+    catalogue = quantities.of(scene, fem3d)
     if rows is None:
-        rows, error, u = furthest(scene, data, fem3d, key)
+        rows, error, u = furthest(scene, data, results, key)
     unit, base, start, end = catalogue.units[key], catalogue.base(key), data.time[rows[0]], data.time[rows[-1]]
-    p = float(data.values[key][rows].mean()) - base
-    off = float((data.values[key][rows] - simulated(fem3d, key, data.time)[0][rows]).mean())
-    when = "in the steady state" if data.at_rest else f"at {quantity(float(end), 's', 3)}"
-    if start < end:
-        when = f"in the mean over {span(float(start), float(end))}"
+    p, ours = float(data.values[key][rows].mean()) - base, simulated(results, key, data.time)[0]
+    off = float((data.values[key][rows] - ours[rows]).mean())
+    when = f"at {quantity(float(end), 's', 3)}"
     if data.at_rest:
-        scale, called = fem3d.steady[key].value - base, f"steady {catalogue.whole(key)}"
-    elif key in catalogue.final:
+        when = f"at {data.curve[rows[0]][0]}" if data.curve else "in the steady state"
+    elif start < end:
+        when = f"in the mean over {span(float(start), float(end))}"
+    called = f"{'steady' if data.at_rest else 'largest'} {catalogue.whole(key)}"
+    if key in catalogue.final and not data.at_rest:
         scale, called = fem3d.steady[catalogue.final[key]].value, f"final {catalogue.whole(key)}"
         first = float(fem3d.over_time.values[key][0])
         if key == "current_A" and scale != first:
             scale, called = scale - first, "final change"
     else:
-        rises = fem3d.over_time.values[key][catalogue.sure(fem3d.over_time.time)] - base
-        scale, called = float(rises[np.abs(rises).argmax()]), f"largest {catalogue.whole(key)}"
+        rises = ours if data.at_rest else fem3d.over_time.values[key][catalogue.sure(fem3d.over_time.time)]
+        scale = float(max(rises - base, key=abs))
     said = (
         f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(p - off, unit)}, "
         f"{signed(off, unit)} of a {called} of {quantity(scale, unit)}"
     )
-    size = abs(scale)
+    size, title = abs(scale), f"{cut(catalogue.word(key), 24)}, {cut(data.name, 16, '...')}"
     return Check(
-        _title(catalogue.word(key), data), p, p - off, unit, part(off, size), part(error, size), said,
+        title, p, p - off, unit, part(off, size), part(error, size), said,
         None if data.at_rest else float(start + end) / 2, u_data=None if u is None else part(u, size),
     )  # fmt: skip

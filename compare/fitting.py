@@ -115,7 +115,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
 
     def residuals(x: np.ndarray) -> np.ndarray:
         _, result, names = solved(*x)
-        off = [(simulated(result, n, times)[0] - data.values[n][sure]) / data.u[n][sure] for n in names]
+        off = [(simulated([result], n, times)[0] - data.values[n][sure]) / data.u[n][sure] for n in names]
         return np.concatenate(off)
 
     @cache

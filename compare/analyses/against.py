@@ -63,10 +63,10 @@ def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
     from compare.against import checked, compare, furthest
 
     data, names = outcome.options.against, checked(outcome.scene, outcome.options.against)
-    rows = {check: furthest(outcome.scene, data, outcome.solved, name)[0] for check, name in names.items()}
+    rows = {check: furthest(outcome.scene, data, [outcome.solved], name)[0] for check, name in names.items()}
 
     def differences(nearby: Outcome[Any]) -> dict[str, float]:
-        return {c: compare(nearby.scene, data, nearby.solved, name, rows[c]).difference for c, name in names.items()}
+        return {c: compare(nearby.scene, data, [nearby.solved], name, rows[c]).difference for c, name in names.items()}
 
     return by_differences(checks, outcome, differences)
 
@@ -194,7 +194,7 @@ def validate(
             answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
             if key not in data.values or key not in answers:
                 continue
-            (values, u_num), zero = simulated(result, key, times), np.zeros(len(times))
+            (values, u_num), zero = simulated([result], key, times), np.zeros(len(times))
             u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
             u_data = data.u[key][late] if key in data.u else zero
             error, others = values - data.values[key][late], np.hypot(u_num, u_input)

@@ -44,7 +44,7 @@ def test_a_curve_that_is_off_is_found_by_how_much(case, factor):
 
 def test_a_shift_in_time_is_a_difference(case):
     """Compared by rows, a curve with the same values at times 30 % later would agree."""
-    found = compare(case.sink, made(case.fem3d, UNEVEN * 1.3, later=0.3), case.fem3d, "peak_K")
+    found = compare(case.sink, made(case.fem3d, UNEVEN * 1.3, later=0.3), [case.fem3d], "peak_K")
     assert abs(found.difference) > 0.05
     assert 1e-4 < found.time < 0.02
 
@@ -68,7 +68,7 @@ def test_what_a_distance_may_be_between_rows(case, key):
     difference with its error has it, and the error shrinks with the rows' spacing."""
 
     def at(times: np.ndarray) -> tuple[float, float]:
-        found = compare(case.sink, made(case.fem3d, times, later=0.3), case.fem3d, key)
+        found = compare(case.sink, made(case.fem3d, times, later=0.3), [case.fem3d], key)
         return abs(found.difference), found.u_num
 
     largest, fine = at(np.linspace(0, 0.02, 2001))
