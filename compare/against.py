@@ -23,62 +23,29 @@ class Data:
 
     Attributes
     ----------
-    name, kind : of the file
+    name : of the file
     time : (n,) s, ascending; `quantities.AT_REST` for the steady state
     values, u : (n,) by quantity, SI units, and their standard uncertainties where they are given
-    headers, how : the columns' own names, with the time's, and how they were read where that is not plain
-    notes, run : remarks on reading, and the chosen one of several runs
-    left_out, others : why other columns are not read, and these columns by name
+    report, said : how the file was read, as summary.json has it, and in a sentence
     warnings : signs of another scene
-    words : the user's word for a quantity where that is not its name
+    others : columns of the file that are no quantity, by name
     curve : of a curve of steady states the value in words and the scene of each row
     """
 
     name: str
-    kind: str
     time: np.ndarray
-    values: dict[str, np.ndarray]
-    headers: dict[str, str]
-    how: Mapping[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    left_out: Mapping[str, str] = field(default_factory=dict)
-    run: str = ""
+    values: Mapping[str, np.ndarray]
+    report: Mapping[str, Any] = field(default_factory=dict)
+    said: str = ""
     warnings: tuple[str, ...] = ()
     others: Mapping[str, Any] = field(default_factory=dict)
     u: Mapping[str, np.ndarray] = field(default_factory=dict)
-    words: Mapping[str, str] = field(default_factory=dict)
     curve: Sequence[tuple[str, Any]] = ()
 
     @property
     def at_rest(self) -> bool:
         """Whether the data are of the steady state."""
         return bool(np.isinf(self.time[-1]))
-
-    def document(self) -> dict[str, Any]:
-        return {
-            "file": self.name, "kind": self.kind, "rows": len(self.time),
-            "from_s": float(self.time[0]), "to_s": float(self.time[-1]), "run": self.run or None,
-            "columns": self.headers, "read_as": dict(self.how), "left_out": dict(self.left_out),
-            "notes": list(self.notes),
-        }  # fmt: skip
-
-    def said(self) -> str:
-        """One sentence: which column is which quantity, of which run, and which are left out, and why."""
-        names = {"time_s": "time", **self.words}
-        text = (
-            f"{names.get(k, k)}{'' if k == header else f' is {quoted(header)}'}"
-            + (f" ({self.how[k]})" if k in self.how else "")
-            for k, header in self.headers.items()
-        )
-        parts = [", ".join(text), *filter(None, [self.run]), *self.notes]
-        omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
-        omitted += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
-        parts += [f"left out: {'; '.join(omitted)}"] if omitted else []
-        covered = "the steady state" if not self.curve else f"{len(self.time)} steady states"
-        if not self.at_rest:
-            first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
-            covered = f"{len(self.time)} rows, {first} to {last}"
-        return f"{self.name} ({self.kind}, {covered}): {'; '.join(parts)}."
 
 
 def checked(scene: Any, data: Data) -> dict[str, str]:

@@ -32,7 +32,7 @@ class Against(Analysis["Data"]):
 
     def plan(self, scene: Any, options: Options) -> Step:
         data: Data = options.against
-        said = data.said().partition(": ")[2].rstrip(".")
+        said = data.said.partition(": ")[2].rstrip(".")
         return step(f"against {data.name}", f"{said}; {'at rest' if data.at_rest else 'at its own times'}")
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Data:
@@ -52,10 +52,10 @@ class Against(Analysis["Data"]):
         return data
 
     def section(self, found: Data, outcome: Outcome[Any], style: Style) -> Section:
-        return Section("Your data", [found.said()], headed=False)
+        return Section("Your data", [found.said], headed=False)
 
     def enter(self, summary: dict[str, Any], found: Data, outcome: Outcome[Any]) -> None:
-        summary["against"] = found.document()
+        summary["against"] = found.report
 
 
 def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:

@@ -96,10 +96,30 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     time = np.repeat(AT_REST, full.sum()) if catalogue.steady else time[rows][full]
     # Other columns may be uncertainties: of temperatures they are differences.
     others = {c.name: replace(c, values=c.values[rows][full]) for c in every if c.name not in headers.values()}
-    return Data(
-        name, kind, time, values, headers, {key: note for key, note in how.items() if note}, tuple(notes), left_out,
-        words, others=others, words=catalogue.words, curve=list(compress(scenes, full)),
-    )  # fmt: skip
+    report = {
+        "file": name, "kind": kind, "rows": len(time), "from_s": float(time[0]), "to_s": float(time[-1]),
+        "run": words or None, "columns": headers, "read_as": {key: note for key, note in how.items() if note},
+        "left_out": left_out, "notes": notes,
+    }  # fmt: skip
+    said = _describe(report, catalogue, bool(scenes))
+    return Data(name, time, values, report, said, others=others, curve=list(compress(scenes, full)))
+
+
+def _describe(report: dict[str, Any], catalogue: Quantities, is_curve: bool) -> str:
+    """One sentence: which column is which quantity, of which run, and which are left out, and why."""
+    parts = []
+    for key, header in report["columns"].items():
+        word = "time" if key == "time_s" else catalogue.word(key)
+        note = report["read_as"].get(key, "")
+        parts.append(word + f" is {quoted(header)}" * (key != header) + f" ({note})" * bool(note))
+    omitted = [f"{quoted(name)}, it {why}" for name, why in report["left_out"].items()]
+    omitted[6:] = [f"{len(omitted) - 6} more"] * (len(omitted) > 6)
+    parts = [", ".join(parts), report["run"], *report["notes"], omitted and f"left out: {'; '.join(omitted)}"]
+    covered = f"{report['rows']} steady states" if is_curve else "the steady state"
+    if not catalogue.steady:
+        first, last = (quantity(report[end], "s", 3) for end in ("from_s", "to_s"))
+        covered = f"{report['rows']} rows, {first} to {last}"
+    return f"{report['file']} ({report['kind']}, {covered}): {'; '.join(filter(None, parts))}."
 
 
 def _find_time(columns: Sequence[Column], target: Target) -> Column | None:
@@ -207,7 +227,7 @@ def _compare_run(data: Data, target: Target) -> tuple[str, ...]:
         surely = abs(off) - (COVERS * float(data.u[key][0]) if key in data.u else 0.0)
         if catalogue.units[key] != "K" or surely <= 0.005 * change:
             continue
-        header = data.headers[key]
+        header = data.report["columns"][key]
         said = f"{quoted(header)} starts {abs(off):.4g} K {'above' if off > 0 else 'below'} {target.initial}, "
         said += f"{catalogue.initial:g} K: give --set {target.initial}={catalogue.initial + off:.6g}"
         if surely > 0.05 * change:  # the tolerance of the checks

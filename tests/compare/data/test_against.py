@@ -25,7 +25,7 @@ def made(fem3d: Result, times: np.ndarray, factor: float = 1.0, later: float = 0
     for key in KEYS:
         first = traces.values[key][0]
         values[key] = first + factor * (np.interp(times / (1 + later), traces.time, traces.values[key]) - first)
-    return Data("mine.csv", "CSV", times, values, dict.fromkeys(KEYS, "x"))
+    return Data("mine.csv", times, values)
 
 
 UNEVEN = np.concatenate([[0.0], np.geomspace(3e-6, 0.05, 300)])

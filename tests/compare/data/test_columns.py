@@ -47,13 +47,13 @@ def test_column_settles_what_cannot_be_told(tmp_path):
         data = found(tmp_path, text, f"peak={peak}", f"end={end}")
         assert data.values["peak_K"] == pytest.approx(293 + RISES)
         assert data.values["end_K"] == pytest.approx(293 + RISES / 4)
-        assert list(data.headers.values()) == ["Time (ms)", "T (K), Point 1", "T (K), Point 2"]
+        assert list(data.report["columns"].values()) == ["Time (ms)", "T (K), Point 1", "T (K), Point 2"]
     both = table(MILLISECONDS, ("peak (K)", 293 + RISES), ("peak rise (K)", RISES / 4))
     with pytest.raises(SceneError, match=r'both "peak .*--column peak='):
         found(tmp_path, both)
     data = found(tmp_path, both, "peak=peak rise (K)")
     assert data.values["peak_K"][-1] == pytest.approx(298.0)
-    assert "peak (K)" in data.left_out
+    assert "peak (K)" in data.report["left_out"]
 
 
 def test_names_that_stand_twice_are_told_apart_by_numbers(tmp_path):
@@ -71,7 +71,7 @@ def test_a_column_that_is_in_the_way_is_left_out(tmp_path):
     with pytest.raises(SceneError, match="no run of this scene"):
         found(tmp_path, text)
     for name in ("width (mm)", "width"):
-        assert found(tmp_path, text, f"ignore={name}").left_out == {"width (mm)": "is left out by --column"}
+        assert found(tmp_path, text, f"ignore={name}").report["left_out"] == {"width (mm)": "is left out by --column"}
 
 
 def test_column_gives_units_and_rises(tmp_path):
@@ -108,7 +108,7 @@ def test_wrdata(names, single, tmp_path):
     assert data.values["peak_K"] == pytest.approx(293 + RISES)
     assert data.values["end_K"] == pytest.approx(293 + RISES / 4)
     assert data.values["current_A"] == pytest.approx(3.3e-3 - 1e-6 * RISES)
-    assert "rise" in data.how["peak_K"]
+    assert "rise" in data.report["read_as"]["peak_K"]
 
 
 def test_wrdata_of_several_times_is_refused(tmp_path):
@@ -133,8 +133,8 @@ def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path):
     data = found(tmp_path, text)
     assert data.time == pytest.approx([0.0, 0.017, 0.018])
     assert data.values["end_K"] == pytest.approx([293.0, 297.0, 298.0])
-    assert '2 of 5 rows are left out, for "peak [K]", "end [K]" has no number there' in data.said()
-    assert "1 rows without one are left out" in data.said()
+    assert '2 of 5 rows are left out, for "peak [K]", "end [K]" has no number there' in data.said
+    assert "1 rows without one are left out" in data.said
     data = found(tmp_path, text, "ignore=end [K]")
     assert data.time == pytest.approx([0.0, 5e-3, 0.017, 0.018])
     assert data.values["peak_K"] == pytest.approx([293.0, 311.0, 313.0, 314.0])

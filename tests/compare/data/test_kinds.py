@@ -132,7 +132,7 @@ def test_raw_file_of_ltspice(kind, scene):
     assert data.time == pytest.approx(TIMES)
     assert data.values["mid"] == pytest.approx(MID, abs=1e-4)
     assert data.values["I"] == pytest.approx(np.full(6, 0.1))
-    assert "sign turned" in data.said()
+    assert "sign turned" in data.said
 
 
 @pytest.mark.parametrize(("drive", "probe", "value", "turned"), [
@@ -149,7 +149,7 @@ def test_current_has_the_sign_that_the_drive_gives(drive, probe, value, turned, 
     path.write_text(f"time (s),{probe} (mA)\n" + rows("{:.9g}," + str(1e3 * value), TIMES), encoding="utf-8")
     data = read(path, load(scene))
     assert data.values[probe] == pytest.approx(np.full(6, -value if turned else value))
-    assert ("sign turned to that of the voltage" in data.said()) == turned
+    assert ("sign turned to that of the voltage" in data.said) == turned
 
 
 def put(text: str, *changes: tuple[str, str]) -> str:
@@ -190,7 +190,7 @@ def test_rows_that_are_left_out(change, kept, said, scene):
     data = read(path, load(scene))
     assert data.time == pytest.approx(TIMES[list(kept)])
     assert data.values["mid"] == pytest.approx(MID[list(kept)])
-    assert said in data.said()
+    assert said in data.said
 
 
 STEADY = {
@@ -273,4 +273,4 @@ def test_curve_of_currents_has_the_sign_of_each_voltage(sign, scene):
     path.write_text(f"V (V),I (A)\n-0.2,{-0.2 * sign}\n-0.1,{-0.1 * sign}\n0.1,{0.1 * sign}\n", encoding="utf-8")
     data = read(path, load(scene, ["run.steady=true"]), ["Vapp curve=V (V)"])
     assert data.values["I"] == pytest.approx([-0.2, -0.1, 0.1])
-    assert ("sign turned" in data.said()) == (sign < 0)
+    assert ("sign turned" in data.said) == (sign < 0)

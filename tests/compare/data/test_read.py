@@ -36,8 +36,8 @@ def test_an_ngspice_raw_file(kind, tmp_path):
     assert data.values["peak_K"] == pytest.approx([293.0, 300.0, 301.0])
     assert data.values["end_K"] == pytest.approx([293.0, 295.0, 296.0])
     assert data.values["current_A"] == pytest.approx([3.3e-3, 3.2e-3, 3.1e-3])
-    assert "sign" in data.how["current_A"]
-    assert "rise" in data.how["peak_K"]
+    assert "sign" in data.report["read_as"]["current_A"]
+    assert "rise" in data.report["read_as"]["peak_K"]
     if kind == "binary":
         with pytest.raises(SceneError, match="2 of 3 points"):
             found(tmp_path, raw(kind)[:-3])
@@ -57,9 +57,9 @@ def test_what_ngspice_prints(tmp_path):
 
 def test_what_is_left_out_is_said(tmp_path):
     data = found(tmp_path, "time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
-    assert data.left_out == {"stress (MPa)": "is called as no quantity of the scene"}
-    assert 'peak is "peak (K)"' in data.said()
-    assert 'left out: "stress (MPa)", it is called as no' in data.said()
+    assert data.report["left_out"] == {"stress (MPa)": "is called as no quantity of the scene"}
+    assert 'peak is "peak (K)"' in data.said
+    assert 'left out: "stress (MPa)", it is called as no' in data.said
 
 
 TIMES = np.array([0.0, 1e-3, 5e-3, 20e-3])
@@ -86,8 +86,8 @@ def test_the_run_of_the_scene_is_taken(text, volts, tmp_path):
     data = found(tmp_path, text, sink=replace(SINK, voltage=volts))
     assert data.time == pytest.approx(TIMES)
     assert data.values["peak_K"] == pytest.approx(peak(volts))
-    assert "drive.voltage" in data.run
-    assert data.run in data.said()
+    assert "drive.voltage" in data.report["run"]
+    assert data.report["run"] in data.said
 
 
 def test_a_parameter_of_another_name(tmp_path):
@@ -110,7 +110,7 @@ def test_two_parameters(tmp_path):
     text = f"{HEAD}% V0 (V)  {{}}  Time (ms)  peak (K)\n" + "\n".join(rows) + "\n"
     data = found(tmp_path, text.format("width (um)"))
     assert data.values["peak_K"] == pytest.approx(peak(1.0))
-    assert "sink.width" in data.run
+    assert "sink.width" in data.report["run"]
     with pytest.raises(SceneError, match=r"repeat or step back.*--column KEY"):
         found(tmp_path, text.format("w0 (um)"))
     data = found(tmp_path, text.format("w0 (um)"), "sink.width=w0 (um)")
@@ -119,10 +119,10 @@ def test_two_parameters(tmp_path):
 
 def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path):
     """A single run at another voltage is refused like one of many; a column without a key of its name is reported."""
-    assert found(tmp_path, below(volts=(1.0,))).run == "the run at V0 = 1 V (drive.voltage)"
+    assert found(tmp_path, below(volts=(1.0,))).report["run"] == "the run at V0 = 1 V (drive.voltage)"
     with pytest.raises(SceneError, match=r"no run of this scene.*V0 = 1 V.*: --set drive\.voltage=2V"):
         found(tmp_path, below(volts=(2.0,)))
-    assert "tbeam (um)" in found(tmp_path, below("tbeam (um)", volts=(2.0,))).left_out
+    assert "tbeam (um)" in found(tmp_path, below("tbeam (um)", volts=(2.0,))).report["left_out"]
 
 
 @pytest.mark.parametrize("second", [[0.0, 1.0, 2.0], [1.5, 3.0, 4.0]])
@@ -137,7 +137,7 @@ def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path):
     path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n", encoding="utf-8")
     data = read(path, SINK)
     assert len(data.time) == 3
-    assert "varies over time" in data.left_out["voltage (V)"]
+    assert "varies over time" in data.report["left_out"]["voltage (V)"]
     with pytest.raises(SceneError, match="varies over time"):
         read(path, SINK, ("voltage=voltage (V)",))
 
@@ -147,4 +147,4 @@ def test_a_column_without_numbers_in_the_run_is_left_out(tmp_path):
         f"{v},{t:g},{k:g},{k * v if v < 1 else ''}" for v in (0.5, 1) for t, k in zip(TIMES, peak(1.0), strict=True)
     ]
     data = found(tmp_path, "\n".join(["V0 (V),Time (s),peak (K),end (K)", *rows]))
-    assert data.left_out == {"end (K)": "has no number in this run"}
+    assert data.report["left_out"] == {"end (K)": "has no number in this run"}

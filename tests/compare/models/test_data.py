@@ -118,4 +118,4 @@ def test_a_steady_scene_takes_the_last_row_of_traces(steady):
     file = written(steady.parent / "mine.csv", TIMES, K)
     data = compare.solve(steady, against=file).outcome.options.against
     assert data.at_rest
-    assert "the last of 80 rows with numbers is taken for the steady state" in data.said()
+    assert "the last of 80 rows with numbers is taken for the steady state" in data.said

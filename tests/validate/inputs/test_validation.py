@@ -37,7 +37,7 @@ def measured(truth: Sink, noise: float, seed: int = 0, off: float = 0.0, times: 
     drawn = np.random.default_rng(seed).standard_normal((2, len(times))) * noise
     values = {"peak_K": traces.values["peak_K"] + drawn[0], "end_K": traces.values["end_K"] + drawn[1] + off}
     others = {"u (K)": make_column("u (K)", np.full_like(times, 0.2))}
-    return Data("mine.csv", "CSV", times, values, dict.fromkeys(values, "x"), others=others)
+    return Data("mine.csv", times, values, others=others)
 
 
 def known(data: Data, *given: str) -> Data:
@@ -191,7 +191,7 @@ def test_a_parameter_is_fitted(mine):
     sink, times = load(mine, scene_type=SINK), np.linspace(2e-4, 0.02, 40)
     truth = varied(sink, "parameters.k", 0.9)
     traces = solve(truth, times=times).over_time
-    data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
+    data = Data("mine.csv", times, {"end_K": traces.values["end_K"]})
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
     found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]))
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
