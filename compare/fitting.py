@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -57,18 +58,15 @@ class Fit:
 
     def warnings(self) -> tuple[str, ...]:
         """Name keys that the data do not determine (u above 0.5, correlations above 0.95 in size), and a misfit."""
-        keys, said = list(self.fitted), []
-        for i, a in enumerate(keys):
-            if self.u[a] > 0.5:
-                said.append(f"the data determine {a} to {percent(self.u[a])} only")
-            for j in range(i):
-                r = float(self.correlations[i, j])
-                if abs(r) > 0.95:
-                    said.append(
-                        f"{keys[j]} and {a} can't be told apart by these data (correlation {r:+.3f}): they fix about "
-                        f"their {'product' if r < 0 else 'ratio'} alone"
-                    )
-        if self.misfit > 1 + 3 * np.sqrt(2 / max(self.points - len(keys), 1)):
+        said = [f"the data determine {key} to {percent(u)} only" for key, u in self.u.items() if u > 0.5]
+        for (i, a), (j, b) in combinations(enumerate(self.fitted), 2):
+            r = float(self.correlations[i, j])
+            if abs(r) > 0.95:
+                said.append(
+                    f"{a} and {b} can't be told apart by these data (correlation {r:+.3f}): they fix about "
+                    f"their {'product' if r < 0 else 'ratio'} alone"
+                )
+        if self.misfit > 1 + 3 * np.sqrt(2 / max(self.points - len(self.fitted), 1)):
             said.append(
                 f"the fitted model misses the data by {np.sqrt(self.misfit):.2g} times their uncertainty: something "
                 "else than these keys is amiss, and their uncertainties don't say so"
@@ -95,9 +93,8 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
     if points <= len(keys):
         raise SceneError(f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)})")
     # Of the logarithm of a value over its first one.
-    kinds = [(kind_of_key(scene, key), abs(start[key])) for key in keys]
-    least = np.log([max(kind.lower / value, TINY) for kind, value in kinds]) - 1e-9
-    most = np.log([min(kind.upper / value, 1 / TINY) for kind, value in kinds]) + 1e-9
+    limits = np.array([(kind.lower, kind.upper) for kind in (kind_of_key(scene, key) for key in keys)]).T
+    least, most = np.log(np.clip(limits / np.abs([*start.values()]), TINY, 1 / TINY))
     times = data.time[sure]
 
     @lru_cache(maxsize=1)  # a result in 3D is large
@@ -133,7 +130,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     # The last step, shorter than a thousandth of all or better by 1e-5 of the squares, needs no derivatives.
     solution = least_squares(
-        residuals, np.zeros(len(keys)), lambda x: derivatives(*x), (least, most), x_scale="jac", xtol=1e-3, ftol=1e-5,
+        residuals, np.zeros(len(keys)), lambda x: derivatives(*x), (least - 1e-9, most + 1e-9), x_scale="jac", xtol=1e-3, ftol=1e-5,
         max_nfev=20,
     )  # fmt: skip
     normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)

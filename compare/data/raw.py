@@ -14,7 +14,8 @@ import numpy as np
 from compare.data.columns import Column, find_unit
 from scenes.errors import SceneError, quoted
 
-_UNITS = {"time": "s", "power": "W", "temperature": "K"}
+_UNITS = {"voltage": "V", "current": "A", "time": "s", "power": "W", "temperature": "K"}
+"""Units by a part of a variable's type, such as device_current."""
 _VARIABLES = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOTALL | re.MULTILINE)
 
 
@@ -53,8 +54,7 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
         if len(values) != int(points):
             raise SceneError(f"the file is cut off after {len(values)} of {points} points")
         for (_, name, *types), column in zip(variables, values.T, strict=False):
-            kind = types[0].lower() if types else ""
-            unit = "V" if "voltage" in kind else "A" if "current" in kind else _UNITS.get(kind, "")
+            unit = next((unit for kind, unit in _UNITS.items() if kind in "".join(types).lower()), "")
             # A transient analysis has no times below zero: the minus sign is LTspice's mark.
             columns.append(Column(name, find_unit(unit), np.abs(column) if unit == "s" else column, spice=True))
     if not columns:

@@ -18,7 +18,7 @@ from compare.data.match import IGNORED, Target, assign
 from compare.data.runs import choose, count_runs, keep_one, vary
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
-from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.units import ICE_POINT, UnitError, parse_quantity, parse_unit
 
@@ -48,11 +48,15 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     if kind == text.LIST and not catalogue.steady:
         raise SceneError("a list of steady values, and the scene is solved over time: give traces, or --steady")
     every = assign(columns, target, given)
-    clock = _find_time(every, target)
+    columns, left_out = _sort(every, target)
+    clock = _find_time(columns, every, catalogue.steady)
     time = np.zeros(len(every[0].values)) if clock is None else clock.si
     rows = np.isfinite(time)
-    columns, left_out = _sort(every, target, count_runs(time[rows]))
     traces, keys = ([c for c in columns if c.role in roles] for roles in (catalogue.units, target.numbers))
+    runs = count_runs(time[rows])
+    for column in [c for c in keys if not c.is_curve and len(np.unique(c.values)) > runs]:
+        _leave_out(column, f"varies over time, as no {column.role} of a run does", left_out)
+        keys = [c for c in keys if c is not column]
     notes = [clock.note if clock else "", f"{(~rows).sum()} rows without one are left out" * (not rows.all())]
     curve = next((c for c in keys if c.is_curve), None)
     rows, words = choose([c for c in keys if c is not curve], rows, target)
@@ -71,7 +75,7 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     for column in traces:
         key, word = column.role, catalogue.word(column.role)
         if np.isnan(column.values[rows]).all():
-            left_out[column.name] = "has no number in this run"
+            _leave_out(column, "has no number in this run", left_out)
         elif key in values:
             raise SceneError(
                 f"both {quoted(headers[key])} and {quoted(column.name)} may be the scene's {word}: say which, by name "
@@ -122,51 +126,45 @@ def _describe(report: dict[str, Any], catalogue: Quantities, is_curve: bool) -> 
     return f"{report['file']} ({report['kind']}, {covered}): {'; '.join(filter(None, parts))}."
 
 
-def _find_time(columns: Sequence[Column], target: Target) -> Column | None:
+def _sort(columns: Sequence[Column], target: Target) -> tuple[list[Column], dict[str, str]]:
+    """The columns that have a role, in a unit of it, and the reasons of the others."""
+    named, kept, left_out = {c.role for c in columns if c.called}, list[Column](), dict[str, str]()
+    for column in columns:
+        if column.role == IGNORED:
+            why = "is left out by --column"
+        elif np.isnan(column.values).all():
+            why = 'has no numbers (give 90, not 00:01:30, and 1234.5, not "1,234.5")'
+        elif not column.role:
+            why = "is called as no quantity of the scene"
+        elif column.role in named and not column.called:
+            why = "is not the one that --column names"
+        else:
+            column, why = target.convert(column)
+        if why:
+            _leave_out(column, why, left_out)
+        else:
+            kept.append(column)
+    return kept, left_out
+
+
+def _leave_out(column: Column, why: str, left_out: dict[str, str]) -> None:
+    """Note why a column is left out; raises SceneError for one that `--column` names."""
+    if column.called and column.role != IGNORED:
+        raise SceneError(f"--column: {quoted(column.name)} can't be {quoted(column.called)}: it {why}")
+    left_out[column.name] = why
+
+
+def _find_time(columns: Sequence[Column], every: Sequence[Column], steady: bool) -> Column | None:
     """The column of times; ngspice may write the same times before every vector."""
-    times = [c for c in columns if c.role == "time" and np.isfinite(c.values).any()]
-    times = [c for c in times if c.called] or times
-    if target.quantities.steady and not times:
+    times = [c for c in columns if c.role == "time"]
+    if steady and not times:
         return None
     if not times or not all(np.array_equal(c.si, times[0].si, equal_nan=True) for c in times):
-        names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
+        names = ", ".join(quoted(c.name) for c in (times or every)[:8])
         such = 'no column is the time with its unit, such as "Time (s)" with 90, not 00:01:30'
         problem = "several columns are the time" if times else such
         raise SceneError(f'{problem} (give --column "time (s)=NAME"): there are {names}')
-    clock, why = target.convert(times[0])
-    if why:
-        raise SceneError(f"--column: {quoted(clock.name)} can't be the time: it {why}")
-    return clock
-
-
-def _sort(columns: Sequence[Column], target: Target, runs: int) -> tuple[list[Column], dict[str, str]]:
-    """The columns of quantities and keys, in units of these, and the reasons of the others.
-
-    Raises SceneError for a column that `--column` names and that cannot be read.
-    """
-    named, kept, left_out = {c.role for c in columns if c.called}, list[Column](), dict[str, str]()
-    for column in columns:
-        why, role = "", column.role
-        if role == IGNORED:
-            why = "is left out by --column"
-        elif np.isnan(column.values).all():
-            why = 'has no numbers (give 1234.5, not "1,234.5")'
-        elif not role:
-            why = "is called as no quantity of the scene"
-        elif role in named and not column.called:
-            why = "is not the one that --column names"
-        elif role != "time":
-            column, why = target.convert(column)
-            if not why and role in target.numbers and not column.is_curve and len(np.unique(column.values)) > runs:
-                why = f"varies over time, as no {role} of a run does"
-        if why and column.called and role != IGNORED:
-            word = target.quantities.word(role)
-            raise SceneError(f"--column: {quoted(column.name)} can't be the {word}: it {why}")
-        if why:
-            left_out[column.name] = why
-        elif role != "time":
-            kept.append(column)
-    return kept, left_out
+    return times[0]
 
 
 def _read_values(column: Column, target: Target, curve: Sequence[tuple[str, Any]]) -> tuple[np.ndarray, str]:
@@ -246,21 +244,16 @@ def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) ->
     the file; "peak=0.5K" is of one quantity. Raises SceneError.
     """
     uncertainties: dict[str, np.ndarray] = {}
-    names = catalogue.names
-    example = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
+    words = {catalogue.word(key): key for key in data.values}
+    example = next(iter(words))
     form = f'give 0.5K, 1%, {example}=1%, or {example}="a column of the file"'
     for entry in given:
-        name, equals, value = (part.strip() for part in entry.partition("="))
+        word, equals, size = (part.strip() for part in entry.rpartition("="))
+        keys = [key for name, key in words.items() if name == word or not equals]
+        each = {key: u for key in keys if (u := _read_size(catalogue, data, key, size)) is not None}
         with refusing(f"--data-uncertainty {quoted(entry)}"):
-            if equals and name not in names:
-                raise SceneError(
-                    f"{printable(name)} is no quantity: give {', '.join(names)}{did_you_mean(name, names)}"
-                )
-            keys = [names[name]] if equals else list(data.values)
-            size = value if equals else entry.strip()
-            each = {key: u for key in keys if (u := _read_size(catalogue, data, key, size)) is not None}
             if not each:
-                raise SceneError(f"it is none, with its unit, of a quantity of {data.name}: {form}")
+                raise SceneError(f"it is none, with its unit, of {', '.join(words)} in {data.name}: {form}")
             if any((u <= 0).any() or not np.isfinite(u).all() for u in each.values()):
                 raise SceneError(f"an uncertainty must be more than nothing: {form}")
         uncertainties |= each
@@ -269,8 +262,6 @@ def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) ->
 
 def _read_size(catalogue: Quantities, data: Data, key: str, size: str) -> np.ndarray | None:
     """(times,): the uncertainty of one quantity; ``None`` for a size of another kind."""
-    if key not in data.values:
-        return None
     if size in data.others:
         column = data.others[size]
         return column.differences if column.powers == parse_unit(catalogue.units[key]).powers else None
