@@ -28,8 +28,6 @@ LEAST = 0.005
 """Changes of size smaller than this are none."""
 JUMP = 2e-9
 """Rows closer in time than this part of the run are the values just before and just after a jump."""
-MOST_WINDOWS = 16
-"""The most windows of a trace: each stays a small part of the rise, and the worst one's factor near 3."""
 
 
 class Course:
@@ -146,11 +144,12 @@ def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, course: np.nd
     u : (n,) standard uncertainties of the data, zero for exact data
     course : (n,) whose changes set the bounds of windows
     """
-    change = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
+    most = 16  # Each window stays a small part of the rise, and the worst one's factor near 3.
+    change = np.cumsum(np.abs(np.diff(course, prepend=course[0])))
     part = np.arange(len(course)) / len(course)
     if change[-1] > 0:
         part = (part + change / change[-1]) / 2
-    starts = np.unique(np.floor(part * MOST_WINDOWS).clip(max=MOST_WINDOWS - 1), return_index=True)[1].tolist()
+    starts = np.unique(np.floor(part * most).clip(max=most - 1), return_index=True)[1].tolist()
     scatter, means = _scatter(time, distance, u), []
     for rows in map(slice, starts, [*starts[1:], len(course)]):
         u_mean = np.sqrt((scatter / len(u[rows]) + max(1 - scatter, 0.0)) * (u[rows] ** 2).mean())

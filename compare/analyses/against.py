@@ -78,7 +78,7 @@ class Statement:
     Attributes
     ----------
     called, unit : the user's word for the quantity, and the unit of E and the uncertainties
-    where, start, end : "worst", or the "end" of the data; from and to a time (s), infinite in the steady state
+    where, start_s, end_s : "worst", or the "end" of the data; from and to a time, infinite in the steady state
     rows, E : E is the mean over so many rows
     k : standard uncertainties that make an interval of 95 %
     """
@@ -88,8 +88,8 @@ class Statement:
     called: str
     unit: str
     where: str
-    start: float
-    end: float
+    start_s: float
+    end_s: float
     rows: int
     E: float
     u_num: float
@@ -103,14 +103,14 @@ class Statement:
         return math.hypot(self.u_num, self.u_input, self.u_data)
 
     @property
-    def seen(self) -> bool:
-        """Whether the model's error exceeds the uncertainty."""
-        return abs(self.E) > self.k * self.u_val
-
-    @property
     def interval(self) -> tuple[float, float]:
         """The interval of the model's error (95 %)."""
         return self.E - self.k * self.u_val, self.E + self.k * self.u_val
+
+    @property
+    def seen(self) -> bool:
+        """Whether the model's error exceeds the uncertainty."""
+        return not self.interval[0] <= 0 <= self.interval[1]
 
     def said(self) -> str:
         """Return the interval in words: "-0.016 to +0.044 K"."""
@@ -122,8 +122,8 @@ class Statement:
         return f"{low} to {high} {unit}"
 
     def document(self) -> dict[str, Any]:
-        entry = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval), "seen": self.seen}
-        return entry | {"said": self.said(), "start_s": entry.pop("start"), "end_s": entry.pop("end")}
+        derived = {"u_val": self.u_val, "interval": list(self.interval), "seen": self.seen, "said": self.said()}
+        return asdict(self) | derived
 
 
 class Validated(NamedTuple):
@@ -158,7 +158,7 @@ class Validation(Analysis[Validated]):
                 for u in (s.u_num, s.u_input, s.u_data, s.u_val)
             ]
             middle = [signed(s.E, s.unit, 2)] * style.page
-            when = "steady state" if math.isinf(s.end) else span(s.start, s.end)
+            when = "steady state" if math.isinf(s.end_s) else span(s.start_s, s.end_s)
             rows.append([f"{cut(s.called, 20)} {s.model}", when, *middle, *parts, s.said()])
         called = {s.quantity: s.called for s in found.statements}
         counts = ["{} {model} {within_2_u_val} of {points}".format(called[p["quantity"]], **p) for p in found.points]
@@ -204,7 +204,9 @@ def validate(
             worst, k = courses.worst(means, [float(others[window.rows].mean()) for window in means])
             for n, (where, factor) in ({worst: ("worst", k)} | {len(means) - 1: ("end", COVERS)}).items():
                 w, during = means[n], times[means[n].rows]
-                who, u = (called, key, word, catalogue.units[key], where), (u_num, float(u_input[w.rows].mean()))
-                ends = float(during[0]), float(during[-1]), len(during)
-                found.statements.append(Statement(*who, *ends, w.distance, *u, w.u_data, factor))
+                where_at = where, float(during[0]), float(during[-1]), len(during)
+                u = u_num, float(u_input[w.rows].mean()), w.u_data
+                found.statements.append(
+                    Statement(called, key, word, catalogue.units[key], *where_at, w.distance, *u, factor)
+                )
     return found

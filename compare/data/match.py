@@ -1,6 +1,7 @@
-"""Match the columns of a file to quantities and keys of the scene, by their headers or by the names of `--column`.
+"""Match the columns of a file to quantities and keys of the scene, and pick the rows of the scene's run.
 
-`--column NAME=COLUMN` reads a column as if its header were NAME.
+`--column NAME=COLUMN` reads a column as if its header were NAME. A sweep has its runs below one another with a column
+for each parameter; the run has the scene's parameters.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ import numpy as np
 from compare import quantities
 from compare.data.columns import Column, find_times, refusing, split_unit
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.formats import cut
 from scenes.model import values as values_of
 from scenes.parameters import SECTION
 from scenes.units import VOLTAGE, Unit, called, parse_unit
-from scenes.varied import every_number
+from scenes.varied import every_number, varied
 
 IGNORED = "ignore"
 """The role of a column that is left out."""
@@ -151,10 +153,91 @@ def _find_columns(columns: Sequence[Column], wanted: str) -> list[int]:
     """The places of a column: by number, or by its header, without its unit where that is enough. Vectors of ngspice
     may share one header, the time, which stands before each."""
     plain, names = " ".join(wanted.split()), [c.name for c in columns]
-    loose = {c.name for c in columns if plain.lower() in (c.name.lower(), c.plain.lower())}
-    if plain in names or len(loose) == 1:
-        return [n for n, name in enumerate(names) if name == plain or (plain not in names and name in loose)]
+    loose = [n for n, c in enumerate(columns) if plain.lower() in (c.name.lower(), c.plain.lower())]
+    places = [n for n, name in enumerate(names) if name == plain] or loose
+    if len({names[n] for n in places}) == 1:
+        return places
     if wanted.isdigit() and 0 < int(wanted) <= len(columns):
         return [int(wanted) - 1]
     shown = ", ".join(map(quoted, dict.fromkeys(names[:12])))
     raise SceneError(f"no column is called so: there are {shown}{did_you_mean(plain, names)}")
+
+
+def pick(
+    time: np.ndarray, traces: Sequence[Column], keys: Sequence[Column], target: Target
+) -> tuple[np.ndarray, str, list[str], list[tuple[str, Any]]]:
+    """Pick the rows of the scene's run, or of a curve, at times (s); NaN are times to leave out. Raises SceneError.
+
+    Returns a mask of the rows, the run in words, notes, and of a curve the value in words and the scene of each row.
+    """
+    steady, rows = target.quantities.steady, np.isfinite(time)
+    notes = [f"{(~rows).sum()} rows without one are left out"] * (not rows.all())
+    curve = next((c for c in keys if c.is_curve), None)
+    rows, words = _choose([c for c in keys if c is not curve], rows, target)
+    if curve is not None:
+        rows &= curve.si != 0  # A scene without a drive has no 3D solution.
+        words += "; " * bool(words) + f"the curve over {curve.plain} ({curve.role}), without its zeros"
+        return rows, words, notes, _vary(curve, rows, target)
+    if steady and traces:
+        rows &= np.any([np.isfinite(c.values) for c in traces], axis=0)
+    rows, note = _keep_one(time, rows, steady)
+    return rows, words, [*notes, note], []
+
+
+def count_runs(time: np.ndarray) -> int:
+    """Return how often times start again, and once more; at an event a solver stores a time twice, before and after."""
+    steps = np.diff(time)
+    is_one = (steps >= 0).all() and 2 * (steps == 0).sum() <= (steps > 0).sum()
+    return 1 if is_one else 1 + int((steps <= 0).sum())
+
+
+def _choose(parameters: Sequence[Column], rows: np.ndarray, target: Target) -> tuple[np.ndarray, str]:
+    """At which of some rows all parameters are the scene's to the digits of a table, and the run in words.
+
+    Raises SceneError where there is no such row.
+    """
+    said = []
+    for p in parameters:
+        value = target.numbers[p.role].value
+        rows = rows & np.isclose(p.si, value, rtol=1e-4, atol=1e-15)
+        values = dict.fromkeys(target.show(p.role, value) for value in p.si.tolist())
+        others = f" of {cut(', '.join(values), 120)}" if len(values) > 1 or not rows.any() else ""
+        said.append(f"{p.plain} = {target.show(p.role, value)} ({p.role}){others}")
+    if not rows.any():
+        first = parameters[0]
+        other = target.show(first.role, float(first.si[0])).replace(" ", "")
+        raise SceneError(
+            f"it has no run of this scene, {', '.join(said)}: export that run, or set the scene: "
+            f'--set {first.role}={other} (--column "ignore={first.plain}" where it is no such parameter)'
+        )
+    return rows, f"the run at {', '.join(said)}" * bool(said)
+
+
+def _keep_one(time: np.ndarray, rows: np.ndarray, steady: bool) -> tuple[np.ndarray, str]:
+    """The rows of one run at ascending times, or the last one for the steady state, and a note.
+
+    Raises SceneError for rows of several runs or states.
+    """
+    kept = np.flatnonzero(rows)
+    last, note = kept == kept[-1:], f"the last of {len(kept)} rows with numbers is taken for the steady state"
+    if not steady:
+        last = np.append(np.diff(time[kept]) > 0, True)
+        note = f"{(~last).sum()} of them twice, the second row is taken"
+    if count_runs(time[kept]) > 1:
+        problem = f"it has {len(kept)} rows where the scene has one steady state"
+        if not steady:
+            problem = "its times repeat or step back, as those of several runs or of too few digits do"
+        raise SceneError(f"{problem}: export one run, or name the column of a key of the scene, --column KEY=COLUMN")
+    return np.isin(np.arange(len(time)), kept[last]), note * (not last.all())
+
+
+def _vary(curve: Column, rows: np.ndarray, target: Target) -> list[tuple[str, Any]]:
+    """The value in words and the scene of each row of a curve. Raises SceneError."""
+    if not target.quantities.steady:
+        raise SceneError(f"a curve over {curve.plain} is one of steady states: give --steady")
+    if not (now := target.numbers[curve.role].value):
+        raise SceneError(f"{curve.role} is 0 in the scene: give it another value for a curve")
+    return [
+        (f"{curve.role} = {target.show(curve.role, value)}", varied(target.scene, curve.role, value / now))
+        for value in curve.si[rows].tolist()
+    ]

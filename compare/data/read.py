@@ -14,8 +14,7 @@ import numpy as np
 from compare.against import Data
 from compare.data import raw, text
 from compare.data.columns import Column, refusing
-from compare.data.match import IGNORED, Target, assign
-from compare.data.runs import choose, count_runs, keep_one, vary
+from compare.data.match import IGNORED, Target, assign, count_runs, pick
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, printable, quoted
@@ -51,27 +50,15 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     columns, left_out = _sort(every, target)
     clock = _find_time(columns, every, catalogue.steady)
     time = np.zeros(len(every[0].values)) if clock is None else clock.si
-    rows = np.isfinite(time)
     traces, keys = ([c for c in columns if c.role in roles] for roles in (catalogue.units, target.numbers))
-    runs = count_runs(time[rows])
+    runs = count_runs(time[np.isfinite(time)])
     for column in [c for c in keys if not c.is_curve and len(np.unique(c.values)) > runs]:
         _leave_out(column, f"varies over time, as no {column.role} of a run does", left_out)
         keys = [c for c in keys if c is not column]
-    notes = [clock.note if clock else "", f"{(~rows).sum()} rows without one are left out" * (not rows.all())]
-    curve = next((c for c in keys if c.is_curve), None)
-    rows, words = choose([c for c in keys if c is not curve], rows, target)
-    scenes: list[tuple[str, Any]] = []
-    if curve is not None:
-        rows &= curve.values != 0  # A scene without a drive has no 3D solution.
-        scenes = vary(curve, rows, target)
-        words += "; " * bool(words) + f"the curve over {curve.plain} ({curve.role}), without its zeros"
-    else:
-        if catalogue.steady and traces:
-            rows &= np.any([np.isfinite(c.values) for c in traces], axis=0)
-        rows, note = keep_one(time, rows, catalogue.steady)
-        notes.append(note)
+    rows, words, notes, scenes = pick(time, traces, keys, target)
     values: dict[str, np.ndarray] = {}
-    headers, how = {"time_s": clock.name} if clock else {}, {"time_s": ", ".join(filter(None, notes))}
+    headers = {"time_s": clock.name} if clock else {}
+    how = {"time_s": ", ".join(filter(None, [clock.note if clock else "", *notes]))}
     for column in traces:
         key, word = column.role, catalogue.word(column.role)
         if np.isnan(column.values[rows]).all():
