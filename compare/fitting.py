@@ -52,9 +52,8 @@ class Fit:
 
     def interval(self, key: str) -> tuple[float, float]:
         """Return the interval of a key (95 %), in SI units."""
-        widest = -np.log(TINY)
-        low, high = self.fitted[key] * np.exp(np.clip([-COVERS * self.u[key], COVERS * self.u[key]], -widest, widest))
-        return float(low), float(high)
+        factor = float(np.exp(min(COVERS * self.u[key], -np.log(TINY))))
+        return self.fitted[key] / factor, self.fitted[key] * factor
 
     def warnings(self) -> tuple[str, ...]:
         """Name keys that the data do not determine (u above 0.5, correlations above 0.95 in size), and a misfit."""
@@ -130,8 +129,8 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     # The last step, shorter than a thousandth of all or better by 1e-5 of the squares, needs no derivatives.
     solution = least_squares(
-        residuals, np.zeros(len(keys)), lambda x: derivatives(*x), (least - 1e-9, most + 1e-9), x_scale="jac", xtol=1e-3, ftol=1e-5,
-        max_nfev=20,
+        residuals, np.zeros(len(keys)), lambda x: derivatives(*x), (least - 1e-9, most + 1e-9), x_scale="jac",
+        xtol=1e-3, ftol=1e-5, max_nfev=20,
     )  # fmt: skip
     normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)
     # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the square
