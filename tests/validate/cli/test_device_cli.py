@@ -58,7 +58,7 @@ def test_what_is_exported_is_said_and_kept(capsys):
     worst = made["error"]["closed loop"]["over time"]["sensor_K"]
     assert worst["error"] == pytest.approx(17.5 * worst["relative"])
     steps = [step for step in summary("one")["plan"] if step["step"] == "export"]
-    assert steps[0]["reason"].startswith("a compact model of 9 states")
+    assert steps[0]["reason"].startswith("a compact model, compared")
 
 
 @pytest.mark.long
@@ -78,7 +78,7 @@ SAID = {
     ],
     "--set sample_time=1ms --set sink_gain=0.5 --set sensor_gain=0 --figure 12 --figure 13": ["fig13_slope", "differs"],
     "--set sample_time=1ms --set sink_gain=0.5 --figure 10 --explain": [
-        "skipped designer's questions: only figure10 asked for", "done checks: fig10_steady",
+        "skipped designer's questions: only figure10 asked for", "planned checks: fig10_steady",
     ],
 }  # fmt: skip
 
