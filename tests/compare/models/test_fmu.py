@@ -43,7 +43,8 @@ UNITS = """<UnitDefinitions>
 <Unit name="uW"><BaseUnit kg="1" m="2" s="-3" factor="1e-6"/></Unit>
 <Unit name="lm"><BaseUnit cd="1"/></Unit>
 </UnitDefinitions>
-<TypeDefinitions><SimpleType name="Celsius"><Real unit="degC"/></SimpleType></TypeDefinitions>
+<TypeDefinitions><SimpleType name="Celsius"><Real unit="degC"/></SimpleType>
+<SimpleType name="Rise"><Real unit="degC" relativeQuantity="1"/></SimpleType></TypeDefinitions>
 <ModelVariables>"""
 
 
@@ -73,6 +74,7 @@ def build(
 
 
 CELSIUS = "T - 273.15", "x + 273.15"
+RISE = 'degC" declaredType="Rise'
 
 
 @pytest.fixture
@@ -109,7 +111,7 @@ def test_declared_units_are_converted_over_time(transient, tmp_path):
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(
     ("unit", "why"),
-    [("uW", '"top", for "tip", is in "uW"'), ("lm", "not in K"), ("furlong", '"furlong", not')],
+    [("uW", '"top", for "tip", is in "uW"'), ("lm", "not in K"), ("furlong", '"furlong", not'), (RISE, "difference")],
 )
 def test_units_of_another_dimension_are_refused(steady, tmp_path, unit, why):
     model = build(tmp_path, tip=(f'unit="{unit}"', "T", "x"))

@@ -183,7 +183,11 @@ def test_a_models_parameters_are_made_of_the_scenes():
     assert make_question(load("bridge", [*given, "parameters.w=12um"])).parameters == {
         "half": 6e-6, "end": 200e-6, "R": 300.0,
     }  # fmt: skip
-    assert make_question(load("bridge", ["model.parameters.V=boundary.left electrode.voltage"])).parameters["V"] == 1.0
+    mixed = ["model.parameters.arm=box.beam.upper.y/2 + w", "model.parameters.V=2*boundary.left electrode.voltage"]
+    parameters = make_question(load("bridge", [*mixed, "parameters.w=12um"])).parameters
+    assert (parameters["arm"], parameters["V"]) == (pytest.approx(112e-6), 2.0)
+    with pytest.raises(SceneError, match="neither a quantity"):
+        make_question(load("bridge", ["model.parameters.odd=w + boundary.substrate.temperature"]))
     assert make_question(load("bridge")).document["parameters"]["gap"] == 2e-6
     with pytest.raises(SceneError, match="nor made of its parameters"):
         make_question(load("bridge", ["model.parameters.half=width/2"]))
