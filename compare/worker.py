@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import os
-import pickle
 import subprocess
 import sys
 import time
@@ -69,7 +68,7 @@ class Worker:
                 # The first message, None, says that the task has arrived: a process takes a second to start.
                 outcome: tuple[T, BaseException | None] = self._receive(math.inf) or self._receive(seconds)
             except (EOFError, OSError):
-                status = self.stop()
+                status = self.stop() or 0
                 how = f", with the signal {Signals(-status).name}" if status < 0 else ""
                 raise EndedError(f"{self._name} failed: it ended its process{how}") from None
             except BaseException:
@@ -82,21 +81,21 @@ class Worker:
 
     def _receive(self, seconds: float) -> Any:
         """Return the next message. Raises EOFError where the process ends, and OverdueError."""
-        until = time.monotonic() + seconds
+        process, until = self._process, time.monotonic() + seconds
         while not self._pipe.poll(min(max(until - time.monotonic(), 0.0), 1.0)):
-            if self._process is None or self._process.poll() is not None:  # its children may still have the pipe
+            if process is None or process.poll() is not None:  # its children may still have its end of the pipe
                 raise EOFError
             if time.monotonic() >= until:
                 raise OverdueError(f"{self._name} has not answered in {seconds / 60:.2g} minutes, and was ended")
         return self._pipe.recv()
 
-    def stop(self) -> int:
-        """End the process at once, and return its exit status; 0 without a process."""
+    def stop(self) -> int | None:
+        """End the process at once, and return its exit status."""
         process, self._process = self._process, None
         if process is None:
-            return 0
+            return None
         self._end()
-        return int(process.returncode)
+        return process.returncode
 
     def _start(self) -> None:
         """Start the process with one thread, in a group of its own: an interrupt from the keyboard is left to this
@@ -132,20 +131,27 @@ def pool(count: int) -> Iterator[list[Worker]]:
 
 
 def share(
-    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf
-) -> Iterator[tuple[Task, Future[Any]]]:
+    workers: Sequence[Worker], function: Callable[..., object], tasks: Iterable[Task], seconds: float = math.inf,
+    attempts: int = 1,
+) -> Iterator[tuple[Task, Future[Any]]]:  # fmt: skip
     """Yield the arguments of each task with its value, or its exception as `Worker.run` has it, as they come.
 
-    Each task may take some seconds.
+    Each task may take some seconds. A task whose process dies is tried again, up to some attempts.
     """
     idle = SimpleQueue[Worker]()
     for worker in workers:
         idle.put(worker)
 
     def perform(task: Task) -> object:
-        worker = idle.get()
+        worker, attempt = idle.get(), 1
         try:
-            return worker.run(seconds, function, *task)
+            while True:
+                try:
+                    return worker.run(seconds, function, *task)
+                except EndedError:
+                    if attempt >= attempts:
+                        raise
+                    attempt += 1
         finally:
             idle.put(worker)
 
@@ -155,6 +161,7 @@ def share(
             for future in as_completed(list(running)):
                 yield running.pop(future), future
         finally:
+            attempts = 0
             for future in running:
                 future.cancel()
             for worker in workers if running else ():
@@ -185,15 +192,27 @@ def _serve(descriptor: int, parent: int) -> None:
     pipe = Connection(descriptor)
     with suppress(EOFError, OSError):
         while True:
-            task = pipe.recv_bytes()
+            outcome = _perform(pipe)
             try:
-                function, arguments = pickle.loads(task)
-                pipe.send(None)
-                outcome = pickle.dumps((function(*arguments), None))
-            except BaseException as error:
-                error.add_note(traceback.format_exc())
-                outcome = pickle.dumps((None, error))
-            pipe.send_bytes(outcome)
+                pipe.send(outcome)
+            except Exception as error:  # of a value that cannot be pickled
+                pipe.send((None, RuntimeError(f"{type(error).__name__}: {error}")))
+
+
+def _perform(pipe: Connection) -> tuple[object, BaseException | None]:
+    """Return the value of the next task, or its exception."""
+    try:
+        function, arguments = pipe.recv()
+    except EOFError:
+        raise
+    except Exception as error:  # of a module that is missing here
+        return None, error
+    pipe.send(None)
+    try:
+        return function(*arguments), None
+    except BaseException as error:
+        error.add_note(traceback.format_exc())
+        return None, error
 
 
 def _end_with(parent: int) -> None:

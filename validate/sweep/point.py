@@ -37,6 +37,7 @@ FINEST = 1e-4  # The accuracy down to which points with an open verdict are solv
 OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
 """The difference in `compare.blame` of checks over time; the steady peak stands for the others."""
 ANSWERS_WITHIN = 10.0  # Seconds that a scheduler has to answer.
+ATTEMPTS = 3  # How often a point is tried whose process dies, before the point is taken to be at fault.
 
 Outcomes = Iterator[tuple[Task, Future[Row]]]
 Solver = Callable[[Iterable[Task]], Iterator[Row]]
@@ -47,13 +48,14 @@ def solver(workers: int, scheduler: str | None, seconds: float | None) -> Iterat
     """Provide a function that yields the rows of points as they come, solved by ``workers`` processes here or by the
     workers of a ``scheduler``, with some ``seconds`` for each point.
 
-    If the process of a point dies, its row says so. The function raises NumericsError where the workers are gone.
+    A point whose process dies is tried again; if it dies each time, its row says so. The function raises
+    NumericsError where the workers are gone.
     """
     with ExitStack() as stack:
         if scheduler is None:
             processes = stack.enter_context(pool(workers))
             limit = seconds or math.inf
-            yield partial(_rows, lambda tasks: share(processes, solve, tasks, limit), seconds)
+            yield partial(_rows, lambda tasks: share(processes, solve, tasks, limit, ATTEMPTS), seconds)
         else:
             yield partial(_rows, partial(_share_on, _connect(stack, scheduler), seconds), seconds)
 
@@ -63,7 +65,7 @@ def _rows(
 ) -> Iterator[Row]:
     try:
         for (_, number, _), outcome in hand_out(tasks):
-            failed = {"point": number, "status": "crashed", "because": "its process died", "seconds": seconds or 0.0}
+            failed = {"point": number, "status": "crashed", "because": "its processes died", "seconds": seconds or 0.0}
             try:
                 yield outcome.result()
             except OverdueError:
