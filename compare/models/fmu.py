@@ -41,11 +41,11 @@ REST = 1e-6
 class Unit(NamedTuple):
     """The unit that an FMU declares for a variable, SI where it declares none.
 
-    ``factor`` * value + ``offset`` is in SI units; ``powers`` (of m, kg, s, A, K, mol, cd) are empty in an unknown unit.
+    ``factor`` * value + ``offset`` is in SI units; ``powers`` (of m, kg, s, A, K, mol, cd) are () in an unknown unit.
     """
 
     name: str = ""
-    powers: tuple[int, ...] | None = None
+    powers: tuple[Any, ...] | None = None
     factor: float = 1.0
     offset: float = 0.0
 
