@@ -128,7 +128,8 @@ def unknown(said: str, name: object, known: Iterable[str]) -> SceneError:
     """Return the error for an unknown name, with the first of the valid names and the nearest one."""
     names = list(known)
     shown = [*map(quoted, names[:_MOST_KNOWN]), *["..."] * (len(names) > _MOST_KNOWN)]
-    return SceneError(f"{said} {quoted(name)}: give {', '.join(shown) or 'none'}{did_you_mean(name, names)}")
+    give = f"give {', '.join(shown)}" if shown else "there is none to give"
+    return SceneError(f"{said} {quoted(name)}: {give}{did_you_mean(name, names)}")
 
 
 def listed(names: Sequence[str], most: int = _MOST) -> str:

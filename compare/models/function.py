@@ -12,7 +12,7 @@ import runpy
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -34,14 +34,16 @@ class Function(Model):
         times, when, wanted = question.times, question.when, next(iter(question.units), "probe")
         with _sentences(self._file, f" when it was asked {when}"):
             given = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
-            arrays = {n: np.ma.asarray(v) for n, v in given.items()} if isinstance(given, Mapping) else None
-        if arrays is None:
+        if not isinstance(given, Mapping):
             raise SceneError(f"it returned {quoted(type(given).__name__)} {when}: return such as {{{wanted!r}: 300.0}}")
         shape, values = () if times is None else times.shape, dict[str, np.ndarray]()
-        for name, array in arrays.items():
+        for name, value in given.items():
+            array: np.ndarray = np.ma.asarray(None)
+            with suppress(TypeError, ValueError):  # of lists of unequal length
+                array = np.ma.asarray(value)
             if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == shape):
                 needed = f"{shape[0]} real numbers, one for each time" if shape else "one real number"
-                raise SceneError(f"{quoted(str(name))} {when} is {quoted(str(array))}: give {needed}")
+                raise SceneError(f"{quoted(str(name))} {when} is {quoted(repr(value))}: give {needed}")
             filled = np.ma.filled(array.astype(float), np.nan)  # masked values are not numbers
             values[str(name)] = np.broadcast_to(filled.reshape(()) if array.size == 1 else filled, shape)
         return Answer(values)

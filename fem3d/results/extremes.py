@@ -103,10 +103,10 @@ class Search:
             step = max(1, AT_ONCE // local[0].size)
             for start in range(0, len(weights), step):
                 functions = np.tensordot(weights[start : start + step], local, (1, 0))
-                which, cell, known = self._reaching(functions, owner, cells[0], points, shapes)
-                which, cell, at, tops, gains = self._climb(which, cell, known, len(sides))
+                pair, cell, known = self._reaching(functions, owner, cells[0], points, shapes)
+                pair, cell, at, tops, gains = self._climb(pair, cell, known, len(sides))
                 for n in np.argsort(tops, kind="stable").tolist():
-                    time, i = start + int(which[n]) // count, int(which[n]) % count
+                    time, i = start + int(pair[n]) // count, int(pair[n]) % count
                     if tops[n] > values[i, time]:
                         values[i, time], doubts[i, time] = tops[n], gains[n]
                         places[i][time] = Place(int(cells[cell[n]]), corner + at[n] @ sides)
@@ -115,9 +115,9 @@ class Search:
     def _reaching(
         self, functions: np.ndarray, owner: np.ndarray, cell: int, points: np.ndarray, shapes: np.ndarray
     ) -> tuple[np.ndarray, ...]:
-        """Numbers and cells (n,) whose functions (times, functions of a cell, cells) may reach the extreme of their
+        """Pairs and cells (n,) whose functions (times, functions of a cell, cells) may reach the extreme of their
         ``owner`` (cells,), and their values (n, points) at a lattice with these ``shapes`` (points, functions of a
-        cell). All cells are like one ``cell``; a time and an owner have one number, the owners of a time in turn.
+        cell). All cells are like one ``cell``. A pair of a time and an extreme is time * extremes + extreme.
 
         A function is at most its largest coefficient of a vertex plus the sum of its other coefficients times the
         largest sizes of their shapes, and above its own lattice by `MISSED` of its span; the extreme is at least the
@@ -131,18 +131,18 @@ class Search:
         attained = np.full((len(functions), count), -np.inf)
         np.maximum.at(attained.T, owner, np.tensordot(functions, at_corners, (1, 1)).max(axis=2).T)
         times, cells = np.nonzero(bounds >= attained[:, owner])
-        known, which = functions[times, :, cells] @ shapes.T, times * count + owner[cells]
+        known, pair = functions[times, :, cells] @ shapes.T, times * count + owner[cells]
         top, least = known[:, inside].max(axis=1), known[:, inside].min(axis=1)
-        np.maximum.at(attained.reshape(-1), which, top)
-        reach = top + MISSED * (top - least) >= attained.ravel()[which]
-        return which[reach], cells[reach], known[reach]
+        np.maximum.at(attained.reshape(-1), pair, top)
+        reach = top + MISSED * (top - least) >= attained.ravel()[pair]
+        return pair[reach], cells[reach], known[reach]
 
-    def _climb(self, which: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
-        """Numbers and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the
+    def _climb(self, pair: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
+        """Pairs and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the
         values there and the gains of the last lattice.
 
         Parts are halves of a line, quarters of a side, eighths of a cell. Those that cannot reach the top of their
-        number are left out of finer lattices. The functions of some numbers and cells are ``known`` (m, points) at a
+        pair are left out of finer lattices. The functions of some pairs and cells are ``known`` (m, points) at a
         lattice of nodes along the ``count`` sides, and are polynomials along each.
         """
         degree = len(self._nodes) - 1
@@ -150,7 +150,7 @@ class Search:
         parts = np.array([at for at in product((0.25, 0.75), repeat=count) if self._inside(np.array(at) - 0.25)])
         whose, places = np.repeat(np.arange(len(known)), len(parts)), np.tile(parts, (len(known), 1))
         tops, gains, bounds = np.full((3, len(whose)), -np.inf)
-        highest = np.full(which.max() + 1, -np.inf)
+        highest = np.full(pair.max() + 1, -np.inf)
         going, along = np.arange(len(whose)), self._space.p // 2 + 2
         for turn in range(TURNS + 1):
             around = 0.25 * 0.5**turn * np.linspace(-1, 1, along)
@@ -165,9 +165,9 @@ class Search:
                 top, places[some] = values[every, best], points[every, best]
                 gains[some], tops[some] = np.maximum(top - tops[some], 0.0), top
                 bounds[some] = top + MISSED * (top - np.where(inside, values, np.inf).min(axis=1))
-            np.maximum.at(highest, which[whose], tops)
-            going, along = going[bounds[going] >= highest[which[whose[going]]]], FINE
-        return which[whose[going]], cell[whose[going]], places[going], tops[going], gains[going]
+            np.maximum.at(highest, pair[whose], tops)
+            going, along = going[bounds[going] >= highest[pair[whose[going]]]], FINE
+        return pair[whose[going]], cell[whose[going]], places[going], tops[going], gains[going]
 
     def _inside(self, points: np.ndarray) -> np.ndarray:
         """(...,): whether points (..., sides) lie in their part, a triangle or a tetrahedron on tetrahedra."""

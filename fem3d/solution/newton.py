@@ -18,7 +18,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, nonlinear, refine_quadratures
 from scenes.errors import BeyondLawError, NumericsError
 
-# Relative residual of a linear system: so much of the step before is left to the next, beside what is not linear.
+# Relative residual of a linear system: a step of Newton's method is about this part of the one before, or larger.
 RESIDUAL = 1e-4
 MOST_NEWTON = 20  # steps at one point
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
