@@ -57,12 +57,13 @@ class FreeKind(Kind[AnyScene]):
         own = own_model(scene, options)
         progress("solving in 3D")
         with progress.stage("fem3d"):
+            whole = _whole(scene, options)
             try:
-                result = scene_run.solve(scene, progress, whole=options.follows_keys)
+                result = scene_run.solve(scene, progress, whole)
             except RunawayInTimeError as error:
                 if options.export is not None or own is not None:
                     raise
-                ended, result, runs_away = scene_run.until(scene, error, progress, whole=options.follows_keys)
+                ended, result, runs_away = scene_run.until(scene, error, progress, whole)
                 result = replace(result, details=result.details | {"scene": ended, "runs_away": runs_away})
             if own is not None and not scene.steady and not varies(scene):
                 still = replace(scene, steady=True, output_times=())
@@ -122,7 +123,7 @@ class FreeKind(Kind[AnyScene]):
     def plan_3d(self, scene: AnyScene, options: Options) -> Sequence[Step]:
         from fem3d.runs.scene import plan
 
-        return plan(scene, whole=options.follows_keys)
+        return plan(scene, _whole(scene, options))
 
     def describe_1d(self, scene: AnyScene, options: Options) -> str:
         own = own_model(scene, options)
@@ -236,6 +237,15 @@ def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., An
             raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
         return None
     return None if not given and runs_code(model.file) else (model.file, model.folder)
+
+
+def _whole(scene: AnyScene, options: Options) -> bool:
+    """Whether a scene is solved without its mirror symmetry, for sensitivities to a number of one side."""
+    if not options.follows_keys:
+        return False
+    from fem3d.runs.sensitivities import need_whole
+
+    return need_whole(scene, None if options.sensitivities else options.uncertain.relative)
 
 
 def varies(scene: AnyScene) -> bool:

@@ -29,8 +29,7 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     Raises SceneError if no such motion exists: faces in one plane move apart or past others, or a part or a symmetry is
     lost.
     """
-    alike = [p[::2] for p in part.planes] == [p[::2] for p in other.planes]
-    if not alike or _names(part.scene) != _names(other.scene):
+    if not same_planes(part, other) or _names(part.scene) != _names(other.scene):
         raise SceneError("the scene loses a mirror plane or a part when it changes")
     scene: Any = other.scene
     if isinstance(scene, MeshScene):
@@ -43,6 +42,11 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     grid = domain.space.grid
     breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
     return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))
+
+
+def same_planes(part: Symmetry, other: Symmetry) -> bool:
+    """Whether two scenes have mirror planes across the same axes and of the same parity."""
+    return [plane[::2] for plane in part.planes] == [plane[::2] for plane in other.planes]
 
 
 def _displacements(scene: Any, other: Any, axis: int) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ of the coldest given temperatures (the start's, where none is given), over time 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -18,10 +19,11 @@ from fem3d.results.outputs import Outputs, Quantities, Study
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
-from fem3d.runs.differences import Course, Sensitivities, Table, sensitivities
+from fem3d.runs.differences import STEP, Course, Sensitivities, Table, sensitivities
+from fem3d.runs.motion import same_planes
 from meshes import symmetry
 from scenes import physics
-from scenes.errors import quoted
+from scenes.errors import SceneError, quoted
 from scenes.model import ROUNDING, AnyScene, Probe, values
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -65,13 +67,13 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Sensitivities:
     """Differentiate a scene's result by its numbers other than zero, or by some ``keys``; raises as `of_sink` does."""
     chosen = list(numbers(scene) if keys is None else keys)
-    steady = result.traces is None
+    steady, whole = result.traces is None, result.details["symmetry"] == "the whole"
     if not steady and "transient" not in result.details:
         return Sensitivities({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
 
     def study(key: str = "", step: float = 0.0) -> Study:
         other = neighbour(scene, key, step) if key else scene
-        made = probe_quantities.study(other, scene_run.part_of(other, True))
+        made = probe_quantities.study(other, scene_run.part_of(other, whole))
         floor = floor_of(scene, other) if steady else other.initial_temperature
 
         def rises(out: Outputs) -> Quantities:
@@ -89,6 +91,16 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
     if found.course is not None:
         return _of_largest(found, found.course, result.over_time.errors)
     return replace(found, left_out=left_out | found.left_out)
+
+
+def need_whole(scene: AnyScene, keys: Iterable[str] | None = None) -> bool:
+    """Whether one of the ``keys`` of a scene, all by default, changes one side of a mirror plane alone."""
+    part = scene_run.part_of(scene, False)
+    for key in (numbers(scene) if keys is None else keys) if part.planes else ():
+        with suppress(SceneError):  # it has no slope
+            if not same_planes(part, scene_run.part_of(neighbour(scene, key, STEP), False)):
+                return True
+    return False
 
 
 def _of_largest(found: Sensitivities, course: Course, known: Mapping[str, float]) -> Sensitivities:

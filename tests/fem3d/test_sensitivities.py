@@ -13,7 +13,7 @@ import pytest
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
 from fem3d.runs.differences import Sensitivities
-from fem3d.runs.sensitivities import of_scene, of_sink
+from fem3d.runs.sensitivities import need_whole, of_scene, of_sink
 from scenes.faces import SIGMA
 from scenes.free import from_dict
 from scenes.loading import load_free
@@ -75,6 +75,23 @@ def test_exponents_of_a_heated_bar():
     assert still.error == 0.0
     assert set(slopes.steady) == set(numbers(bar()))
     assert not slopes.left_out
+
+
+@pytest.mark.parametrize("run", [{"steady": True}, {"end_time": 1e-3}])
+def test_slopes_of_a_symmetric_part(run):
+    """Numbers that keep all mirror planes have the slopes of the whole on an eighth."""
+    scene = bar(run={"accuracy": 1e-3, **run})
+    keys = ("material.m.thermal_conductivity", "boundary.voltage near.voltage", "box.bar.upper.y")
+    assert not need_whole(scene, keys)
+    assert need_whole(scene, ["boundary.temperature near.temperature"])
+    eighth = scene_run.solve(scene)
+    assert eighth.details["symmetry"] == "the eighth"
+    part, whole = of_scene(scene, eighth, keys), solved(scene, *keys)
+    for key in keys:
+        for name, slope in part.steady[key].items():
+            same = whole.steady[key][name]
+            assert slope.value == pytest.approx(same.value, abs=slope.error + same.error), (key, name)
+            assert slope.error < 2e-2
 
 
 def test_a_wire_that_radiates_alone():
