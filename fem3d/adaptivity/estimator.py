@@ -41,6 +41,7 @@ from scipy.sparse import csr_array
 
 from meshes.grading import Features
 from meshes.grid import Grid
+from scenes.model import Scene
 
 # Rates a that are assumed at least: beside an edge unless theory has a slower one, and on bricks away from edges, where
 # 2 is the rate beside an edge of exponent 1/2. No faster rate than FASTEST is assumed: the contribution of an odd
@@ -133,13 +134,21 @@ class Estimator:
         return cls(degrees, slowest, fastest, pools, later, needles)
 
     @classmethod
-    def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
-        """Return the estimator for a grid of bricks with the features of its scene."""
+    def of_grid(cls, grid: Grid, marks: Features, scene: Scene) -> Estimator:
+        """Return the estimator for a grid of bricks with the features of its scene.
+
+        Where a flux or a film ends on a face the solution behaves as r log r, and the error falls like p^-4.
+        """
         degrees, intervals = np.maximum(grid.of_cells, 2), np.argwhere(grid.solid).T
         s = np.array([np.minimum(near[i], near[i + 1]) for near, i in zip(marks.near(grid), intervals, strict=True)])
         singular, edge = np.isfinite(s), rate_at_edge(degrees, s)
         slowest = np.where(singular, np.minimum(edge, SLOWEST), REGULAR)
-        fastest = np.where(singular, edge, FASTEST).clip(max=FASTEST)
+        passed = [b for b in scene.boundaries if b.kind in ("heat_flux", "convection", "radiation")]
+        rims = np.zeros(s.shape, bool)
+        for d, (breaks, i) in enumerate(zip(grid.breaks, intervals, strict=True)):
+            at = np.isin(breaks, [c for b in passed for c in (b.lower[d], b.upper[d]) if breaks[0] < c < breaks[-1]])
+            rims[d] = at[i] | at[i + 1]
+        fastest = np.where(singular, edge, np.where(rims, 4.0, FASTEST)).clip(max=FASTEST)
         return cls(degrees, slowest, fastest, intervals * (degrees.max() + 1) + degrees)
 
     def indicators(self, goal: Contributions) -> np.ndarray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -70,20 +71,32 @@ class Duals:
         problems, conductor = self.problems, self.problems.conductor
         if conductor is None or not self.rows or not any(phi.any() for phi in potentials):
             return {}
-        heat = problems.heat
         densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
-        reactions = []
-        for name in self.rows:
-            boundaries = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
-            reaction = sum((heat.field(heat.shares[b]) for b in boundaries), np.zeros(problems.domain.space.size))
-            reactions.append(reaction / self.scales.get(name, 1.0))
         seen = []
         for upper, density, duals in zip(problems.conductors[1:], densities, self.fields, strict=True):
             assert upper is not None
-            pairs = zip(duals, reactions, strict=True)
-            flows = [conductor.on.flow(conductor.on.value(dual - reaction) * density) for dual, reaction in pairs]
+            flows = [conductor.on.flow(conductor.on.value(z) * density) for z in duals - self._reactions]
             seen.append(upper.respond(np.array(flows)))
         return dict(zip(self.rows, problems.electric(seen, potentials), strict=True))
+
+    def by_power(self, state: SteadyState, resistance: Contributions | None) -> dict[str, Contributions]:
+        """Return the contributions to each goal by the power, which changes at most as the ``resistance`` does by the
+        temperature: a goal with dual solution z contains (z rho |J|^2)."""
+        if resistance is None or state.conductor is None:
+            return {}
+        load = self.problems.heat.field(state.conductor.joule_load(state.density, state.rise))
+        parts = zip(self.rows, (self.fields[-1] - self._reactions) @ load, strict=True)
+        return {name: Contributions(*(part * each for each in resistance)) for name, part in parts}
+
+    @cached_property
+    def _reactions(self) -> np.ndarray:
+        """(goals, functions): the values at fixed nodes that make a goal the reaction there, over the scales."""
+        heat, reactions = self.problems.heat, []
+        for name in self.rows:
+            boundaries = reading(heat, self.probes[name]).boundaries if name in self.probes else ()
+            reaction = sum((heat.field(heat.shares[b]) for b in boundaries), np.zeros(heat.domain.space.size))
+            reactions.append(reaction / self.scales.get(name, 1.0))
+        return np.array(reactions)
 
     def contradictions(self, estimator: Estimator) -> dict[str, np.ndarray]:
         """Return indicators of each goal at edges where given temperatures contradict each other; empty without them.
@@ -226,6 +239,7 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
 
     Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
     quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
+    A thermal quantity also has one by the temperature's effect on the power.
     """
     problems = problems.about(fine.state.heat)
     try:
@@ -243,18 +257,19 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     current = duals.joule(potentials_at_power(problems, fine.state)) | electric
     power, clash = problems.electric_parts, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
+    by_power = duals.by_power(fine.state, thermal.get(BY_TEMPERATURE))
     known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
         # A given current does not follow the resistance.
         fixed = name not in electric and problems.conductor is not None and problems.conductor.by_current
         warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
-        parts = [each for each in (heat.get(name, warm), current.get(name, power)) if each is not None]
+        own = heat.get(name, warm), current.get(name, power), by_power.get(name)
+        parts = [each for each in own if each is not None]
         goals[name] = sum((estimator.indicators(each) for each in parts), clash.get(name, np.zeros_like(power.last)))
         # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
         # without a dual solution it may continue as slowly as beside the sharpest edge.
         change = abs(float(value - low.quantities[name])) / scales[name]
-        own = np.abs([each.last for each in parts]).sum()
-        rest = max(change - own, 0.0) * (1.0 if name in known else slowest)
+        rest = max(change - np.abs([each.last for each in parts]).sum(), 0.0) * (1.0 if name in known else slowest)
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:

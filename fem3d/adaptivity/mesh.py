@@ -209,7 +209,7 @@ class Bricks(Mesh):
 
     @cached_property
     def estimator(self) -> Estimator:
-        return Estimator.of_grid(self.grid, self.marks)
+        return Estimator.of_grid(self.grid, self.marks, self.scene)
 
     def begin(self) -> Bricks:
         if self._checked().unknowns < (MANY if max(p.max() for p in self.grid.degrees) > 4 else 10 * MANY):

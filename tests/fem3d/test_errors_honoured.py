@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import invariants, stress
+from benchmarks import invariants, random_scenes, stress
 from fem3d.adaptivity import goal_errors, nested, trace_errors
 from fem3d.adaptivity.cell_mesh import corrected
 from fem3d.adaptivity.estimator import Estimator
@@ -103,6 +103,13 @@ def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(see
     assert 0.01 < invariants.compared(hard, found, 30.0)[0] < 0.8
     less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
     assert invariants.compared(hard, less, 30.0)[0] > 1
+
+
+@pytest.mark.parametrize("seed", [33, 56000229])
+def test_errors_hold_where_a_flux_ends_and_where_the_temperature_changes_the_power(seed):
+    """A scene each: r log r at the rim of a flux, and heat flows that miss what the power misses."""
+    scene = random_scenes.boxes(seed)
+    assert broken(solve(scene).steady, solve(replace(scene, accuracy=scene.accuracy / 100)).steady) == []
 
 
 @pytest.mark.long
@@ -243,7 +250,7 @@ def middle(voltage, intervals, degree):
     cold = end(0, "temperature", 293.0), end(1, "temperature", 293.0)
     scene = bar(silicon(2e-3), *cold, end(0, "voltage", voltage), end(1, "voltage", 0.0))
     study, marks = probe_quantities.study(scene, whole(scene)), edge_exponents.features(scene)
-    judge = Estimator.of_grid(bar_grid(scene, intervals, degree), marks)
+    judge = Estimator.of_grid(bar_grid(scene, intervals, degree), marks, scene)
 
     def solved(intervals, degree):
         given = nested.discretize(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
