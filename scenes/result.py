@@ -23,7 +23,7 @@ class Estimate:
 class Traces:
     """Quantities over time: ``values[name]`` has one entry per entry of ``time`` (s); ``errors[name]`` bounds the
     numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on, and that long after each
-    of the ``jumps`` (s) of a given temperature (of a sink from 10 us on); ``early`` bounds them at all other times,
+    of the ``jumps`` (s) of a drive (of a sink from 10 us on); ``early`` bounds them at all other times,
     where known."""
 
     time: np.ndarray

@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt, indicators
 from fem3d.adaptivity.mesh import Answer, Mesh
-from fem3d.adaptivity.responses import BEFORE
+from fem3d.adaptivity.responses import BEFORE, jump_times
 from fem3d.adaptivity.trace_errors import ROW_SHARE
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
@@ -72,9 +72,7 @@ def solve(
         details["warnings"] += structure.remarks(scene)
     details["warnings"] += on.warnings(study, answer.relative)
     if response is not None:
-        # The instants at which a given temperature jumps.
-        inputs, given = answer.heat.inputs, answer.heat.lifts.any(axis=1)
-        jumps = tuple(t for t in inputs.knots(study.end).tolist() if (inputs.jumps(t) * given).any())
+        jumps = tuple(jump_times(answer.heat.inputs, study.end).tolist())
         traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
         return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
