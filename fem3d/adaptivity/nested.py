@@ -182,7 +182,7 @@ def discretize(domain: Domain, accuracy: float) -> Problems:
     """
     heat, space = assemble(domain), domain.space
     # Powers see the square of the error of potentials.
-    conductor = conductors.find(heat, 1e-8 * accuracy)
+    conductor = conductors.assemble_conductor(heat, 1e-8 * accuracy)
     heated, free = [*(cells for _, cells in domain.sources), np.flatnonzero(domain.live)], heat.order[: heat.free]
     ends = np.cumsum([each.shape[1] for each in (space.mesh.p, space.mesh.edges, space.mesh.facets)])
     free = free[np.searchsorted(ends, space.entity[space.origin[free]], side="right") != 2]  # 2: on facets

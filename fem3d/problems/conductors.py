@@ -23,23 +23,21 @@ from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.current import SOLVED, Conductor
 from fem3d.problems.following import CellProperty, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, CurrentField, Paths, Section, Terminal, crossings
+from fem3d.problems.paths import Crossing, CurrentField, Label, Paths, Section, Terminal, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material
 
-AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
 
-
-def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
-    """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
-    small the residual of a potential must be."""
+def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
+    """Assemble the cells of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is the
+    allowed relative residual of a potential."""
     domain, space = heat.domain.electric, heat.domain.electric.space
     cells = np.flatnonzero(domain.live)
     if not len(cells):
         return None
     initial = domain.scene.initial_temperature
-    lines = np.array([law(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
+    lines = np.array([linear_resistivity(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
     lines = lines[domain.body]
     voltages, fixed, terminals, reactions = _electrodes(domain)
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
@@ -61,8 +59,8 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     shared = space is heat.domain.space and not ends and np.isin(space.entity[free], of_heat).all()
     return Conductor(
         heat, cells, on, free, cold, warm, voltages, reactions, sections, csc_array(matrix),
-        _named(domain, cells, crossed), heat.ordering if shared else Ordering(np.vstack([space.places, *ends])), solved,
-        terminals, CellProperty(domain, "resistivity", cells) if follows else None,
+        _labels(domain, cells, crossed), heat.ordering if shared else Ordering(np.vstack([space.places, *ends])),
+        solved, terminals, CellProperty(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 
@@ -91,9 +89,9 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
     return voltages, fixed, tuple(terminals), shares
 
 
-def law(material: Material, initial: float) -> tuple[float, float]:
-    """The resistivity along x at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7, of a law 0;
-    ValueError for a material that doesn't conduct."""
+def linear_resistivity(material: Material, initial: float) -> tuple[float, float]:
+    """Return rho_0 (ohm m), along x at the initial temperature, and a (ohm m/K) of rho = rho_0 + a u (equation 7 of the
+    paper), with a = 0 for any other law. Raises ValueError for a material that doesn't conduct."""
     given = material.law("resistivity")
     if given is None or isinstance(given, tuple):
         raise ValueError(f"{material.name} doesn't conduct")
@@ -101,31 +99,22 @@ def law(material: Material, initial: float) -> tuple[float, float]:
     return cold, float(given.slope(initial)) if isinstance(given, laws.Line) else 0.0
 
 
-def _named(domain: Domain, conducting: np.ndarray, crossed: Sequence[Crossing]) -> np.ndarray:
-    """(rows,): the boxes of the ``conducting`` cells, then the names of the crossings of the facets, each with the
-    probes of a power that it lies in: once for each half of its heat that enters cells there (`box_of`, `share`)."""
-    names = np.array(domain.names)[domain.body].astype(object)
-    beside = [np.full(crossing.cells.shape[1], crossing.name, object) for crossing in crossed]
+def _labels(domain: Domain, conducting: np.ndarray, crossed: Sequence[Crossing]) -> np.ndarray:
+    """(rows,): the labels of the ``conducting`` cells, then of the facets of the crossings."""
+    labels = np.array([Label(name) for name in domain.names], object)[domain.body]
+    beside = [np.full(crossing.cells.shape[1], Label(crossing.name), object) for crossing in crossed]
     for probe in domain.scene.probes:
         if probe.quantity == "power":
-            inside = np.zeros(len(names))
+            inside = np.zeros(len(labels))
             for cells, _, _ in domain.patches(probe):
                 inside[cells] = 1.0
-            halves = [2 * inside, *(2 * inside[crossing.cells].mean(axis=0) for crossing in crossed)]
-            for labels, count in zip([names, *beside], halves, strict=True):
-                for n in (1, 2):
-                    labels[count == n] += n * (AND + probe.name)
-    return np.concatenate([names[conducting], *beside]).astype(str)
-
-
-def box_of(name: str) -> str:
-    """The box of cells with a name."""
-    return name.split(AND)[0]
-
-
-def share(name: str, probe: str) -> float:
-    """Return the part of the heat of a named body that a probe of a power reads."""
-    return name.split(AND)[1:].count(probe) / 2
+            shares = [inside, *(inside[crossing.cells].mean(axis=0) for crossing in crossed)]
+            for each, share in zip([labels, *beside], shares, strict=True):
+                for part in (0.5, 1.0):
+                    within = np.flatnonzero(share == part)
+                    new = {label: Label(label.body, label.shares | {probe.name: part}) for label in {*each[within]}}
+                    each[within] = [new[label] for label in each[within]]
+    return np.concatenate([labels[conducting], *beside])
 
 
 def independent(conductor: Conductor, potentials: Sequence[CurrentField], least: float = 0.0) -> list[CurrentField]:

@@ -23,7 +23,7 @@ from scipy.sparse import csc_array, diags_array, eye_array, hstack
 from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
 from fem3d.problems.following import MOST_GMRES, CellProperty, at_faces, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import CurrentField, Paths, Section, Terminal
+from fem3d.problems.paths import CurrentField, Label, Paths, Section, Terminal
 from fem3d.spaces.integrals import Faces, halves, marked
 from scenes.errors import NumericsError
 
@@ -48,7 +48,7 @@ class Conductor:
     electrodes : for each its share (functions,) of the entering currents
     sections : the facets of the current probes inside
     matrix : (functions, functions), at the initial temperature
-    names : (rows,), bodies and contacts
+    names : (rows,), the `Label` of each row
     ordering : of the factorization
     solved : the allowed residual of a potential, relative
     terminals : electrodes of unknown potential
@@ -344,7 +344,7 @@ class Conductor:
         """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
         return self.heat.take(self.on.load(self.heating(a, a if b is None else b, rise)))
 
-    def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
-        """The Joule heat of each conducting body by its name (W)."""
+    def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[Label, float]:
+        """The Joule heat (W) of the rows with each label."""
         per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
-        return {name: float(per_cell[self.names == name].sum()) for name in dict.fromkeys(self.names.tolist())}
+        return {label: float(per_cell[self.names == label].sum()) for label in dict.fromkeys(self.names.tolist())}

@@ -12,7 +12,7 @@ component. Its heat enters the temperature's functions on both sides alike, or o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -178,6 +178,15 @@ class Terminal:
     def conductance(self) -> float:
         """Of the resistance (S)."""
         return 1 / self.resistance
+
+
+@dataclass(frozen=True, eq=False)
+class Label:
+    """The ``body`` of some rows, a box, a contact or an electrode, and by probe of power the share of their Joule heat
+    that it reads: 1/2 where one side of a contact is in the probe. Rows with one label share the object."""
+
+    body: str
+    shares: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

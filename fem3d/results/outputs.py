@@ -11,7 +11,7 @@ for a steady state ``rounding`` (W, rounding error of flows that are zero).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,6 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from fem3d.problems.assembly import Surface
-from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
 from fem3d.results.extremes import Extreme, read
@@ -78,7 +77,7 @@ Response = Transient | FullResponse
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat, rises, at_rest = state.heat, state.rise[None], np.zeros((1, state.heat.size))
-    currents, joule = ({name: np.array([v]) for name, v in each.items()} for each in (state.currents, state.joule))
+    currents, joule = _stacked([state.currents]), _stacked([state.joule])
     # The source balances the stiffness, which is linearized where properties follow the temperature.
     loads = (state.source + heat.outflow(state.rise) - heat.stiffness @ state.rise)[None]
     part = _OfNodes(heat, np.zeros(1), rises, at_rest, loads, [state.potential], currents, joule)
@@ -121,7 +120,7 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
     """The outputs of a response at full order at some times (s)."""
     heat, conductor, g = response.heat, response.conductor, response.heat.inputs.at(times)
     rises, rates = (np.array(each) for each in zip(*map(response.at, times.tolist()), strict=True))
-    loads, potentials, currents, joule = g @ heat.loads, list[CurrentField](), Outputs(), Outputs()
+    loads, potentials, currents, joule = g @ heat.loads, list[CurrentField](), Outputs(), dict[Any, np.ndarray]()
     if conductor is not None:
         for rise, voltage in zip(rises, g @ conductor.voltages, strict=True):
             potentials.append(conductor.solve(rise, voltage, potentials[-1].potential if potentials else None))
@@ -132,15 +131,17 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
     return of_part(_OfNodes(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
 
 
-def _stacked(each: Sequence[dict[str, float]]) -> Outputs:
+def _stacked(each: Sequence[Mapping[Any, float]]) -> dict[Any, np.ndarray]:
     return {name: np.array([values[name] for values in each]) for name in each[0]}
 
 
 class _Part:
-    """The solved part at some times (s): currents and Joule heats by name, the electric power (W), and the inputs
-    ``g`` (times, channels)."""
+    """The solved part at some times (s): currents by name, Joule heats by the labels of rows, the electric power (W),
+    and the inputs ``g`` (times, channels)."""
 
-    def __init__(self, heat: HeatProblem, times: np.ndarray, currents: Outputs, joule: Outputs) -> None:
+    def __init__(
+        self, heat: HeatProblem, times: np.ndarray, currents: Outputs, joule: Mapping[Any, np.ndarray]
+    ) -> None:
         self.heat, self.times, self.g = heat, times, heat.inputs.at(times)
         self.currents, self.joule = currents, joule
         self.power: np.ndarray = sum(joule.values(), np.zeros(len(times)))
@@ -151,7 +152,7 @@ class _OfNodes(_Part):
 
     def __init__(
         self, heat: HeatProblem, times: np.ndarray, rises: np.ndarray, rates: np.ndarray, loads: np.ndarray,
-        potentials: Sequence[np.ndarray | None], currents: Outputs, joule: Outputs,
+        potentials: Sequence[np.ndarray | None], currents: Outputs, joule: Mapping[Any, np.ndarray],
     ) -> None:  # fmt: skip
         super().__init__(heat, times, currents, joule)
         self.rises, self.potentials, self.fields = rises, potentials, heat.field(rises)
@@ -249,7 +250,7 @@ def of_part(part: _OfNodes | OfStates, symmetry: Symmetry) -> Outputs:
         if probe.quantity == "potential":
             value = part.potential(probe)
         elif probe.quantity == "power":
-            value = sum((share(name, probe.name) * joule for name, joule in part.joule.items()), zero)
+            value = sum((label.shares.get(probe.name, 0.0) * joule for label, joule in part.joule.items()), zero)
         elif (how := thermal[probe.name]).extreme is not None:
             value, out[f"doubt:{probe.name}"] = found[probe.name]
         elif probe.quantity == "current":
@@ -270,9 +271,8 @@ def of_part(part: _OfNodes | OfStates, symmetry: Symmetry) -> Outputs:
             out[f"flow:{name}"] = flow.heat * flows[flow.boundary]
         if flow.boundary in part.currents:
             out[f"current:{name}"] = flow.current * part.currents[flow.boundary]
-    for name, value in part.joule.items():
-        box = box_of(name)
-        if box in symmetry.box_copies:
+    for label, value in part.joule.items():
+        if (box := label.body) in symmetry.box_copies:
             out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
     powers = {"power": part.power, "generated": part.g @ heat.generated}
     powers["dissipated"] = sum(part.joule.values(), zero)

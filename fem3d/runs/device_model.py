@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.conductors import law
+from fem3d.problems.conductors import linear_resistivity
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
@@ -85,7 +85,7 @@ class Structure:
         external: list[np.ndarray] = []
         for e, (pattern, material) in enumerate(zip(patterns, (device.sink.silicon, device.gold), strict=True)):
             power = self.conductor.product(pattern.density, pattern.density)
-            cold, warm = law(material, heat.domain.scene.initial_temperature)
+            cold, warm = linear_resistivity(material, heat.domain.scene.initial_temperature)
             a = warm / cold
             heating, by_rise = modal.heating[e, e] / (a * power), modal.resistance[e, e] / (a * power)
             mean, given = by_rise[inputs:], by_rise[channels]

@@ -28,6 +28,7 @@ import numpy as np
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, refine_quadratures
+from fem3d.problems.paths import Label
 from fem3d.solution.newton import (
     HOTTEST,
     RESIDUAL,
@@ -55,7 +56,8 @@ class SteadyState:
     ----------
     heat, conductor : the problems; ``heat`` is linearized about the state where a law makes it nonlinear
     rise, source : (all nodes,), the rise (K), and the heat sources with the Joule heat (W) that cause it
-    joule, power, currents : the Joule heat of each box and of all (W); the currents into electrodes and probes (A)
+    joule, power, currents : the Joule heat by the labels of rows, and of all (W); the currents into electrodes and
+        probes (A)
     potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
     unsettled : relative error of iteration and quadrature
     folded : whether the path of states to this one has turned back
@@ -65,7 +67,7 @@ class SteadyState:
     conductor: Conductor | None
     rise: np.ndarray
     source: np.ndarray
-    joule: dict[str, float] = field(default_factory=dict)
+    joule: dict[Label, float] = field(default_factory=dict)
     currents: dict[str, float] = field(default_factory=dict)
     power: float = 0.0
     potential: np.ndarray | None = None
@@ -293,7 +295,7 @@ class Path:
 def read_state(newton: Newton, point: Point, unsettled: float, tangent: LinearizedHeat | None) -> SteadyState:
     """The steady state of a point, with the problem linearized about it where a law makes it nonlinear."""
     heat, c, rise, source = newton.heat, newton.conductor, point.rise, newton.heat.loads[0]
-    joule, currents, potential, density = dict[str, float](), dict[str, float](), None, np.zeros((3, 0, 0))
+    joule, currents, potential, density = dict[Label, float](), dict[str, float](), None, np.zeros((3, 0, 0))
     if c is not None:
         hot = c.solve(rise, c.voltages[0], point.potential)
         potential, density = hot.potential, hot.density

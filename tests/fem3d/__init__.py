@@ -62,7 +62,7 @@ def problem(scene: Scene, grid: Grid) -> HeatProblem:
 def steady_on(scene: Scene, grid: Grid, voltage: float, accuracy: float = 1e-13) -> SteadyState:
     """The coupled steady state of a scene on a grid."""
     heat = problem(scene, grid)
-    return steady.solve_steady(heat, conductors.find(heat), voltage, accuracy)
+    return steady.solve_steady(heat, conductors.assemble_conductor(heat), voltage, accuracy)
 
 
 def whole(scene: Scene) -> Symmetry:

@@ -90,7 +90,7 @@ SCENES = {
 def test_response_is_that_of_radau(name):
     scene, last = SCENES[name]
     heat = problem(scene, bar_grid(scene, 2, 2))
-    conductor, times = conductors.find(heat), last * np.array([0.01, 0.1, 0.3, 0.6, 1.0])
+    conductor, times = conductors.assemble_conductor(heat), last * np.array([0.01, 0.1, 0.3, 0.6, 1.0])
     exact, apart = radau(heat, conductor, times), []
     for tolerance in (1e-4, 1e-6):
         response = March(heat, conductor, tolerance).run(last, 1e-3 * last)

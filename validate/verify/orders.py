@@ -131,7 +131,7 @@ def _finely(heat: HeatProblem) -> Any:
 
 def _coupled(heat: HeatProblem, solution: Manufactured, load: np.ndarray) -> tuple[np.ndarray, Errors]:
     """The rise with its Joule heat, by Picard's iteration, and the errors of the potential and the power."""
-    conductor = conductors.find(heat)
+    conductor = conductors.assemble_conductor(heat)
     assert conductor is not None
     assert solution.potential is not None
     fixed = _on_electrodes(conductor, solution)
