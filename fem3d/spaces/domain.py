@@ -92,8 +92,8 @@ class Domain(ABC):
     anchored: bool
     potentials: Space | None = field(default=None, kw_only=True)
     contacts: tuple[Joint, ...] = field(default=(), kw_only=True)
-    _known: dict[str, tuple[np.ndarray, Faces]] = field(init=False, default_factory=dict)
-    """By name the facets of conditions, for `on`, and these as seen from their cells."""
+    _faces: dict[str, Faces] = field(init=False, default_factory=dict)
+    """By name the facets of conditions, for `faces`."""
 
     conditions_first: ClassVar[bool] = False
     """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
@@ -138,22 +138,17 @@ class Domain(ABC):
         return Faces(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
 
     def on(self, boundary: Any) -> np.ndarray:
-        """The facets on which a condition acts: a voltage where current flows, a flux on exposed facets."""
-        if boundary.name not in self._known:
-            facets = self.facets(boundary)
-            if boundary.kind == "voltage":
-                cells = self.space.mesh.f2t[:, facets]
-                facets = facets[((cells >= 0) & self.live[cells]).any(axis=0)]
-            elif boundary.kind != "temperature":
-                facets = facets[self.exposed(facets)]
-            self._known[boundary.name] = facets, self.seen(facets, self.live if boundary.kind == "voltage" else None)
-        return self._known[boundary.name][0]
+        """The facets on which a condition acts."""
+        return self.faces(boundary).facets
 
     def faces(self, boundary: Any) -> Faces:
-        """Integrals over the facets on which a condition acts: of a voltage behind a contact, by the functions beyond
-        it."""
-        self.on(boundary)
-        face, space = self._known[boundary.name][1], self.space
+        """Integrals over the facets on which a condition acts: a voltage where current flows, a flux on exposed facets;
+        of a voltage behind a contact, by the functions beyond it."""
+        if boundary.name not in self._faces:
+            facets, inside = self.facets(boundary), self.live if boundary.kind == "voltage" else None
+            facets = facets if boundary.kind in ("temperature", "voltage") else facets[self.exposed(facets)]
+            self._faces[boundary.name] = self.seen(facets, inside)
+        face, space = self._faces[boundary.name], self.space
         if boundary.name not in space.beyond:
             return face
         functions, partners = space.beyond[boundary.name]
