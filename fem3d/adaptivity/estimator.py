@@ -4,14 +4,14 @@ The bound is an estimate: it extrapolates to degrees that are not solved, and no
 finer solutions show how often it holds (docs/stress.md).
 
 Let a(u, v) = l(v) be the problem, J the goal, z the dual solution, a(v, z) = J(v), and V(p-2) < V(p-1) < V(p) nested
-spaces. With the residual r = l - a(u(p-1), .) the last degree changes the goal by
+spaces. With the residual r = l - a(u_(p-1), .) the last degree changes the goal by
 
-    J(u(p)) - J(u(p-1)) = r(w) = a(u(p) - u(p-1), w),
+    J(u_p) - J(u_(p-1)) = r(w_p) = a(u_p - u_(p-1), w_p),
 
-where w is the part of z(p) in the functions that V(p-1) lacks (Becker and Rannacher, Acta Numerica 10, 2001). The
-energy product of u(p) - u(p-1) and w is integrated over each cell and divided among the axes: d_p. The next pair of
-spaces gives d_(p-1) (`nested.contributions`). On bricks their absolute values are summed over cells of one degree in
-one interval, because the value of a single cell may be small by chance.
+where w_p is the part of z_p in the functions that V(p-1) lacks (Becker and Rannacher, Acta Numerica 10, 2001). This
+product is integrated over each cell and divided among the axes: d_p. The next pair of spaces gives d_(p-1)
+(`nested.contributions`). On bricks their absolute values are summed over cells of one degree in one interval, because
+the value of a single cell may be small by chance.
 
 If the error after degree q is C q^-a, then d_q = C ((q-1)^-a - q^-a), and the error after degree p is
 d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, which theory limits. Beside an edge of exponent s the

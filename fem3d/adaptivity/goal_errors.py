@@ -52,21 +52,23 @@ class Duals:
         uppers = problems.heats[1:] if self.rows else ()
         self.fields = [heat.field(heat.solve_dual(loads[:, : heat.free], time)) for heat in uppers]
 
-    def thermal(self) -> dict[str, Contributions]:
+    def by_heat(self) -> dict[str, Contributions]:
         """Return the contributions of degrees p - 1 and p to each goal by the heat."""
         if not self.rows:
             return {}
-        return dict(zip(self.rows, self.problems.thermal(self.rise, self.fields, self.time), strict=True))
+        return dict(zip(self.rows, self.problems.by_heat(self.rise, self.fields, self.time), strict=True))
 
-    def joule(self, potentials: Sequence[np.ndarray]) -> dict[str, Contributions]:
+    def by_joule_heat(self, potentials: Sequence[np.ndarray]) -> dict[str, Contributions]:
         """Return the contributions of degrees p - 1 and p to each goal by way of the Joule heat.
 
-        ``potentials`` (functions,), one in each space, are of the cold conductor. With (f) for the integral of f, the
-        goal with dual solution z contains (z sigma |grad phi|^2). From phi to psi in the next higher space the goal
-        changes by (z sigma grad(phi + psi) . grad(psi - phi)). This is the residual of phi tested with w, where w
-        solves (sigma grad w . grad v) = (z sigma grad(phi + psi) . grad v) for all v of the higher space. The power, z
-        = 1, changes by the square of the change of the potential (`electric_parts`). If z is sensitive to heat away
-        from the error of the potential, the goal changes in proportion to the change of the current.
+        ``potentials`` (functions,), one in each space, are of the cold conductor. A goal with dual solution z contains
+        int z sigma |grad phi|^2. From phi to psi in the next higher space it changes by
+
+            int z sigma grad(phi + psi) . grad(psi - phi) = r(w),
+
+        the residual r of phi tested with w, which solves int sigma grad w . grad v = int z sigma grad(phi + psi) .
+        grad v for all v of the higher space. The power, z = 1, changes by the square of the change of the potential
+        (`Problems.power_contributions`).
         """
         problems, conductor = self.problems, self.problems.conductor
         if conductor is None or not self.rows or not any(phi.any() for phi in potentials):
@@ -77,7 +79,7 @@ class Duals:
             assert upper is not None
             flows = [conductor.on.flow(conductor.on.value(z) * density) for z in duals - self._reactions]
             seen.append(upper.respond(np.array(flows)))
-        return dict(zip(self.rows, problems.electric(seen, potentials), strict=True))
+        return dict(zip(self.rows, problems.by_current(seen, potentials), strict=True))
 
     def by_power(self, state: SteadyState, resistance: Contributions | None) -> dict[str, Contributions]:
         """Return the contributions to each goal by the power, which changes at most as the ``resistance`` does by the
@@ -165,7 +167,7 @@ def _potentials(problems: Problems, scales: Mapping[str, float], rows: Rows) -> 
         return {}
     potentials, loads = [phi.sum(axis=0) for phi in problems.cold_potentials], [r / scales[n] for n, r in rows.items()]
     duals = [upper.respond(np.array(loads)) for upper in problems.conductors[1:] if upper is not None]
-    return dict(zip(rows, problems.electric(duals, potentials), strict=True))
+    return dict(zip(rows, problems.by_current(duals, potentials), strict=True))
 
 
 def _electric_rows(study: Study, problems: Problems) -> Rows:
@@ -252,10 +254,10 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     rows, part_scales = _electric_rows(study, problems), scales_of_part(study.part, study.goals, scales)
     others = by_temperature(study, problems, fine.state, scales, rows)
     duals = Duals(study.goals, problems, fine.state.rise, part_scales, others=others)
-    thermal, electric = duals.thermal(), _potentials(problems, scales, rows)
+    thermal, electric = duals.by_heat(), _potentials(problems, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}
-    current = duals.joule(potentials_at_power(problems, fine.state)) | electric
-    power, clash = problems.electric_parts, duals.contradictions(estimator)
+    current = duals.by_joule_heat(potentials_at_power(problems, fine.state)) | electric
+    power, clash = problems.power_contributions, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
     by_power = duals.by_power(fine.state, thermal.get(BY_TEMPERATURE))
     known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())

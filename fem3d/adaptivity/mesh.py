@@ -221,7 +221,7 @@ class Bricks(Mesh):
         problems = super().problems()
         if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
             # The power of the cold conductor is available before any other solution.
-            power = self.estimator.indicators(problems.electric_parts)
+            power = self.estimator.indicators(problems.power_contributions)
             reach.check_edges(self.grid, self.marks, [power], self.scene.accuracy)
         return problems
 

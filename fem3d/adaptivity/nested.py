@@ -1,13 +1,13 @@
-"""The problems of a domain in its nested spaces, their steady solutions, contributions and extrapolated readings.
+"""The problems of a domain in its nested spaces V(p-2) < V(p-1) < V(p), their steady solutions, the contributions of
+degrees to goals, and extrapolated readings.
 
-The space of degree p of each interval contains the spaces of degrees p - 1 and p - 2; their matrices are leading parts
-of its matrix. The space of degree 3 on tetrahedra has the same structure.
+The basis is hierarchical: the matrices of lower spaces are leading parts of the matrix of V(p). Degree q contributes
+a(u_q - u_(q-1), w_q) to a goal: the docstring of `fem3d.adaptivity.estimator` has the notation.
 
-Readings are extrapolated in the polynomial degree. On one mesh the error beside an edge of exponent s falls like p^-4s
-with the degree p (Gui and Babuska, Numer. Math. 49, 1986), with a factor that keeps its sign. So later degrees move a
-reading further in the same direction. The exponent s gives the ratio to its last change; energies are extrapolated
-likewise (Szabo and Babuska, Finite Element Analysis, Wiley 1991, section 4.3). Each cell has its own exponent, and its
-own dual-weighted contribution to the change.
+On one mesh the error beside an edge of exponent s falls like p^-4s with the degree p (Gui and Babuska, Numer. Math. 49,
+1986), with a factor that keeps its sign. So later degrees move a reading further in the same direction, and s gives the
+ratio to its last change; energies are extrapolated likewise (Szabo and Babuska, Finite Element Analysis, Wiley 1991,
+section 4.3). Each cell has its own exponent and its own contribution.
 """
 
 from __future__ import annotations
@@ -82,44 +82,45 @@ class Problems:
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
     def increments(self, rise: np.ndarray, time: float | None = None) -> list[np.ndarray]:
-        """Return (all nodes,) the parts of a ``rise`` that each upper space adds to the next lower one, lowest first.
+        """Split a ``rise`` u = u_(p-2) + d_(p-1) + d_p, each (all nodes,), and return the increments d, lowest first.
 
-        They are orthogonal in the energy product of the steady problem, or of a step of ``time`` (s).
+        a(d_q, v) = 0 for all v of V(q-1), with a of the steady problem, or of a step of ``time`` (s).
         """
         heat, increments = self.heat, list[np.ndarray]()
         for lower in self.heats[-2::-1]:
             increment = rise.copy()
             increment[np.isin(heat.order, lower.order, kind="table")] = 0.0
-            load = lower.take(heat.field(self.load_of(increment, time)))[: lower.free]
+            load = lower.take(heat.field(self.apply(increment, time)))[: lower.free]
             solved = lower.solve_steady(load) if time is None else lower.solve_shifted(time)(time * load)
             increment = increment - heat.take(lower.field(solved))
             increments.insert(0, increment)
             rise = rise - increment
         return increments
 
-    def load_of(self, rise: np.ndarray, time: float | None) -> np.ndarray:
-        """(all nodes,): the load that a ``rise`` balances in the steady problem, or in a step of ``time`` (s)."""
+    def apply(self, rise: np.ndarray, time: float | None) -> np.ndarray:
+        """(all nodes,): a(u, .) of a ``rise`` u (all nodes,): K u, or for a step of ``time`` (s) K u + M u / time."""
         load: np.ndarray = self.heat.stiffness @ rise
         return load if time is None else load + self.heat.mass @ rise / time
 
-    def thermal(self, rise: np.ndarray, duals: Sequence[np.ndarray], time: float | None) -> list[Contributions]:
+    def by_heat(self, rise: np.ndarray, duals: Sequence[np.ndarray], time: float | None) -> list[Contributions]:
         """Return the contributions to goals by conduction at the initial temperature, and for a step of ``time`` (s) by
-        the stored heat, of a ``rise`` (all nodes,) in the highest space; ``duals`` as for `added`."""
+        the stored heat, of a ``rise`` (all nodes,) in the highest space; ``duals`` as for `in_added_functions`."""
         heat, domain, parts = self.heat, self.domain, self.increments(rise, time)
-        weights = added([h.order[: h.free] for h in self.heats], duals)
+        weights = in_added_functions([h.order[: h.free] for h in self.heats], duals)
         capacity = np.zeros(len(domain.body)) if time is None else domain.per_cell("heat_capacity") / time
         properties = domain.per_cell("thermal_conductivity"), capacity
-        residuals = [heat.field(self.load_of(part, time)) for part in parts]
+        residuals = [heat.field(self.apply(part, time)) for part in parts]
         return contributions(domain.space, properties, [heat.field(part) for part in parts], weights, residuals)
 
-    def electric(
+    def by_current(
         self, duals: Sequence[np.ndarray], potentials: Sequence[np.ndarray], whole: bool = False
     ) -> list[Contributions]:
         """Return the contributions to goals by the current of the cold conductor, for ``potentials`` (functions,) in
         each space; ``whole`` takes the dual solutions in all functions."""
         domain, conductor = self.domain, self.conductor
         assert conductor is not None
-        weights = duals if whole else added([c.free for c in self.conductors if c is not None], duals)
+        free = [each.free for each in self.conductors if each is not None]
+        weights = duals if whole else in_added_functions(free, duals)
         conductivity = 1 / np.where(domain.live, domain.per_cell("resistivity"), np.inf)
         changes = [upper - lower for lower, upper in pairwise(potentials)]
         residuals = [-(conductor.matrix @ lower) for lower in potentials[:-1]]
@@ -127,7 +128,7 @@ class Problems:
         return contributions(domain.electric.space, properties, changes, weights, residuals)
 
     @cached_property
-    def electric_parts(self) -> Contributions:
+    def power_contributions(self) -> Contributions:
         """Relative contributions of degrees p - 1 and p to the power of the cold conductor."""
         conductor, total = self.conductor, np.zeros((2, 3, len(self.domain.body)))
         if conductor is not None:
@@ -135,12 +136,14 @@ class Problems:
             for channel in zip(*self.cold_potentials, strict=True):
                 # The power changes by the square of the change of the potential: no terms cancel.
                 pairs = zip(pairwise(channel), powers[1:], strict=True)
-                total += self.electric([(b - a)[None] / power for (a, b), power in pairs], channel, whole=True)[0]
+                changes = [(b - a)[None] / power for (a, b), power in pairs]
+                total += self.by_current(changes, channel, whole=True)[0]
         return Contributions(*total)
 
 
-def added(free: Sequence[np.ndarray], duals: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return dual solutions (goals, functions) in the functions that each space adds to the next lower one."""
+def in_added_functions(free: Sequence[np.ndarray], duals: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return w_q (goals, functions) in each upper space: the dual solutions ``duals`` there, zero in the functions of
+    the next lower space. ``free`` are the numbers of the free functions of all spaces, the lowest first."""
     weights = [np.zeros_like(dual) for dual in duals]
     for weight, dual, (lower, upper) in zip(weights, duals, pairwise(free), strict=True):
         new = upper[np.isin(upper, lower, invert=True, kind="table")]
@@ -157,8 +160,8 @@ def contributions(
 ) -> list[Contributions]:
     """Return the contributions of degrees p - 1 and p to each goal, zero for p - 1 if there are two spaces only.
 
-    A cell contributes the energy product of the change of the solution and the dual weight. The cells share in
-    proportion the rest of the product of residual and dual weight: by films, contacts, and laws of the temperature.
+    A cell contributes its part of int k grad d . grad w + c d w, with the change d of the solution and the dual weight
+    w. The rest of the residual r(w), by films, contacts and laws, enlarges the parts of all cells in proportion.
 
     Parameters
     ----------
@@ -253,24 +256,30 @@ def extrapolate(
 ) -> tuple[Solution, dict[str, float]]:
     """Return the fine solution with quantities extrapolated to later degrees, and the largest deviation of each.
 
+    The last degree changes a quantity by d = J_p - J_(p-1). The cells i contribute d_i, by ``heat`` and by ``current``
+    (relative to the scales). With the factor c_i of all later degrees in theory (`Estimator.later`) the value is
+
+        J = J_p + sum_i c_i d_i + c (d - sum_i d_i).
+
+    The rest d - sum_i d_i comes by way of other quantities: c is the mean factor of all contributions, including the
+    contributions to the power.
+
     Quantities are not extrapolated where a study wants the fields' own values, nor where a law of the temperature
     causes errors away from edges: then return the solution as it is, and the largest change by later degrees, at least
-    the change by the last one. ``heat`` and ``current`` are the contributions of the last degree to the goals on each
-    cell, relative to the scales. The rest of a change comes by way of other quantities, and continues like all
-    contributions together, including the contributions to the power.
+    the change by the last one.
     """
-    pairs = (heat, False), (current, True)
-    own = {name: [estimator.later(each[name], on) for each, on in pairs if name in each] for name in fine.quantities}
-    every = estimator.later(problems.electric_parts, True), *(part for parts in own.values() for part in parts)
-    mean = np.abs(every).sum(axis=(0, 2))
-    mean /= max(mean[0], 1e-300)
+    ways = (heat, False), (current, True)
+    later = {name: [estimator.later(each[name], on) for each, on in ways if name in each] for name in fine.quantities}
+    every = estimator.later(problems.power_contributions, True), *(part for parts in later.values() for part in parts)
+    factors = np.abs(every).sum(axis=(0, 2))
+    factors /= max(factors[0], 1e-300)
     quantities, doubts = dict(fine.quantities), dict[str, float]()
     known = study.extrapolated and not problems.nonlinear
     for name, value in fine.quantities.items():
         last = float(value - low.quantities[name])
-        parts = scales[name] * sum((part.sum(axis=1) for part in own[name]), np.zeros(3))
-        other = last - float(parts[0])
-        _, expected, doubt = (parts + mean * [other, other, abs(other)]).tolist()
+        parts = scales[name] * sum((part.sum(axis=1) for part in later[name]), np.zeros(3))
+        rest = last - float(parts[0])
+        _, expected, doubt = (parts + factors * [rest, rest, abs(rest)]).tolist()
         quantities[name] = value + expected
         doubts[name] = doubt if known else max(doubt + abs(expected), abs(last))
     return replace(fine, quantities=quantities) if known else fine, doubts

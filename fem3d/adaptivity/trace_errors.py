@@ -126,15 +126,19 @@ def _errors(
     """
     lower = study.traces(outputs.of_transient(low, study.part, fine.times))
     changes, goals = largest_differences(fine.traces, lower), dict[str, np.ndarray]()
-    power, current, errors = estimator.indicators(problems.electric_parts), dict[str, np.ndarray](), dict[str, float]()
+    power, current, errors = (
+        estimator.indicators(problems.power_contributions),
+        dict[str, np.ndarray](),
+        dict[str, float](),
+    )
     largest = max(change / fine.scales[name] for name, change in changes.items())
     if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
         goals = _indicators(study, problems, estimator, fine, lower)
     if not steady:
         # The Joule heat is as if the largest voltages acted always.
         potentials = [problems.heat.inputs.largest(study.end) @ phi for phi in problems.cold_potentials]
-        joule = _duals(study, problems, fine, study.end, study.end).joule(potentials)
-        current = {name: estimator.indicators(joule.get(name, problems.electric_parts)) for name in fine.scales}
+        joule = _duals(study, problems, fine, study.end, study.end).by_joule_heat(potentials)
+        current = {name: estimator.indicators(joule.get(name, problems.power_contributions)) for name in fine.scales}
     for name, scale in fine.scales.items():
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady.items() if study.goals.get(q, q) == goal]
@@ -171,7 +175,7 @@ def _indicators(
     for time in fine.times[sorted({0, *at, len(fine.times) - 1})].tolist():
         duals = _duals(study, problems, fine, time, time - float(knots[knots < time].max()))
         clash = duals.contradictions(estimator)
-        for name, parts in duals.thermal().items():
+        for name, parts in duals.by_heat().items():
             remains = estimator.indicators(parts) + clash.get(name, 0.0)
             if name in rises:
                 size = max(float(np.abs(part).sum()) for part in parts) * fine.scales[name]
