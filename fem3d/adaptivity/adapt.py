@@ -68,7 +68,7 @@ def adapt(
     BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default grid exceeds the memory,
     and otherwise NumericsError, for example after `MOST_LEVELS` meshes.
     """
-    search = Search(study, with_steady, with_transient, progress)
+    search = Refinement(study, with_steady, with_transient, progress)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     mesh = mesh.begin()
     for number in range(1, MOST_LEVELS + 1):
@@ -106,7 +106,7 @@ def indicators(level: Level | None, response: BoundedResponse | None = None) -> 
 
 
 @dataclass
-class Search:
+class Refinement:
     """The request, and the state carried from one level to the next: the ``limit`` of the last mesh's runaway and its
     ``change``; whether a transient ran away; of a transient without steady state the ``slowest`` time constant (s) and
     the ``generations`` of Krylov fields; with laws of the temperature the last grid and its steady rise (functions,),

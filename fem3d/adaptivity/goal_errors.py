@@ -112,7 +112,7 @@ class Duals:
         for i, (name, row) in enumerate(self.rows.items() if len(nodes) else ()):
             dual = heat.take(self.fields[-1][i])
             stored = 0.0 if self.time is None else heat.mass @ dual / self.time
-            parts = (heat.contradiction * (row - heat.turned(dual) - stored))[nodes]
+            parts = (heat.contradiction * (row - heat.apply_transposed(dual) - stored))[nodes]
             indicators[name] = estimator.at_vertices(self.problems.domain.space, heat.order[nodes], parts)
         return indicators
 
@@ -243,7 +243,7 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
     A thermal quantity also has one by the temperature's effect on the power.
     """
-    problems = problems.about(fine.state.heat)
+    problems = problems.linearized_about(fine.state.heat)
     try:
         low = solution(study, problems, -2)
     except BeyondLawError:
@@ -263,7 +263,7 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
         # A given current does not follow the resistance.
-        fixed = name not in electric and problems.conductor is not None and problems.conductor.by_current
+        fixed = name not in electric and problems.conductor is not None and problems.conductor.current_driven
         warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
         own = heat.get(name, warm), current.get(name, power), by_power.get(name)
         parts = [each for each in own if each is not None]

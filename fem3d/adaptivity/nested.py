@@ -70,7 +70,7 @@ class Problems:
         )
         return replace(self, heats=heats, conductors=conductors, states={})
 
-    def about(self, heat: HeatProblem) -> Problems:
+    def linearized_about(self, heat: HeatProblem) -> Problems:
         """Linearize the problems about the state of ``heat``, if the latter is linearized."""
         if not isinstance(heat, LinearizedHeat):
             return self

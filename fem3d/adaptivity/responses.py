@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.conductors import combined, independent
+from fem3d.problems.conductors import combined_density, independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized
@@ -54,7 +54,7 @@ def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotS
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
     for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
-        loads.append(conductor.joule_load(combined(each, drive[driven]), rise))
+        loads.append(conductor.joule_load(combined_density(each, drive[driven]), rise))
     return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), lifts, loads)
 
 
@@ -86,7 +86,7 @@ def search_hot_states(
                 continue
             load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
             size = max(size, float(np.abs(load).sum()))
-            change = float(np.abs(load - conductor.joule_load(combined(base.patterns, c), rise)).sum()) / size
+            change = float(np.abs(load - conductor.joule_load(combined_density(base.patterns, c), rise)).sum()) / size
             if change > largest:
                 worst, largest = (heat.field(rise), g), change
         if worst is None:

@@ -27,7 +27,7 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Kept, Ordering, part
 from fem3d.problems.conductors import share_reactions
 from fem3d.problems.following import Conduction, Storage, Term, following
-from fem3d.problems.heat import Film, HeatProblem, above
+from fem3d.problems.heat import Film, HeatProblem, as_rise
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Entries, Faces, halves, marked, summed
 from fem3d.spaces.mapped import Interface
@@ -88,11 +88,11 @@ def _films_and_fluxes(
         face = domain.faces(b)
         area, h = face.load(), 0.0
         if bends(b):
-            h, entering = film(domain, b)
+            h, entering = linear_film(domain, b)
             flux = channels.split(entering)
         elif b.kind == "convection":
             h = float(b.value)
-            flux = h * above(channels, b.ambient, domain.scene.initial_temperature)
+            flux = h * as_rise(channels, b.ambient, domain.scene.initial_temperature)
         else:
             flux = channels.split(b.value)
         if h:
@@ -117,7 +117,7 @@ def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[dict[st
     fixed, values = np.zeros(space.size, bool), np.zeros((channels.count, space.size))
     for b, face in zip(boundaries, faces, strict=True):
         on = face.functions
-        values[:, on] = np.outer(above(channels, b.value, domain.scene.initial_temperature), space.unit[on])
+        values[:, on] = np.outer(as_rise(channels, b.value, domain.scene.initial_temperature), space.unit[on])
         fixed |= on
     temperatures: list[Any] = [b.value for b in boundaries]
     reactions = share_reactions([b.name for b in boundaries], temperatures, faces, space.unit)
@@ -158,7 +158,7 @@ def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> Non
     stiffness.data[on] = (stiffness.data[on] - (sums - cooled)[columns[on]]).astype(float)
 
 
-def film(domain: Domain, boundary: Any) -> tuple[float, float]:
+def linear_film(domain: Domain, boundary: Any) -> tuple[float, float]:
     """The coefficient (W/(m2 K)) of the linear problem's film, and the flux (W/m2) that enters at the initial
     temperature."""
     start = domain.scene.initial_temperature
@@ -186,7 +186,7 @@ class Surface:
 
     def through(self, on: Faces, u: np.ndarray) -> np.ndarray:
         """Return (functions,) the row that gives the heat (W) beyond the film through some faces at a field u."""
-        excess = faces.secant(self.boundary, self._start, on.value(u)) - film(self.domain, self.boundary)[0]
+        excess = faces.secant(self.boundary, self._start, on.value(u)) - linear_film(self.domain, self.boundary)[0]
         return on.load(excess)
 
     @property
@@ -196,7 +196,7 @@ class Surface:
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): the heat that leaves beyond the film, in W."""
-        rise, (h, entering) = self.on.value(u), film(self.domain, self.boundary)
+        rise, (h, entering) = self.on.value(u), linear_film(self.domain, self.boundary)
         return self.on.load(faces.flux(self.boundary, self._start + rise) + entering - h * rise)
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
@@ -204,7 +204,7 @@ class Surface:
         the rest."""
         at = self._start + self.on.value(u)
         rest = faces.beyond(self.boundary, at)
-        slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]
+        slope = faces.coefficient(self.boundary, at) - linear_film(self.domain, self.boundary)[0]
         return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
 
     def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:

@@ -138,7 +138,7 @@ def independent(conductor: Conductor, potentials: Sequence[CurrentField], least:
     return patterns
 
 
-def combined(parts: Sequence[CurrentField], c: np.ndarray) -> np.ndarray:
+def combined_density(parts: Sequence[CurrentField], c: np.ndarray) -> np.ndarray:
     """The current density with coefficients c."""
     return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
 

@@ -119,10 +119,10 @@ class Conductor:
         finer.kept.update(near=self.near, cold_potentials=self.cold_potentials)
         return finer
 
-    def taken(self, density: np.ndarray, dissipated: float) -> float:
+    def share_of_drive(self, density: np.ndarray, dissipated: float) -> float:
         """Return the share of the drive that falls in the conductor, which ``dissipated`` a power (W): the rest falls
         in the resistances of terminals, and a given current does not depend on the conductor."""
-        if self.by_current:
+        if self.current_driven:
             return 0.0
         charge = self.on.flow(density)
         outside = sum(float(t.unit @ charge) ** 2 * t.resistance for t in self.terminals if t.conductance)
@@ -134,7 +134,7 @@ class Conductor:
         return any(np.isinf(t.resistance) for t in self.terminals)
 
     @property
-    def by_current(self) -> bool:
+    def current_driven(self) -> bool:
         """Whether given currents alone drive it."""
         fed = [len(self.free) + i for i, t in enumerate(self.terminals) if t.conductance]
         return self.draws_current and not self.given(self.voltages).any() and not self.load(self.voltages)[:, fed].any()

@@ -59,7 +59,7 @@ class CellProperty:
         slopes = self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
         return np.asarray(np.where(self._start + rise < self._coldest, 0.0, slopes))
 
-    def above(self, rise: np.ndarray) -> np.ndarray:
+    def integral(self, rise: np.ndarray) -> np.ndarray:
         """Its integral over the temperature, from the initial one to a rise (K) above."""
         start = np.full_like(rise, self._start)
         return self._made(rise, lambda law, t: law.integral(t) - law.integral(start[: len(t)]) if callable(law) else
@@ -146,7 +146,7 @@ class Storage:
         density = self.domain.per_cell("density")
         return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", 1)]
 
-    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
+    def power(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""
         heat = np.zeros(self.domain.space.size)
         for on, law, cold, density in self.parts:
@@ -155,7 +155,7 @@ class Storage:
         return heat
 
     def tangent(self, u: np.ndarray, w: np.ndarray) -> tuple[csc_array, csc_array]:
-        """(functions, functions) twice: the derivative of `between` by the rate w, and by u."""
+        """(functions, functions) twice: the derivative of `power` by the rate w, and by u."""
         capacity = steepness = csc_array((self.domain.space.size,) * 2)
         for on, law, cold, density in self.parts:
             rise = on.value(u)
@@ -168,11 +168,11 @@ class Storage:
         heat = 0.0
         for on, law, cold, density in self.parts:
             rise = on.value(u)
-            heat += float((on.weights * density * (law.above(rise) - cold * rise)).sum())
+            heat += float((on.weights * density * (law.integral(rise) - cold * rise)).sum())
         return heat
 
 
-def unseen(domain: Domain, law: CellProperty, cells: np.ndarray, at: np.ndarray, u: np.ndarray) -> float:
+def missed_by_quadrature(domain: Domain, law: CellProperty, cells: np.ndarray, at: np.ndarray, u: np.ndarray) -> float:
     """Return what a quadrature may miss of a law's integral over the temperatures of a cell, relative to it.
 
     A thin layer beside a vertex may lie between the points, whose temperatures ``at`` (cells, points) at a field u

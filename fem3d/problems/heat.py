@@ -148,7 +148,7 @@ class HeatProblem:
         """(all nodes,): the stored power (W) at a rise and its rate (all nodes)."""
         heat: np.ndarray = self.mass @ rate
         if self.storage is not None:
-            heat = heat + self.take(self.storage.between(self.field(rise), self.field(rate)))
+            heat = heat + self.take(self.storage.power(self.field(rise), self.field(rate)))
         return heat
 
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
@@ -224,9 +224,9 @@ class HeatProblem:
     @cached_property
     def reaction_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
-        return {name: (self.turned(v), self.mass @ v) for name, v in self.shares.items()}
+        return {name: (self.apply_transposed(v), self.mass @ v) for name, v in self.shares.items()}
 
-    def turned(self, z: np.ndarray) -> np.ndarray:
+    def apply_transposed(self, z: np.ndarray) -> np.ndarray:
         """(all nodes,): the transposed matrix times a field (all nodes), in W per K of the test function."""
         tested: np.ndarray = self.stiffness @ z
         return tested
@@ -239,7 +239,7 @@ def combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
     return csc_array(a + factor * b)
 
 
-def above(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
+def as_rise(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
     """(channels,): a temperature (K) as a rise."""
     rises = channels.split(temperature)
     rises[0] -= initial

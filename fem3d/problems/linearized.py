@@ -97,8 +97,8 @@ class LinearizedHeat(HeatProblem):
             raise NumericsError("the problem linearized about a state is singular, or close to it")
         return np.array(solutions)
 
-    def turned(self, z: np.ndarray) -> np.ndarray:
-        return super().turned(z) + self.rest.transposed()(z)
+    def apply_transposed(self, z: np.ndarray) -> np.ndarray:
+        return super().apply_transposed(z) + self.rest.transposed()(z)
 
 
 def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> LinearizedHeat:
@@ -115,7 +115,7 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
         heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
         matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
         dissipated = float((conductor.on.weights * heating).sum())
-        falls = 2 * conductor.taken(density, dissipated) / (dissipated or 1.0)
+        falls = 2 * conductor.share_of_drive(density, dissipated) / (dissipated or 1.0)
         columns = falls * heat.take(conductor.on.load(heating))[None]
         rows = heat.take(conductor.on.load(steepness * heating))[None]
     stiffness.sort_indices()

@@ -57,7 +57,7 @@ class Extreme:
 
     def where(self, function: np.ndarray) -> Place:
         """Return the place of the extreme of a function (functions,)."""
-        return Search([self]).run(function[None], np.ones((1, 1)))[2][0][0]
+        return LatticeSearch([self]).run(function[None], np.ones((1, 1)))[2][0][0]
 
 
 def read(extremes: Sequence[Extreme], fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,13 +70,13 @@ def read(extremes: Sequence[Extreme], fields: np.ndarray, weights: np.ndarray) -
             values[i, k] = weights[k] @ (fields[:, at[0]] @ at[1])
     if new := [i for i, extreme in enumerate(extremes) if not extreme.known]:
         sought = [extremes[i] for i in new]
-        values[new], doubts[new], places = Search(sought).run(fields, weights)
+        values[new], doubts[new], places = LatticeSearch(sought).run(fields, weights)
         for extreme, found in zip(sought, places, strict=True):
             extreme.known = found if extreme.known is not None else None
     return values, doubts
 
 
-class Search:
+class LatticeSearch:
     """The search for some extremes in one space: those in parts of cells that are alike share their lattices."""
 
     def __init__(self, extremes: Sequence[Extreme]) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.assembly import Surface, film
+from fem3d.problems.assembly import Surface, linear_film
 from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat
@@ -102,7 +102,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
             part = float(area @ domain.space.unit / domain.seen(on).areas.sum())
             entering = entering + part * heat.films[b.name].entering
             if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
-                row = row - (film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
+                row = row - (linear_film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
     given = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
     bent = not isinstance(heat, LinearizedHeat) and any(bends(b) for b, _, _ in conditions)
 

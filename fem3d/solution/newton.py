@@ -13,7 +13,7 @@ import numpy as np
 
 from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import MOST_GMRES, Conduction, solve_by_gmres, unseen
+from fem3d.problems.following import MOST_GMRES, Conduction, missed_by_quadrature, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, nonlinear, refine_quadratures
 from scenes.errors import BeyondLawError, NumericsError
@@ -143,7 +143,7 @@ class Newton:
         """The same problem, by quadratures of its laws with so many more points along each axis."""
         return Newton(*refine_quadratures(self.heat, self.conductor, points), self.factors)
 
-    def by_quadrature(self, point: Point, row: np.ndarray | None = None) -> float:
+    def quadrature_error(self, point: Point, row: np.ndarray | None = None) -> float:
         """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
         the rise and the potential, of the currents and of their heat; with a ``row`` as of `correct` that of its mu.
         The error that a kink leaves jumps from rule to rule: it exceeds the sum of three differences for 1 of 500
@@ -163,14 +163,14 @@ class Newton:
             off += max(changes)
         return off
 
-    def unseen(self, point: Point) -> float:
+    def layer_error(self, point: Point) -> float:
         """The relative error by layers of laws that lie between the points of their quadratures."""
         heat, c, u = self.heat, self.conductor, self.heat.field(point.rise)
         parts = [part for term in heat.terms if isinstance(term, Conduction) for part in term.parts]
         laws = [(part.law, part.cells, part.on.value(u)) for part in parts]
         if c is not None and c.following is not None:
             laws.append((c.following, c.cells, c.on.value(u)[: len(c.cells)]))
-        return max((unseen(heat.domain, *each, u) for each in laws), default=0.0)
+        return max((missed_by_quadrature(heat.domain, *each, u) for each in laws), default=0.0)
 
 
 class Linearization:

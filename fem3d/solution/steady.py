@@ -109,22 +109,22 @@ def solve_steady(
     tangent = heat if isinstance(heat, LinearizedHeat) else None
     newton = Newton(tangent.exact if tangent else heat, conductor, heat.solve_steady)
     point, unsettled = _search(newton, drive, TIGHT * accuracy, start, potential)
-    off = unseen = 0.0
+    off = layers = 0.0
     for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
-        unseen = newton.unseen(point)
-        off = newton.by_quadrature(point) + unseen
+        layers = newton.layer_error(point)
+        off = newton.quadrature_error(point) + layers
         if off <= NEGLIGIBLE * accuracy:
             break
         finer = newton.finer(2)
         try:
             point, unsettled = finer.correct(finer.at(point.x), None, TIGHT * accuracy)
         except NotConvergedError:
-            if unseen <= accuracy:
+            if layers <= accuracy:
                 break  # the coarser quadrature stands, with its error
             point, unsettled = _search(finer, drive, TIGHT * accuracy)
         finer.folded |= newton.folded
         newton = finer
-    if unseen > accuracy:
+    if layers > accuracy:
         raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
     return read_state(newton, point, unsettled + off, tangent)
 
@@ -147,7 +147,7 @@ def _search(
         return newton.correct(newton.at(zero.x + newton.along_mu), None, tolerance, surely=True)
     except NotConvergedError as failure:
         c = newton.conductor
-        if isinstance(failure, VanishedError) and c is not None and c.by_current and not (c.warm > 0).any():
+        if isinstance(failure, VanishedError) and c is not None and c.current_driven and not (c.warm > 0).any():
             # Nothing runs away here: a smaller resistance takes less heat.
             raise BeyondLawError from None
     return Path(newton, zero, drive).solve(tolerance)
@@ -160,7 +160,7 @@ class Path:
     def __init__(self, newton: Newton, start: Point, drive: float) -> None:
         self._newton, self._start, self._drive, self._unit_of_drive = newton, start, abs(drive), ""
         if newton.conductor is not None and newton.electric and drive:
-            self._unit_of_drive = "A" if newton.conductor.by_current else "V"
+            self._unit_of_drive = "A" if newton.conductor.current_driven else "V"
         self._hottest = f"{float(newton.heat.domain.scene.initial_temperature) + HOTTEST:,.0f} K"
         self._answer = newton.factors(Linearization(newton, start).driven)
         self._size = newton.heat.norm(self._answer) ** 2 or 1.0
@@ -183,7 +183,7 @@ class Path:
                 new = self._on_plane(point.x + step * ahead, ahead)
                 folds = new.mu < point.mu == top
                 highest = self._highest(before, point, new) if folds else new
-                off = newton.by_quadrature(highest, self._row(self._unit(new.x - before.x))) if folds else 0.0
+                off = newton.quadrature_error(highest, self._row(self._unit(new.x - before.x))) if folds else 0.0
                 if point.mu < 1.0 <= highest.mu:
                     below = before if folds else point
                     share = (1.0 - below.mu) / (highest.mu - below.mu)
@@ -261,7 +261,7 @@ class Path:
         """The error of a path that does not go on."""
         c = self._newton.conductor
         # Where a resistivity that falls with the temperature is used up, the path ends without a fold.
-        if vanished and c is not None and (c.by_current or not (c.warm < 0).any()):
+        if vanished and c is not None and (c.current_driven or not (c.warm < 0).any()):
             return BeyondLawError()
         if vanished or (top > point.mu and not self._jagged):
             return self._runaway(top)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.adaptivity.adapt import Search, indicators
+from fem3d.adaptivity.adapt import Refinement, indicators
 from fem3d.runs import scene as runs
 from scenes.free.rules import checked
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -65,7 +65,7 @@ def currents(shape: tuple, extrapolated: bool = True, levels: int = 5) -> list[t
     *corners, exact = shape
     study, mesh = runs.start(conductor(*corners))
     study, series = replace(study, extrapolated=extrapolated), []
-    search = Search(study, True, False, lambda _: None)
+    search = Refinement(study, True, False, lambda _: None)
     for number in range(levels):
         answer, level = search.solve(mesh, number)
         current, error = float(answer.fine.quantities["current"]), answer.errors["current"]

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 
 from benchmarks.rows import Row
-from fem3d.adaptivity.adapt import Search, indicators
+from fem3d.adaptivity.adapt import Refinement, indicators
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
@@ -187,7 +187,7 @@ def levels(most: int) -> list[tuple[int, float]]:
     study, mesh = scene_run.start(scene)
     # The error of the mesh itself, without the extrapolation.
     study = replace(study, extrapolated=False)
-    search, levels = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
+    search, levels = Refinement(study, True, False, lambda _: None), list[tuple[int, float]]()
     while mesh is not None and (not levels or levels[-1][0] < most):
         answer, level = search.solve(mesh, len(levels))
         current = float(answer.fine.quantities["current"])
