@@ -2,11 +2,10 @@
 
 The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short.
 
-`corrected` then scales the bounds by the effectivity that earlier meshes show. On cells of any shape an error bound
-adds absolute contributions and allows for slow rates: it holds, and is often ten times the error. The next mesh shows
-by how much. Let errors be the same fraction i of their estimates E on both meshes (the inverse of the effectivity index
-of Ainsworth and Oden, A Posteriori Error Estimation in Finite Element Analysis, Wiley 2000): then a reading moves from
-one mesh to the other by i times the difference of the estimates.
+On cells of any shape an error bound adds absolute contributions and allows for slow rates: it holds, and is often ten
+times the error. Earlier meshes show by how much. Let the errors of a reading J on two meshes be the same fraction i of
+their estimates E, the inverse of the effectivity index (Ainsworth and Oden, A Posteriori Error Estimation in Finite
+Element Analysis, Wiley 2000). Then |J_2 - J_1| = i (E_1 - E_2), and `corrected` states i E_2 with a safety factor.
 """
 
 from __future__ import annotations
@@ -73,7 +72,8 @@ def corrected(level: Level, history: Sequence[Record]) -> Level:
 
 
 def _fractions(now: Record, history: Sequence[Record]) -> tuple[float, Mapping[str, float]]:
-    """Return the fraction of each estimate that is stated, and a factor above 1 for readings with larger errors."""
+    """Return the fraction of each estimate that is stated, the largest |J - J_k| / (E_k - E) of all readings and
+    earlier meshes k times a safety factor, at most 1; and a factor above 1 for readings with larger errors."""
     fractions, larger = dict[str, float](), dict[str, float]()
     for before in history:
         for n, estimate in before.errors.items():

@@ -239,9 +239,13 @@ class Level:
 def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Estimator) -> Level:
     """Bound the errors of a fine solution; raise CoarseMeshError where a lower space has no steady state.
 
-    Each quantity has an error by the heat and an error by the current. The former is of its probe, or for an electric
-    quantity of the temperature's effect on it. The latter is of the Joule heat or the potential, or else of the power.
-    A thermal quantity also has one by the temperature's effect on the power.
+    With indicators eta of a quantity J by heat and by current, from contributions d_i of the last degree, the bound is
+
+        max(d, sum eta + r) + other errors (`_add_others`),    d = |J_p - J_(p-1)|,    r = max(d - sum |d_i|, 0).
+
+    The indicators by heat are of its probe, or for an electric quantity of the temperature's effect on it; by current
+    of the Joule heat or the potential, or else of the power. A thermal quantity also has indicators by the
+    temperature's effect on the power.
     """
     problems = problems.linearized_about(fine.state.heat)
     try:
@@ -257,26 +261,27 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     thermal, electric = duals.by_heat(), _potentials(problems, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}
     current = duals.by_joule_heat(potentials_at_power(problems, fine.state)) | electric
-    power, clash = problems.power_contributions, duals.contradictions(estimator)
+    power, at_jumps = problems.power_contributions, duals.contradictions(estimator)
     goals, errors = {"power": estimator.indicators(power)}, dict[str, float]()
     by_power = duals.by_power(fine.state, thermal.get(BY_TEMPERATURE))
-    known, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
+    with_dual, slowest = {*heat, *electric, *study.ratios}, float(tail(estimator.degrees, estimator.slowest).max())
     for name, value in fine.quantities.items():
         # A given current does not follow the resistance.
-        fixed = name not in electric and problems.conductor is not None and problems.conductor.current_driven
-        warm = None if fixed else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
-        own = heat.get(name, warm), current.get(name, power), by_power.get(name)
-        parts = [each for each in own if each is not None]
-        goals[name] = sum((estimator.indicators(each) for each in parts), clash.get(name, np.zeros_like(power.last)))
-        # A change beyond own contributions comes from other goals, as from the power to a heat flow. Of a quantity
-        # without a dual solution it may continue as slowly as beside the sharpest edge.
+        given = name not in electric and problems.conductor is not None and problems.conductor.current_driven
+        by_warming = None if given else thermal.get(BY_TEMPERATURE + name, thermal.get(BY_TEMPERATURE))
+        of_name = heat.get(name, by_warming), current.get(name, power), by_power.get(name)
+        parts = [each for each in of_name if each is not None]
+        goals[name] = sum((estimator.indicators(each) for each in parts), at_jumps.get(name, np.zeros_like(power.last)))
+        # The rest of a change comes from other goals. Without a dual solution it may continue as slowly as beside the
+        # sharpest edge.
         change = abs(float(value - low.quantities[name])) / scales[name]
-        rest = max(change - np.abs([each.last for each in parts]).sum(), 0.0) * (1.0 if name in known else slowest)
+        rest = max(change - np.abs([each.last for each in parts]).sum(), 0.0)
+        rest *= 1.0 if name in with_dual else slowest
         errors[name] = scales[name] * max(change, float(goals[name].sum()) + rest)
     better, doubts = fine, dict.fromkeys(errors, 0.0)
     if estimator.later_factors is not None:
         better, doubts = nested.extrapolate(study, problems, fine, low, scales, heat, current, estimator)
-        doubts = {name: doubt + scales[name] * float(np.sum(clash.get(name, 0.0))) for name, doubt in doubts.items()}
+        doubts = {name: doubt + scales[name] * float(np.sum(at_jumps.get(name, 0.0))) for name, doubt in doubts.items()}
     unsettled = fine.state.unsettled + low.state.unsettled + SOLVE_ROUNDING
     errors, least = (_add_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
     moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)

@@ -117,12 +117,13 @@ def _early(study: Study, fine: FineResponse, low: Response) -> dict[str, float]:
 def _errors(
     study: Study, problems: Problems, estimator: Estimator, fine: FineResponse, low: Response, steady: dict[str, float]
 ) -> tuple[dict[str, float], list[np.ndarray]]:
-    """Return the error of each trace in its unit by comparison with the response ``low`` of the next lower space, and
-    the indicators of the power and of all goals.
+    """Return the error of each trace in its unit, and the indicators of the power and of all goals. The error is
 
-    By the mesh it is the largest of the lower space's change, the indicators of its goal and its ``steady`` error;
-    errors of the current, of Krylov fields and of extremes' places are added. Where a steady level exists, goals are
-    estimated only to refine the mesh, and steady errors include the error of the current.
+        max(|y_p - y_(p-1)|, sum eta, ``steady`` error) + by current + by fields and steps + by an extreme's place,
+
+    y_p being the ``fine`` response, y_(p-1) the response ``low`` of the next lower space and eta the indicators of its
+    goal. Where a steady level exists, goals are estimated only to refine the mesh, and steady errors include the error
+    of the current.
     """
     lower = study.traces(outputs.of_transient(low, study.part, fine.times))
     changes, goals = largest_differences(fine.traces, lower), dict[str, np.ndarray]()
@@ -174,9 +175,9 @@ def _indicators(
     knots, goals = np.append(0.0, problems.heat.inputs.knots(study.end)), dict[str, np.ndarray]()
     for time in fine.times[sorted({0, *at, len(fine.times) - 1})].tolist():
         duals = _duals(study, problems, fine, time, time - float(knots[knots < time].max()))
-        clash = duals.contradictions(estimator)
+        at_jumps = duals.contradictions(estimator)
         for name, parts in duals.by_heat().items():
-            remains = estimator.indicators(parts) + clash.get(name, 0.0)
+            remains = estimator.indicators(parts) + at_jumps.get(name, 0.0)
             if name in rises:
                 size = max(float(np.abs(part).sum()) for part in parts) * fine.scales[name]
                 remains *= max(changes[name] / max(size, 1e-300), 1.0)
