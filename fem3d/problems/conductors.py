@@ -36,31 +36,32 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     cells = np.flatnonzero(domain.live)
     if not len(cells):
         return None
-    initial = domain.scene.initial_temperature
+    voltages, fixed, terminals, electrodes = _electrodes(domain)
+    free = np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1])
+    # Rows are the cells, then the facets of each contact that the current crosses.
+    crossed, body = crossings(heat.domain), domain.body[cells]
+    ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, body, None]
+    on = Paths(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios))
+    initial, counts = domain.scene.initial_temperature, [len(c.warmed[0].areas) for c in crossed]
     lines = np.array([linear_resistivity(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
-    lines = lines[domain.body]
-    voltages, fixed, terminals, reactions = _electrodes(domain)
-    ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
+    cold = np.vstack([lines[body, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
+    warm = np.vstack([lines[body, 1:], np.zeros((sum(counts), 1))])
+    across = (c.potential.mass() / c.resistance for c in crossed)
+    matrix = sum(across, space.stiffness(on.conductivity(cold), cells))
+    follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
+    # Probes of a current inside the solid.
     torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     probes = (p for p in domain.scene.probes if p.quantity == "current")
     sections = {probe.name: Section(domain, probe, domain.live, torn) for probe in probes}
-    crossed = crossings(heat.domain)
-    on = Paths(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios[:, cells]))
-    counts = [len(c.warmed[0].areas) for c in crossed]
-    cold = np.vstack([lines[cells, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
-    warm = np.vstack([lines[cells, 1:], np.zeros((sum(counts), 1))])
-    across = (c.potential.mass() / c.resistance for c in crossed)
-    matrix = sum(across, space.stiffness(on.conductivity(cold), cells))
-    ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
-    follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
-    free = np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1])
     # The order of elimination of the heat problem serves where it has the same unknowns.
     of_heat = heat.domain.space.entity[heat.order[: heat.free]]
-    shared = space is heat.domain.space and not ends and np.isin(space.entity[free], of_heat).all()
+    shared = space is heat.domain.space and not terminals and np.isin(space.entity[free], of_heat).all()
+    ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
     return Conductor(
-        heat, cells, on, free, cold, warm, voltages, reactions, sections, csc_array(matrix),
-        _labels(domain, cells, crossed), heat.ordering if shared else Ordering(np.vstack([space.places, *ends])),
-        solved, terminals, CellProperty(domain, "resistivity", cells) if follows else None,
+        heat=heat, cells=cells, on=on, free=free, cold=cold, warm=warm, voltages=voltages, electrodes=electrodes,
+        sections=sections, matrix=csc_array(matrix), names=_labels(domain, cells, crossed),
+        ordering=heat.ordering if shared else Ordering(np.vstack([space.places, *ends])), solved=solved,
+        terminals=terminals, following=CellProperty(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 
