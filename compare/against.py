@@ -10,8 +10,7 @@ import numpy as np
 
 from compare import course as courses
 from compare import quantities
-from compare.course import overshoot
-from compare.verdict import COVERS, Check, judged, part
+from compare.verdict import COVERS, Check, part
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed, span
 from scenes.result import Result
@@ -48,19 +47,13 @@ class Data:
         return bool(np.isinf(self.time[-1]))
 
 
-def checked(scene: Any, data: Data) -> dict[str, str]:
-    """Return the quantities of the data by the ids of their checks, in the order of the scene's."""
-    return {f"against_{word}": name for word, name in quantities.of(scene).names.items() if name in data.values}
-
-
-def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
-    """Check every quantity of the data; each row of a curve has its own 3D solution."""
+def comparisons(scene: Any, data: Data, fem3d: Result) -> dict[str, Check]:
+    """Compare every quantity of the data, by the ids of checks; each row of a curve has its own 3D solution."""
     from fem3d.runs import scene as scene_run
 
     results = [scene_run.solve(row) for _, row in data.curve] or [fem3d]
-    return tuple(
-        judged(check, compare(scene, data, results, name), scene) for check, name in checked(scene, data).items()
-    )
+    names = quantities.of(scene).names.items()
+    return {f"against_{word}": compare(scene, data, results, name) for word, name in names if name in data.values}
 
 
 def simulated(results: Sequence[Result], name: str, times: np.ndarray) -> tuple[np.ndarray, float]:
@@ -72,14 +65,16 @@ def simulated(results: Sequence[Result], name: str, times: np.ndarray) -> tuple[
     return np.interp(times, traces.time, traces.values[name]), traces.errors[name]
 
 
-def furthest(scene: Any, data: Data, results: Sequence[Result], key: str) -> tuple[np.ndarray, float, float | None]:
-    """Return the rows where a quantity is furthest from 3D, the error of 3D there, and u_data of that distance.
+def compare(scene: Any, data: Data, results: Sequence[Result], key: str) -> Check:
+    """Compare a quantity with 3D where both are furthest apart, at times at which 3D's errors hold.
 
-    The largest distance is that at the file's own times at which 3D's errors hold; the error adds how far the distance
-    may be larger between rows (`compare.course.overshoot`). Of data with an uncertainty it is the largest mean over a
-    window (`compare.course`), and u_data covers how far the largest distance may exceed it.
+    Exact data are compared at their row with the largest distance; the error adds how far the distance may be larger
+    between rows (`compare.course.overshoot`). Data with an uncertainty are compared over the window with the largest
+    mean distance; u_data covers how far the largest distance may exceed that mean. The scale is the quantity's final
+    rise, change or value, or its largest one.
     """
-    catalogue = quantities.of(scene, results[0])
+    fem3d, u = results[0], None
+    catalogue = quantities.of(scene, fem3d)
     sure = np.flatnonzero(catalogue.sure(data.time))
     if not len(sure):
         covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
@@ -88,31 +83,18 @@ def furthest(scene: Any, data: Data, results: Sequence[Result], key: str) -> tup
             f"{quantity(catalogue.end, 's')}: there is no time to compare at"
         )
     ours, error = simulated(results, key, data.time)
-    off = data.values[key] - ours
+    distance = data.values[key] - ours
+    rows = sure[[np.abs(distance[sure]).argmax()]]
     if key in data.u:
-        means = courses.windows(data.time[sure], off[sure], data.u[key][sure], ours[sure])
+        means = courses.windows(data.time[sure], distance[sure], data.u[key][sure], ours[sure])
         i, k = courses.worst(means, [0.0] * len(means))
         most = max(abs(w.distance) + k * w.u_data for w in means)
-        return sure[means[i].rows], error, (most - abs(means[i].distance)) / COVERS
-    i = int(sure[np.abs(off[sure]).argmax()])
-    if not data.at_rest:
+        rows, u = sure[means[i].rows], (most - abs(means[i].distance)) / COVERS
+    elif not data.at_rest:
         inside = data.time <= catalogue.end * (1 + 1e-9)
-        error += float(overshoot(data.time[inside], np.abs(off[inside]))[i])
-    return np.array([i]), error, None
-
-
-def compare(scene: Any, data: Data, results: Sequence[Result], key: str, rows: np.ndarray | None = None) -> Check:
-    """Compare over some rows, by default at the largest distance.
-
-    The scale is the quantity's final rise, change or value, or its largest one.
-    """
-    fem3d, error, u = results[0], 0.0, None
-    catalogue = quantities.of(scene, fem3d)
-    if rows is None:
-        rows, error, u = furthest(scene, data, results, key)
+        error += float(courses.overshoot(data.time[inside], np.abs(distance[inside]))[rows[0]])
     unit, base, start, end = catalogue.units[key], catalogue.base(key), data.time[rows[0]], data.time[rows[-1]]
-    p, ours = float(data.values[key][rows].mean()) - base, simulated(results, key, data.time)[0]
-    off = float((data.values[key][rows] - ours[rows]).mean())
+    p, off = float(data.values[key][rows].mean()) - base, float(distance[rows].mean())
     when = f"at {quantity(float(end), 's', 3)}"
     if data.at_rest:
         when = f"at {data.curve[rows[0]][0]}" if data.curve else "in the steady state"

@@ -1,4 +1,4 @@
-"""The user's own data against the models: the largest distances, and the validation uncertainty of ASME V&V 20.
+"""The user's own data against the models: remarks on the data, and the validation uncertainty of ASME V&V 20.
 
 After ASME V&V 20-2009 (sections 1-5 and 1-6) the comparison error E = S - D, simulation less data, has the validation
 uncertainty u_val, u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, the inputs and the data. The error of the
@@ -13,7 +13,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from compare.analyses.base import Analysis
-from compare.analyses.sensitivities import by_differences
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
@@ -37,15 +36,10 @@ class Against(Analysis["Data"]):
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Data:
         from compare import quantities
-        from compare.against import evaluate
 
-        data, scene, fem3d = outcome.options.against, outcome.scene, outcome.solved
-        checks = evaluate(scene, data, fem3d)
-        if outcome.options.uncertain is not None and not data.curve:
-            checks = _with_u_input(checks, outcome)
-        outcome.checks = (*outcome.checks, *checks)
+        data: Data = outcome.options.against
         outcome.warn(*(f"{data.name}: {text}" for text in data.warnings))
-        sure = quantities.of(scene, fem3d).sure(data.time)
+        sure = quantities.of(outcome.scene, outcome.solved).sure(data.time)
         if not data.curve and 2 * sure.sum() < len(sure):
             why = "the others are outside of the run, too soon after its start or a jump of a drive, or at one"
             outcome.warn(f"{data.name}: {sure.sum()} of {len(sure)} rows are compared: {why}")
@@ -56,19 +50,6 @@ class Against(Analysis["Data"]):
 
     def enter(self, summary: dict[str, Any], found: Data, outcome: Outcome[Any]) -> None:
         summary["against"] = found.report
-
-
-def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
-    """The checks with u_input, at the rows at which the distances are largest."""
-    from compare.against import checked, compare, furthest
-
-    data, names = outcome.options.against, checked(outcome.scene, outcome.options.against)
-    rows = {check: furthest(outcome.scene, data, [outcome.solved], name)[0] for check, name in names.items()}
-
-    def differences(nearby: Outcome[Any]) -> dict[str, float]:
-        return {c: compare(nearby.scene, data, [nearby.solved], name, rows[c]).difference for c, name in names.items()}
-
-    return by_differences(checks, outcome, differences)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ derivatives of the difference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -153,15 +153,11 @@ class UncertainInputs(Analysis[Propagated]):
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Propagated:
         uncertain, slopes = outcome.options.uncertain, slopes_of(outcome, progress)
-
-        def differences(nearby: Outcome[Any]) -> dict[str, float]:
-            return {name: each.difference for name, each in kind_of(nearby.scene).comparisons(nearby).items()}
-
         with progress.stage("sensitivities"):
             found = propagated(uncertain, slopes)
-            checks = by_differences(outcome.checks, outcome, differences)
-            known = {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
-            outcome.checks = tuple(replace(c, u_input=known[c.id]) if c.id in known else c for c in checks)
+            known = by_differences(outcome)
+            known |= {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
+            outcome.checks = tuple(replace(check, u_input=known.get(check.id)) for check in outcome.checks)
         return found
 
     def section(self, found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
@@ -235,22 +231,22 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
     return Propagated(uncertain, u_3d, u_1d, difference, most)
 
 
-def by_differences(
-    checks: Sequence[Check], outcome: Outcome[Any], differences: Callable[[Outcome[Any]], Mapping[str, float]]
-) -> tuple[Check, ...]:
-    """Return the checks with the u_input of their ``differences``, from outcomes with each key larger and smaller."""
+def by_differences(outcome: Outcome[Any]) -> dict[str, float]:
+    """Return u_input of the differences of checks, compared with each key larger and smaller; no points of a curve."""
     import numpy as np
 
     from compare.slopes import combined
 
-    kind, uncertain, slopes = kind_of(outcome.scene), outcome.options.uncertain, dict[str, list[float]]()
-    for key, u in uncertain.relative.items():
+    kind, options, slopes = kind_of(outcome.scene), outcome.options, dict[str, list[float]]()
+    if options.against is not None and options.against.curve:
+        outcome = replace(outcome, options=options.but(against=None))
+    for key, u in options.uncertain.relative.items():
         step = min(u, kind.step)
         try:
-            more, less = (differences(kind.nearby(outcome, key, s)) for s in (step, -step))
+            more, less = (kind.comparisons(kind.nearby(outcome, key, s)) for s in (step, -step))
         except SceneError:
-            return tuple(checks)
-        for name, value in more.items():
-            slopes.setdefault(name, []).append(0.0 if value == less[name] else (value - less[name]) / (2 * step))
-    known = {name: float(combined(s, uncertain)) for name, s in slopes.items() if np.isfinite(s).all()}
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+            return {}
+        for name, check in more.items():
+            a, b = check.difference, less[name].difference
+            slopes.setdefault(name, []).append(0.0 if a == b else (a - b) / (2 * step))  # both may be infinite
+    return {name: float(combined(s, options.uncertain)) for name, s in slopes.items() if np.isfinite(s).all()}

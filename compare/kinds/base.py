@@ -88,7 +88,7 @@ class Kind(ABC, Generic[S]):
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its
-        own ``comparisons``."""
+        own ``of_models``."""
         return {}
 
     def absent(self, scene: S, options: Options) -> dict[str, str]:
@@ -109,12 +109,21 @@ class Kind(ABC, Generic[S]):
         skipped = self.skipped(scene, options)
         return tuple(name for name in self.definitions(scene, options) if name not in skipped)
 
-    def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
+    def of_models(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare one model with the other, or with the paper, by the ids of checks; without checks of quantities that
         a model lacks."""
         definitions = self.definitions(outcome.scene, outcome.options)
         made = {name: definitions[name][0](outcome) for name in self.made(outcome.scene, outcome.options)}
         return {name: comparison for name, comparison in made.items() if comparison is not None}
+
+    def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
+        """Compare the models, and the user's data with 3D, by the ids of checks."""
+        of_models, data = self.of_models(outcome), outcome.options.against
+        if data is None:
+            return of_models
+        from compare.against import comparisons
+
+        return of_models | comparisons(outcome.scene, data, outcome.solved)
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
         """Judge the comparisons."""

@@ -81,7 +81,7 @@ class FreeKind(Kind[AnyScene]):
         make_question(scene)
         return model
 
-    def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
+    def of_models(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
         from compare.quantities import compare_probes
 
         if outcome.reduced1d is None:
