@@ -6,32 +6,30 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from compare import pipeline
 from compare.analyses.sensitivities import Propagated
+from compare.blame import Budget
 from compare.kinds import kind_of
 from compare.options import FREE, as_text, check, of_kind, read, settings, texts
 from compare.outcome import Outcome
 from compare.pipeline import plugin
 from compare.processes import single_threaded
 from compare.report.table import Style
+from compare.slopes import Slopes
 from compare.verdict import Check
 from scenes import load, overridden
 from scenes.errors import SceneError, quoted, unknown
 from scenes.result import Estimate, Result
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from compare.blame import Budget
-    from compare.slopes import Slopes
-
 Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um", "run.steady": True}."""
 
 
-class Columns(dict[str, "np.ndarray"]):
+class Columns(dict[str, np.ndarray]):
     """Arrays of equal length by name: ``columns["time_s"]``, ``columns["fem3d_peak_K"]``; empty without a transient.
 
     ``columns("peak_K")`` is (times, 3D, 1D) of one quantity.

@@ -13,11 +13,10 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenes import units
+from scenes import loading, units
 from scenes.errors import SceneError, printable, quoted
-from scenes.keys import ACCURACY
+from scenes.keys import ACCURACY, TYPES
 from scenes.kinds import Quantity
-from scenes.loading import distinguishes, shortened
 from scenes.uncertain import Uncertain
 from scenes.uncertain import read as read_uncertain
 from scenes.units import TIME
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
+BUILTIN = {SINK: "sink", DEVICE: "device"}
+"""The scene that is solved where none is named, by kind; a free scene must be named."""
 SAMPLES = 10, 100_000  # Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name.
 
 Given = Mapping[str, Any]
@@ -334,6 +335,13 @@ def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
     return made
 
 
+def load(kind: str, source: str, settings: Sequence[str]) -> Any:
+    """Load a scene of a kind with overrides. Raises SceneError."""
+    if kind in TYPES:
+        return loading.load(source, settings, scene_type=TYPES[kind])
+    return loading.load_free(source, settings)
+
+
 def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
     """Return the values of the given options, in the order of the table. Raises SceneError."""
     values: dict[str, Any] = {"command": command}
@@ -361,7 +369,7 @@ def folder_name(kind: str, given: Given, scene: Any, overrides: Sequence[str]) -
         return safe_folder(scene.name, *setting_words(overrides), *words)
     # Overrides of tolerances, which the scene's own text leaves out.
     of_checks = [setting for setting in overrides if re.match(r"\s*(checks\.)?(tolerances|expect_differs)\b", setting)]
-    return safe_folder(scene.name, distinguishes(scene), *words, *setting_words(of_checks))
+    return safe_folder(scene.name, loading.distinguishes(scene), *words, *setting_words(of_checks))
 
 
 def setting_words(settings: Sequence[str]) -> list[str]:
@@ -377,4 +385,4 @@ def safe_folder(name: str, *words: str) -> Path:
     """A folder below results/, its name without characters that a file system or a shell minds."""
     words = tuple(re.sub(r":(?=\d)", "", word.replace("..", "up")) for word in words)
     safe = [re.sub(r"[^\w.+-]", "", re.sub(r"[\s/\\:]+", "-", word.strip())).strip("-.") for word in words]
-    return Path("results") / "-".join(filter(None, (name, shortened("-".join(filter(None, safe))))))
+    return Path("results") / "-".join(filter(None, (name, loading.shortened("-".join(filter(None, safe))))))

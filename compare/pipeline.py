@@ -1,24 +1,21 @@
 """A run, from a scene and options to an outcome, and functions of packages above this one, found by entry points.
 
-Nothing here imports numpy before it solves: the renderer's process, which takes the longest to get ready, is started
-first. A run plans, solves, checks, analyses and answers; nothing is written.
+A run plans, solves, checks, analyses and answers; nothing is written.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from compare.analyses import ANALYSES, chosen
 from compare.kinds import kind_of
+from compare.models import Model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, sentences, wrapped
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
-
-if TYPE_CHECKING:
-    from compare.models import Model
 
 PLUGINS: dict[str, Callable[..., Any]] = {}
 """By name: "write" writes a results folder, "sweep" solves many designs."""
@@ -66,8 +63,6 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
 
 def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> None:
     """Add the answer of the user's own model; where it fails or is interrupted, 3D is kept without it."""
-    from compare.models import sampling
-
     try:
         with progress.stage("reduced1d"):
             outcome.results["reduced1d"] = sampling.solve(model, outcome.scene, outcome.solved, progress)

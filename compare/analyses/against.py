@@ -10,23 +10,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from compare import course as courses
+from compare import quantities
+from compare.against import Data, simulated
 from compare.analyses.base import Analysis
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
+from compare.slopes import Slopes
 from compare.verdict import COVERS
 from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Result, Step, step
 from scenes.uncertain import Uncertain
 
-if TYPE_CHECKING:
-    from compare.against import Data
-    from compare.slopes import Slopes
 
-
-class Against(Analysis["Data"]):
+class Against(Analysis[Data]):
     name = "against"
 
     def plan(self, scene: Any, options: Options) -> Step:
@@ -35,8 +37,6 @@ class Against(Analysis["Data"]):
         return step(f"against {data.name}", f"{said}; {'at rest' if data.at_rest else 'at its own times'}")
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Data:
-        from compare import quantities
-
         data: Data = outcome.options.against
         outcome.warn(*(f"{data.name}: {text}" for text in data.warnings))
         sure = quantities.of(outcome.scene, outcome.solved).sure(data.time)
@@ -161,12 +161,6 @@ def validate(
     scene: Any, data: Data, models: dict[str, tuple[Result, Slopes | None]], uncertain: Uncertain | None
 ) -> Validated:
     """Validate models against data; without ``uncertain`` the inputs are exact. Errors count as u_num in full."""
-    import numpy as np
-
-    from compare import course as courses
-    from compare import quantities
-    from compare.against import simulated
-
     catalogue, found = quantities.of(scene, next(iter(models.values()))[0]), Validated([], [])
     late = catalogue.sure(data.time)
     times = data.time[late]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare import fitting
 from compare.analyses.base import Analysis
 from compare.options import Options
 from compare.outcome import Outcome, Progress
@@ -11,11 +12,8 @@ from compare.report.table import Section, Style, Table, short_key
 from scenes.formats import percent
 from scenes.result import Step, step
 
-if TYPE_CHECKING:
-    from compare.fitting import Fit
 
-
-class Calibration(Analysis["Fit"]):
+class Calibration(Analysis[fitting.Fit]):
     name = "calibrate"
 
     def plan(self, scene: Any, options: Options) -> Step:
@@ -24,19 +22,17 @@ class Calibration(Analysis["Fit"]):
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
         """Solve the fitted scene in place of the given one."""
         scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
-        from compare import fitting
-
         progress("fitting")
         with progress.stage("fit"):
             fit = fitting.fit_scene(scene, data, fitting.keys_of(scene, keys))
         outcome.scene, outcome.analyses[self.name] = fit.scene, fit
 
-    def run(self, outcome: Outcome[Any], progress: Progress) -> Fit:
-        fit: Fit = outcome.analyses[self.name]
+    def run(self, outcome: Outcome[Any], progress: Progress) -> fitting.Fit:
+        fit: fitting.Fit = outcome.analyses[self.name]
         outcome.warn(*fit.warnings())
         return fit
 
-    def section(self, found: Fit, outcome: Outcome[Any], style: Style) -> Section:
+    def section(self, found: fitting.Fit, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each fitted key: from, to, and its uncertainty."""
         rows = []
         for key, value in found.fitted.items():
@@ -47,7 +43,7 @@ class Calibration(Analysis["Fit"]):
         table = Table(("fitted", "from", "to", "u", "95 % between", "and"), rows)
         return Section("Calibration", [table, text], headed=False)
 
-    def enter(self, summary: dict[str, Any], found: Fit, outcome: Outcome[Any]) -> None:
+    def enter(self, summary: dict[str, Any], found: fitting.Fit, outcome: Outcome[Any]) -> None:
         summary["calibration"] = {
             "keys": {
                 key: {"start": found.start[key], "value": value, "relative_u": found.u[key],

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
 from compare.report.table import Row, Section, Style, Table, short_key, stacked
+from compare.slopes import Slopes, combined, remarks
 from compare.verdict import Check, judge, part
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
@@ -24,15 +27,12 @@ from scenes.result import Estimate
 from scenes.uncertain import Uncertain
 from scenes.varied import made_of_parameters, zeros
 
-if TYPE_CHECKING:
-    from compare.slopes import Slopes
-
 PREFIX = "slope_"
 MODELS = ("fem3d", "reduced1d")
 NONE = 1e-6
 """Smaller slopes count as zero."""
 
-AllSlopes = dict[str, "Slopes"]
+AllSlopes = dict[str, Slopes]
 
 
 class Sensitivity(Analysis[AllSlopes]):
@@ -193,8 +193,6 @@ class UncertainInputs(Analysis[Propagated]):
 def slopes_of(outcome: Outcome[Any], progress: Progress) -> dict[str, Slopes]:
     """Return the slopes of the results, computed once for all analyses; remarks on them are warnings."""
     if not outcome.slopes:
-        from compare.slopes import remarks
-
         options = outcome.options
         progress("sensitivities")
         with progress.stage("sensitivities"):
@@ -209,10 +207,6 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
 
     Quantities without a slope by each of the keys are left out.
     """
-    import numpy as np
-
-    from compare.slopes import combined
-
     vectors: dict[str, dict[str, Any]] = {model: {} for model in MODELS}
     for model in (model for model in MODELS if model in slopes):
         by_key = [slopes[model].relative.get(key, {}) for key in uncertain.relative]
@@ -233,10 +227,6 @@ def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated
 
 def by_differences(outcome: Outcome[Any]) -> dict[str, float]:
     """Return u_input of the differences of checks, compared with each key larger and smaller; no points of a curve."""
-    import numpy as np
-
-    from compare.slopes import combined
-
     kind, options, slopes = kind_of(outcome.scene), outcome.options, dict[str, list[float]]()
     if options.against is not None and options.against.curve:
         outcome = replace(outcome, options=options.but(against=None))

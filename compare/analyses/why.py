@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from compare.analyses.base import Analysis
+from compare.blame import Budget, Split, budget, network_budget
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
 from scenes.errors import NumericsError
 from scenes.formats import difference_text, quantity
 
-if TYPE_CHECKING:
-    from compare.blame import Budget, Split
 
-
-class Why(Analysis["Budget"]):
+class Why(Analysis[Budget]):
     name, about = "why", "the models between the 1D model and 3D, one assumption each"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Budget | None:
         if outcome.reduced1d is None or outcome.fem3d is None:
             return None
-        from compare.blame import budget, network_budget
         from reduced1d.ladder.levels import Levels
 
         scene = outcome.scene

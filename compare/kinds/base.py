@@ -5,22 +5,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Generic
+from typing import ClassVar, Generic
 
+import numpy as np
+from numpy.typing import NDArray
+
+from compare import against, hottest
+from compare.models import Model, open_model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
 from compare.report.table import Section, Style
+from compare.slopes import Slopes
 from compare.verdict import Check, Definition, judged
 from scenes.model import AnyScene
 from scenes.result import Result, Step, skipped_together, step
 from scenes.varied import neighbour
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from compare.models import Model
-    from compare.slopes import Slopes
 
 STEADY = "only the steady state was asked for"
 
@@ -34,7 +33,6 @@ class Kind(ABC, Generic[S]):
     Attributes
     ----------
     name : as the scenes' ``kind``
-    builtin : the scene that is solved where none is named; where it is empty, a scene must be named
     shown : quantities that tables on a terminal have room for; empty: the first ones
     traces : the columns or rows of traces.csv
     field : the need of field files, as in `absent`; empty where there are none
@@ -42,7 +40,6 @@ class Kind(ABC, Generic[S]):
     """
 
     name: ClassVar[str]
-    builtin: ClassVar[str] = ""
     shown: ClassVar[tuple[str, ...]] = ()
     traces: ClassVar[str]
     field: ClassVar[str] = ""
@@ -72,19 +69,13 @@ class Kind(ABC, Generic[S]):
         progress, model = Progress(), self.open_model(scene, options)
         outcome = Outcome(scene, options, self.solve(scene, options, progress))
         if model is not None:
-            from compare.models.sampling import solve
-
-            outcome.results["reduced1d"] = solve(model, scene, outcome.solved, progress)
+            outcome.results["reduced1d"] = sampling.solve(model, scene, outcome.solved, progress)
         outcome.checks = self.checks(outcome)
         return outcome
 
     def open_model(self, scene: S, options: Options) -> Model | None:
         """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""
-        if not options.model:
-            return None
-        from compare.models import open_model
-
-        return open_model(options.model)
+        return open_model(options.model) if options.model else None
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its
@@ -118,12 +109,9 @@ class Kind(ABC, Generic[S]):
 
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
         """Compare the models, and the user's data with 3D, by the ids of checks."""
-        of_models, data = self.of_models(outcome), outcome.options.against
-        if data is None:
-            return of_models
-        from compare.against import comparisons
-
-        return of_models | comparisons(outcome.scene, data, outcome.solved)
+        data = outcome.options.against
+        of_data = {} if data is None else against.comparisons(outcome.scene, data, outcome.solved)
+        return self.of_models(outcome) | of_data
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
         """Judge the comparisons."""
@@ -137,8 +125,6 @@ class Kind(ABC, Generic[S]):
 
     def alarms(self, outcome: Outcome[S]) -> tuple[str, ...]:
         """Remarks on results that no real part can have: temperatures past a material's limit."""
-        from compare import hottest
-
         return hottest.warnings(hottest.reached(outcome.scene, outcome.fem3d or outcome.reduced))
 
     def warnings(self, outcome: Outcome[S]) -> tuple[str, ...]:
@@ -224,8 +210,6 @@ class Kind(ABC, Generic[S]):
     def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
         """Return time_s and <model>_<quantity>_<unit> for traces.csv, as far as all models go; temperatures in kelvin,
         every 1D model "reduced1d". None without a transient."""
-        import numpy as np
-
         results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
         traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
         if not traces:

@@ -7,22 +7,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
+from compare import hottest
 from compare.kinds.base import Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.checks import checked, counted
 from compare.report.table import Section, Style, Table, checks_document, sentences
+from compare.slopes import Slopes, device_1d
 from compare.verdict import Definition
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import milliseconds, percent, quantity
 from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.varied import varied
+from statespace.result import BAND, QUANTITIES, Run, settling
 
 if TYPE_CHECKING:
-    from compare.slopes import Slopes
     from reduced1d.device.design import Design
-    from statespace.result import Run
 
 OF_A_DEVICE = {
     "sink_K": ("sink temperature", "K"), "sensor_K": ("sensor temperature", "K"), "sink_power_W": ("sink power", "W"),
@@ -42,7 +43,7 @@ LATE = ("figure11", "figure12", "figure13")
 
 
 class DeviceKind(Kind[Device]):
-    name, builtin = "device", "device"
+    name = "device"
     shown = ("sink_power_W", "sensor_power_W", "sensor_V")
     traces = "a row per controller sample"
     step = 0.1  # A run is nonlinear: a key is moved by its own uncertainty (GUM 5.1.3, note 2), at most by this.
@@ -126,13 +127,9 @@ class DeviceKind(Kind[Device]):
         )
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
-        from compare import hottest
-
         return hottest.warnings(hottest.of_device(outcome.scene, outcome.runs.base.result))
 
     def slopes(self, outcome: Outcome[Device], keys: Sequence[str] | None) -> dict[str, Slopes]:
-        from compare.slopes import Slopes, device_1d
-
         made = {"reduced1d": device_1d(outcome.scene, outcome.reduced)}
         if outcome.fem3d is None:
             return made
@@ -176,8 +173,6 @@ class DeviceKind(Kind[Device]):
 
     def headline(self, outcome: Outcome[Device], style: Style) -> str:
         """State what the sensor's power settles to and when, and the number of checks that differ."""
-        from statespace.result import BAND, settling
-
         scene, external, run = outcome.scene, outcome.scene.external, outcome.runs.base
         when = f"from cold, with {external.initial_temperature:g} K outside,"
         if scene.steps_outside:
@@ -223,8 +218,6 @@ class DeviceKind(Kind[Device]):
 
 def _quantities(run: Run, model: str) -> Section:
     """Of every quantity the steady values before and after the step, the peak, and the settling times."""
-    from statespace.result import BAND, settling
-
     highest, rows = _peaks(run), []
     for key, (name, unit) in OF_A_DEVICE.items():
         times = [milliseconds(each.time) for each in settling(run.device, run.result, key, BAND)]
@@ -268,8 +261,6 @@ def _values(state: Any, errors: Mapping[str, float], names: Sequence[str] = ()) 
 
 
 def _run(run: Run, model: Any = None) -> dict[str, Any]:
-    from statespace.result import QUANTITIES, settling
-
     device, result = run.device, run.result
     settled = [
         {"quantity": name, "after_s": s.start, "target": s.target, "band": s.band, "fraction": f, "time_s": s.time}

@@ -6,13 +6,22 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from compare import slopes
+from compare.blame import answer
+from compare.course import ascending
 from compare.kinds.base import STEADY, Kind
+from compare.models import OF_THE_SCENE, Model, open_model, runs_code
+from compare.models.sampling import make_question
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from compare.quantities import compare_probes
 from compare.report.checks import checked, counted
 from compare.report.table import Row, Section, Style, Table, checks_document, steady_document, wrapped
+from compare.slopes import Slopes
 from compare.verdict import Check
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, quoted
@@ -20,12 +29,6 @@ from scenes.formats import quantity, with_error
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
 from scenes.result import Estimate, Result, Step, step
 from scenes.units import TIME
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from compare.models import Model
-    from compare.slopes import Slopes
 
 
 class FreeKind(Kind[AnyScene]):
@@ -73,17 +76,12 @@ class FreeKind(Kind[AnyScene]):
     def open_model(self, scene: AnyScene, options: Options) -> Model | None:
         if (given := own_model(scene, options)) is None:
             return None
-        from compare.models import open_model
-        from compare.models.sampling import make_question
-
         model = open_model(*given)
         # A fault in the model's parameters, which are read from the scene, is one before 3D is solved.
         make_question(scene)
         return model
 
     def of_models(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
-        from compare.quantities import compare_probes
-
         if outcome.reduced1d is None:
             return {}
         return compare_probes(outcome.scene, outcome.solved, outcome.reduced1d)
@@ -97,8 +95,6 @@ class FreeKind(Kind[AnyScene]):
     def answer(self, outcome: Outcome[AnyScene]) -> str:
         if outcome.reduced1d is None:
             return ""
-        from compare.blame import answer
-
         name, probes = outcome.reduced1d.model, {probe.name for probe in outcome.scene.probes}
         checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in probes]
         if not checks:
@@ -112,8 +108,6 @@ class FreeKind(Kind[AnyScene]):
         return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
-        from compare import slopes
-
         scene, reduced1d = outcome.scene, outcome.reduced1d
         made = {"fem3d": slopes.in_3d(scene, outcome.solved, keys)}
         if reduced1d is not None and (model := outcome.own_model) is not None:
@@ -179,8 +173,6 @@ class FreeKind(Kind[AnyScene]):
         units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
         in_3d: dict[str, Any] = {"units": units, **steady_document(outcome.solved, *named)}
         if traces is not None:
-            import numpy as np
-
             times, ranges = sorted({*scene.output_times, scene.end_time}), {}
             for name in traces.values:
                 last, least, most = _read(outcome.solved, name)
@@ -210,10 +202,6 @@ class FreeKind(Kind[AnyScene]):
         traces, own = outcome.solved.traces, None if outcome.reduced1d is None else outcome.reduced1d.traces
         if traces is None or own is None:
             return {} if traces is None else {"time_s": traces.time, **traces.values}
-        import numpy as np
-
-        from compare.course import ascending
-
         columns = {"time_s": own.time}
         for name, values in traces.values.items():
             columns[name] = np.interp(own.time, ascending(traces.time), values)
@@ -227,8 +215,6 @@ def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., An
 
     Raises SceneError for `--model scene` where the scene has no model.
     """
-    from compare.models import OF_THE_SCENE, runs_code
-
     given, model = options.model, scene.model
     if given and given != OF_THE_SCENE:
         return given, ""

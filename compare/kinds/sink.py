@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare import slopes
+from compare.blame import Budget, answer, budget, causes, repeats
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.checks import checked, counted
 from compare.report.table import Section, Style, Table, checks_document, steady_document
+from compare.sink_checks import CHECKS, at_rest
+from compare.slopes import Slopes
 from compare.verdict import PAPER, Check, Definition, judged, part
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_REDUCTION
@@ -22,10 +26,6 @@ from scenes.result import Result, Step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
-if TYPE_CHECKING:
-    from compare.blame import Budget
-    from compare.slopes import Slopes
-
 FIGURES: dict[str, tuple[str, ...]] = {
     "figure4": ("the steady 3D temperature field, rendered off screen", "3D"),
     "figure5": ("the rise along the beam and eq 9's parabola", "3D"),
@@ -36,7 +36,7 @@ QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.va
 
 
 class SinkKind(Kind[Sink]):
-    name, builtin = "sink", "sink"
+    name = "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
     traces, field = "every quantity against time", "3D"
 
@@ -87,8 +87,6 @@ class SinkKind(Kind[Sink]):
         return results
 
     def definitions(self, scene: Sink, options: Options) -> Mapping[str, Definition[Outcome[Sink]]]:
-        from compare.sink_checks import CHECKS
-
         ids = DEFAULT_TOLERANCES if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
         return {name: CHECKS[name] for name in ids}
 
@@ -105,8 +103,6 @@ class SinkKind(Kind[Sink]):
         }
 
     def answer(self, outcome: Outcome[Sink]) -> str:
-        from compare.blame import answer, causes
-
         fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
         model = reduced1d or outcome.solved
         who = "The paper's 1D model" if model.model == PAPER else f"The 1D model {model.model}"
@@ -118,13 +114,11 @@ class SinkKind(Kind[Sink]):
             return "Nothing is heated, so that there is nothing to compare."
         if not (claims := _claims(outcome)):
             return f"{who} says nothing of the peak and the ends."
-        budget = outcome.analyses.get("why") or _ladder(outcome, claims)
-        return answer(who, claims, lambda some: causes(some, budget))
+        parts = outcome.analyses.get("why") or _ladder(outcome, claims)
+        return answer(who, claims, lambda some: causes(some, parts))
 
     def slopes(self, outcome: Outcome[Sink], keys: Sequence[str] | None) -> dict[str, Slopes]:
-        from compare import slopes
-
-        sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, slopes.Slopes]()
+        sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, Slopes]()
         uncertain = bool(outcome.options.uncertain)
         times = None if reduced1d is None or reduced1d.traces is None else reduced1d.traces.time[1:]
         if fem3d is not None:
@@ -206,8 +200,6 @@ class SinkKind(Kind[Sink]):
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:
     """The differences of peak and ends, and of the current where nothing else differs."""
-    from compare.sink_checks import at_rest
-
     checks, peak, end = {check.id: check for check in outcome.checks}, "the peak", "the ends"
     steady = {"fig4": at_rest("peak_rise_K", peak, outcome), "fig6_end": at_rest("end_rise_K", end, outcome)}
     claims = [judged(name, each, outcome.scene) for name, each in steady.items() if each is not None]
@@ -220,7 +212,6 @@ def _claims(outcome: Outcome[Sink]) -> list[Check]:
 
 def _ladder(outcome: Outcome[Sink], claims: Sequence[Check]) -> Budget | None:
     """The parts of the differences, by coarse models of the ladder; None where nothing differs or no ladder leads."""
-    from compare.blame import budget, repeats
     from reduced1d.ladder.levels import Levels
 
     steady, name, fem3d = [c for c in claims if c.time is None], outcome.reduced.model, outcome.solved

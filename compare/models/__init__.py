@@ -12,7 +12,9 @@ from importlib import import_module
 from pathlib import Path
 
 from compare.data.columns import refusing
+from compare.models.function import Function
 from compare.models.model import Model
+from reduced1d.ladder import canonical
 from scenes.errors import SceneError, quoted
 
 __all__ = ["Model", "open_model", "parse_reduction", "parse_reductions", "runs_code"]
@@ -26,8 +28,6 @@ _PROGRAMS = ("function", "netlist", "fmu")
 def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
     """Return the model of a name, a file (relative to ``folder``) or a Python callable. Raises SceneError."""
     if callable(given):
-        from compare.models.function import Function
-
         return Function(given)
     module = import_module(f"compare.models.{_kind(given)}")
     with refusing(f"the model {quoted(given)}"):
@@ -45,8 +45,6 @@ def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Call
     if callable(given):
         return getattr(given, "__name__", type(given).__name__), given
     if given != "network" and not Path(given.partition(":")[0]).suffix:
-        from reduced1d.ladder import canonical
-
         return canonical(given), ""
     _kind(given)
     return Path(given).name, given

@@ -19,15 +19,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.rows import Row
-from compare.options import FREE, TABLE, Option, check, folder_name, of_kind, read, settings, whole
-from compare.report.table import WIDTH, Section, Style, Table
+from compare.options import BUILTIN, FREE, TABLE, Option, check, folder_name, load, of_kind, read, settings, whole
+from compare.report.table import WIDTH, Section, Style, Table, wrapped
 from compare.report.table import Row as Line
 from scenes.errors import SceneError, quoted, reason
 from validate.cli.terminal import BAD_INPUT, DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
 from validate.report.summary import as_json
 
 if TYPE_CHECKING:
-    from benchmarks.rows import Row
     from compare.outcome import Outcome
     from scenes.result import Step
 
@@ -74,11 +73,9 @@ def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
 
 def options_of(kind: str) -> dict[str, str]:
     """The options of a run of a kind of scene, from the options table."""
-    from compare.kinds import KINDS
-
-    scene = {"[scene SCENE.toml]": f'a scene file (default: the built-in "{KINDS[kind].builtin}")'}
-    if not KINDS[kind].builtin:
-        scene = {"scene SCENE.toml": "a scene file, or an example: bridge, plate, hotplate"}
+    scene = {"scene SCENE.toml": "a scene file, or an example: bridge, plate, hotplate"}
+    if kind in BUILTIN:
+        scene = {"[scene SCENE.toml]": f'a scene file (default: the built-in "{BUILTIN[kind]}")'}
     return scene | {o.flag: o.help for o in of_kind(kind)}
 
 
@@ -94,22 +91,20 @@ def given(arguments: argparse.Namespace, kind: str) -> dict[str, Any]:
 
 def run(kind: str, arguments: argparse.Namespace) -> int:
     """Explain, solve, report and write a scene, the answer first; return the exit status."""
-    from compare.kinds import KINDS, load
-    from compare.pipeline import headline, plan, report_text
-
     chosen = given(arguments, kind)
     named = out(arguments)
     check(kind, chosen)
     overrides = settings(kind, chosen, arguments.set)
-    scene = load(kind, arguments.scene or KINDS[kind].builtin, overrides)
+    scene = load(kind, arguments.scene or BUILTIN.get(kind, ""), overrides)
     options = read(kind, chosen, scene, arguments.command_line)
     if options.monte_carlo:
         import_module("validate.sweep.monte_carlo")  # which adds its analysis
-    KINDS[kind].refuse(scene, options)
-    names = overrides if kind == FREE else arguments.set
-    folder = named or folder_name(kind, chosen, scene, names)
-    planned = plan(scene, options) if arguments.explain or arguments.dry_run else None
-    if planned is not None:
+    folder = named or folder_name(kind, chosen, scene, overrides if kind == FREE else arguments.set)
+    planned = None
+    if arguments.explain or arguments.dry_run:
+        from compare.pipeline import plan
+
+        planned = plan(scene, options)
         show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     if arguments.dry_run:
         return FINE
@@ -119,6 +114,8 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     with progress(arguments.quiet) as say:
 
         def tell(outcome: Outcome[Any]) -> None:
+            from compare.pipeline import headline, report_text
+
             say("")  # which clears the line
             if arguments.quiet:
                 show(" ".join(headline(outcome, style()).split()))
@@ -142,8 +139,6 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
 
 def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> str:
     """Return the results folder of a run, its files and times, and the steps that differ from the printed plan."""
-    from compare.report.table import wrapped
-
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     parts = [plan_text(changed, style(), "As it turned out", "done")] * bool(changed)
     files = outcome.files

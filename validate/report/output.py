@@ -12,10 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from compare.kinds import kind_of
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.pipeline import solve
+from scenes import physics
 from scenes.formats import sink_text
 from scenes.result import noted, step
 from scenes.units import TIME
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
-"""By kind of scene the figure of its 3D field, rendered off screen."""
 FIGURES = {
     "figure5": "scene_figures.profile", "figure6": "scene_figures.rises", "figure7": "scene_figures.current",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
@@ -51,6 +48,8 @@ def run(
     progress = progress or Progress()
     model = nullcontext() if options.export is None else Folder(options.export.folder, MODEL)
     with Folder(out, RUN) as folder, model as exports, Renderer(draws_field(scene, options)) as renderer:
+        from compare.pipeline import solve
+
         outcome = solve(scene, options, progress)
         tell(outcome)
         progress("writing the results")
@@ -67,11 +66,14 @@ def run(
 
 def draws_field(scene: Any, options: Options) -> bool:
     """Whether the 3D field is rendered."""
-    return FIELDS[scene.kind] in kind_of(scene).drawn(scene, options)
+    heated = scene.kind == "sink" or (scene.kind == "free" and physics.heat(scene))
+    return heated and options.figures and options.only != "1d"
 
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Progress) -> None:
     """Write the files, and note their names and failures in the outcome."""
+    from compare.kinds import kind_of
+
     kind, written = kind_of(outcome.scene), list[str]()
     field = field_of(outcome) if draws_field(outcome.scene, outcome.options) else None
     if field is not None:
@@ -102,7 +104,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
                     drawn += save(figure, folder, name)
             if field is not None:
                 # Last, because the picture comes from a process of its own.
-                image, name = renderer.image(), FIELDS[outcome.scene.kind]
+                image, name = renderer.image(), "figure4" if outcome.scene.kind == "sink" else "figure_field"
                 if image is None:
                     note = step(name, field.instead, "" if field.instead else "no OpenGL to render with")
                     outcome.plan = noted(outcome.plan, [note])

@@ -11,7 +11,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.pipeline import document as document_of
 from validate import __version__
 from validate.folder import SCHEMA
 
@@ -27,6 +26,8 @@ def write_document(path: Path, content: dict[str, Any]) -> None:
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """Return the summary as JSON types: full precision, and null for every number that is not finite."""
+    from compare.pipeline import document as document_of
+
     reader = import_module("scenes.free" if outcome.scene.kind == "free" else "scenes.loading")
     summary: dict[str, Any] = {
         "schema": SCHEMA,
