@@ -51,23 +51,29 @@ class Columns(dict[str, np.ndarray]):
 
 
 class Run:
-    """A run of a scene of any kind. ``outcome`` has everything; the rest are short ways.
+    """A run of a scene of any kind: ``run["peak_rise_K"]`` is a steady value of 3D with its error.
 
-    ``run["peak_rise_K"]`` is a steady value of 3D with its error; of a free scene the key is the probe's name.
+    Of a free scene the key is the probe's name.
+
+    Attributes
+    ----------
+    outcome : everything; the others are short ways
+    scene : the scene that was solved
+    answer : how far the 1D model is off, where, and why, in a sentence; empty without a model
+    reduced1d : the 1D result, of the type of the 3D result; None without a 1D model
+    checks : every check by its id
+    why : the difference in parts, one for each assumption; with ``why=True``
+    sensitivities : how the models follow keys: ``["fem3d"].relative["sink.width"]["end_rise_K"]``; with
+        ``sensitivities``
+    uncertain : the u_input of quantities, and of the differences of models; with ``uncertain={...}``
     """
 
     def __init__(self, outcome: Outcome[Any]) -> None:
-        self.outcome = outcome
-
-    @property
-    def scene(self) -> Any:
-        """The scene that was solved."""
-        return self.outcome.scene
-
-    @property
-    def answer(self) -> str:
-        """How far the 1D model is off, where, and why, in a sentence; empty without a model."""
-        return self.outcome.answer
+        self.outcome, self.scene, self.answer = outcome, outcome.scene, outcome.answer
+        self.reduced1d, self.checks = outcome.reduced1d, {check.id: check for check in outcome.checks}
+        self.why: Budget | None = outcome.analyses.get("why")
+        self.sensitivities: dict[str, Slopes] = outcome.slopes
+        self.uncertain: Propagated | None = outcome.analyses.get("uncertain")
 
     @property
     def fem3d(self) -> Result:
@@ -78,31 +84,6 @@ class Run:
     def steady(self) -> dict[str, Estimate]:
         """Steady values of 3D."""
         return self.fem3d.steady
-
-    @property
-    def reduced1d(self) -> Result | None:
-        """The 1D result, of the same type; None without a 1D model."""
-        return self.outcome.reduced1d
-
-    @property
-    def why(self) -> Budget | None:
-        """The difference in parts, one for each assumption; with ``why=True``."""
-        return self.outcome.analyses.get("why")
-
-    @property
-    def sensitivities(self) -> dict[str, Slopes]:
-        """How the models follow keys: ``["fem3d"].relative["sink.width"]["end_rise_K"]``; with ``sensitivities``."""
-        return self.outcome.slopes
-
-    @property
-    def uncertain(self) -> Propagated | None:
-        """The u_input of quantities, and of the differences of models; with ``uncertain={...}``."""
-        return self.outcome.analyses.get("uncertain")
-
-    @property
-    def checks(self) -> dict[str, Check]:
-        """Every check by its id."""
-        return {check.id: check for check in self.outcome.checks}
 
     @property
     def traces(self) -> Columns:

@@ -14,6 +14,7 @@ from compare.models import Model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, sentences, wrapped
+from compare.slopes import remarks
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
 
@@ -40,7 +41,8 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
     outcome = Outcome(kind.declared(scene, options), options)
     model = kind.open_model(scene, options)
     for analysis in analyses:
-        analysis.prepare(outcome, progress)
+        with progress.stage(analysis.name):
+            analysis.prepare(outcome, progress)
     outcome.results = kind.solve(outcome.scene, options, progress)
     if outcome.fem3d is not None:
         outcome.scene = outcome.fem3d.details.get("scene", outcome.scene)
@@ -51,8 +53,15 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
         outcome.checks = kind.checks(outcome)
         outcome.alarms = (*outcome.alarms, *kind.alarms(outcome))
         outcome.warn(*kind.warnings(outcome))
+    if options.follows_keys:
+        progress("sensitivities")
+        with progress.stage("sensitivities"):
+            keys = None if options.sensitivities else list(options.uncertain.relative)
+            outcome.slopes = kind.slopes(outcome, keys)
+            outcome.warn(*remarks(outcome.slopes))
     for analysis in analyses:
-        found = analysis.run(outcome, progress)
+        with progress.stage(analysis.name):
+            found = analysis.run(outcome, progress)
         if found is not None:
             outcome.analyses[analysis.name] = found
     with progress.stage("answer"):

@@ -69,10 +69,6 @@ class Slopes:
             for key, by_name in self.traces.items() for name, slope in by_name.items()
         }  # fmt: skip
 
-    def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
-        """(times,): u_input of a trace, or of the steady value at infinite time."""
-        return combined([self.at(key, name, times) for key in uncertain.relative], uncertain)
-
     def moved(self, result: Result, key: str, step: float) -> Result:
         """A result as it is, to first order, with one key larger by a relative step; NaN without a slope."""
         at_rest = np.array([np.inf])

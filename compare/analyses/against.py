@@ -9,8 +9,7 @@ one of many noisy samples is far off by chance.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from compare.analyses.base import Analysis
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
-from compare.slopes import Slopes
+from compare.slopes import Slopes, combined
 from compare.verdict import COVERS
 from scenes.formats import cut, quantity, signed, span, with_error
 from scenes.result import Result, Step, step
@@ -52,69 +51,10 @@ class Against(Analysis[Data]):
         summary["against"] = found.report
 
 
-@dataclass(frozen=True)
-class Statement:
-    """The comparison error of a ``model`` ("3D" or "1D") and a ``quantity`` over a window.
+class Validation(Analysis[dict[str, Any]]):
+    """Its result has ``statements`` on each model and quantity, in the worst window and at the end of the data, and by
+    ``points`` how many of the data are within 2 u_val of the model."""
 
-    Attributes
-    ----------
-    called, unit : the user's word for the quantity, and the unit of E and the uncertainties
-    where, start_s, end_s : "worst", or the "end" of the data; from and to a time, infinite in the steady state
-    rows, E : E is the mean over so many rows
-    k : standard uncertainties that make an interval of 95 %
-    """
-
-    model: str
-    quantity: str
-    called: str
-    unit: str
-    where: str
-    start_s: float
-    end_s: float
-    rows: int
-    E: float
-    u_num: float
-    u_input: float
-    u_data: float
-    k: float
-
-    @property
-    def u_val(self) -> float:
-        """The validation uncertainty."""
-        return math.hypot(self.u_num, self.u_input, self.u_data)
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The interval of the model's error (95 %)."""
-        return self.E - self.k * self.u_val, self.E + self.k * self.u_val
-
-    @property
-    def seen(self) -> bool:
-        """Whether the model's error exceeds the uncertainty."""
-        return not self.interval[0] <= 0 <= self.interval[1]
-
-    def said(self) -> str:
-        """Return the interval in words: "-0.016 to +0.044 K"."""
-        half = self.k * self.u_val
-        if not math.isfinite(half):
-            return "unknown"
-        _, _, unit, places, factor = with_error(self.E, half, self.unit)
-        low, high = (f"{end * factor:+.{places}f}" for end in self.interval)
-        return f"{low} to {high} {unit}"
-
-    def document(self) -> dict[str, Any]:
-        derived = {"u_val": self.u_val, "interval": list(self.interval), "seen": self.seen, "said": self.said()}
-        return asdict(self) | derived
-
-
-class Validated(NamedTuple):
-    """The statements about each model and quantity, and how many of its data are within 2 u_val of the model."""
-
-    statements: list[Statement]
-    points: list[dict[str, Any]]
-
-
-class Validation(Analysis[Validated]):
     name = "validation"
     about = "E = S - D against u_val of ASME V&V 20, of every model"
 
@@ -122,27 +62,27 @@ class Validation(Analysis[Validated]):
         given = bool(options.uncertain or options.data_uncertainty)
         return given and options.against is not None and not options.against.curve
 
-    def run(self, outcome: Outcome[Any], progress: Progress) -> Validated:
+    def run(self, outcome: Outcome[Any], progress: Progress) -> dict[str, Any]:
         names = {"3D": "fem3d", "1D": "reduced1d"}
         models = {
             word: (outcome.results[n], outcome.slopes.get(n)) for word, n in names.items() if n in outcome.results
         }
         return validate(outcome.scene, outcome.options.against, models, outcome.options.uncertain)
 
-    def section(self, found: Validated, outcome: Outcome[Any], style: Style) -> Section:
-        """A line for each model and quantity in the worst window and at the end: E, its parts, the model's error."""
+    def section(self, found: dict[str, Any], outcome: Outcome[Any], style: Style) -> Section:
+        """A line for each statement: E, its parts, the model's error."""
         heads = ["S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error"]
         rows = []
-        for s in found.statements:
+        for s in found["statements"]:
             parts = [  # An uncertainty that adds nothing to u_val is shown as 0.
-                "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > 1e-6 * s.u_val else "0"
-                for u in (s.u_num, s.u_input, s.u_data, s.u_val)
+                "?" if not math.isfinite(u) else quantity(u, s["unit"], 2) if u > 1e-6 * s["u_val"] else "0"
+                for u in (s["u_num"], s["u_input"], s["u_data"], s["u_val"])
             ]
-            middle = [signed(s.E, s.unit, 2)] * style.page
-            when = "steady state" if math.isinf(s.end_s) else span(s.start_s, s.end_s)
-            rows.append([f"{cut(s.called, 20)} {s.model}", when, *middle, *parts, s.said()])
-        called = {s.quantity: s.called for s in found.statements}
-        counts = ["{} {model} {within_2_u_val} of {points}".format(called[p["quantity"]], **p) for p in found.points]
+            middle = [signed(s["E"], s["unit"], 2)] * style.page
+            when = "steady state" if math.isinf(s["end_s"]) else span(s["start_s"], s["end_s"])
+            rows.append([f"{cut(s['called'], 20)} {s['model']}", when, *middle, *parts, s["said"]])
+        called = {s["quantity"]: s["called"] for s in found["statements"]}
+        counts = ["{} {model} {within_2_u_val} of {points}".format(called[p["quantity"]], **p) for p in found["points"]]
         inputs, data = outcome.options.uncertain is None, not outcome.options.against.u
         exact = " and ".join(["the inputs"] * inputs + ["the data"] * data)
         text = [
@@ -153,35 +93,49 @@ class Validation(Analysis[Validated]):
         ]
         return Section("Validation", [Table(heads, rows), *text], headed=False)
 
-    def enter(self, summary: dict[str, Any], found: Validated, outcome: Outcome[Any]) -> None:
-        summary["validation"] = {"statements": [each.document() for each in found.statements], "points": found.points}
+    def enter(self, summary: dict[str, Any], found: dict[str, Any], outcome: Outcome[Any]) -> None:
+        summary["validation"] = found
 
 
 def validate(
     scene: Any, data: Data, models: dict[str, tuple[Result, Slopes | None]], uncertain: Uncertain | None
-) -> Validated:
-    """Validate models against data; without ``uncertain`` the inputs are exact. Errors count as u_num in full."""
-    catalogue, found = quantities.of(scene, next(iter(models.values()))[0]), Validated([], [])
+) -> dict[str, Any]:
+    """Validate models ("3D", "1D") against data; without ``uncertain`` the inputs are exact.
+
+    In a statement E is the mean over the ``rows`` of the data from ``start_s`` to ``end_s``, infinite in the steady
+    state, and k the number of standard uncertainties that make the ``interval`` of the model's error (95 %). Numerical
+    errors count as u_num in full.
+    """
+    catalogue, statements, points = quantities.of(scene, next(iter(models.values()))[0]), [], []
     late = catalogue.sure(data.time)
     times = data.time[late]
     for word, key in catalogue.names.items():
+        unit = catalogue.units[key]
         for called, (result, slopes) in models.items():
             answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
             if key not in data.values or key not in answers:
                 continue
             (values, u_num), zero = simulated([result], key, times), np.zeros(len(times))
-            u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
+            u_input, of = zero, {"model": called, "quantity": key}
+            if uncertain is not None and slopes is not None:
+                u_input = combined([slopes.at(name, key, times) for name in uncertain.relative], uncertain)
             u_data = data.u[key][late] if key in data.u else zero
             error, others = values - data.values[key][late], np.hypot(u_num, u_input)
             inside = int((np.abs(error) <= COVERS * np.hypot(others, u_data)).sum())
-            found.points.append({"model": called, "quantity": key, "points": len(times), "within_2_u_val": inside})
+            points.append(of | {"points": len(times), "within_2_u_val": inside})
             means = courses.windows(times, error, u_data, values)
             worst, k = courses.worst(means, [float(others[window.rows].mean()) for window in means])
             for n, (where, factor) in ({worst: ("worst", k)} | {len(means) - 1: ("end", COVERS)}).items():
                 w, during = means[n], times[means[n].rows]
-                where_at = where, float(during[0]), float(during[-1]), len(during)
-                u = u_num, float(u_input[w.rows].mean()), w.u_data
-                found.statements.append(
-                    Statement(called, key, word, catalogue.units[key], *where_at, w.distance, *u, factor)
-                )
-    return found
+                u = {"u_num": u_num, "u_input": float(u_input[w.rows].mean()), "u_data": w.u_data}
+                u_val = math.hypot(*u.values())
+                low, high, said = w.distance - factor * u_val, w.distance + factor * u_val, "unknown"
+                if math.isfinite(factor * u_val):
+                    _, _, shown, places, scale = with_error(w.distance, factor * u_val, unit)
+                    said = f"{low * scale:+.{places}f} to {high * scale:+.{places}f} {shown}"
+                statements.append({
+                    **of, "called": word, "unit": unit, "where": where, "start_s": float(during[0]),
+                    "end_s": float(during[-1]), "rows": len(during), "E": w.distance, **u, "k": factor, "u_val": u_val,
+                    "interval": [low, high], "seen": not low <= 0 <= high, "said": said,
+                })  # fmt: skip
+    return {"statements": statements, "points": points}

@@ -23,8 +23,7 @@ class Calibration(Analysis[fitting.Fit]):
         """Solve the fitted scene in place of the given one."""
         scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
         progress("fitting")
-        with progress.stage("fit"):
-            fit = fitting.fit_scene(scene, data, fitting.keys_of(scene, keys))
+        fit = fitting.fit_scene(scene, data, fitting.keys_of(scene, keys))
         outcome.scene, outcome.analyses[self.name] = fit.scene, fit
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> fitting.Fit:

@@ -20,8 +20,7 @@ class CompactExport(Analysis[dict[str, Any]]):
             check(scene)
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> dict[str, Any]:
-        with progress.stage("export"):
-            document: dict[str, Any] = kind_of(outcome.scene).compact(outcome, progress)
+        document: dict[str, Any] = kind_of(outcome.scene).compact(outcome, progress)
         outcome.warn(*document["warnings"])
         return document
 

@@ -37,6 +37,11 @@ class Effect:
     changed: dict[str, Any]
     changes: dict[str, Estimate] = field(default_factory=dict)
 
+    @property
+    def largest(self) -> float:
+        """The size of the change of the peak."""
+        return abs(self.changes["peak_rise_K"].value) if self.changes else math.inf
+
 
 def effects(sink: Sink) -> dict[str, Effect]:
     """Return the effects by their names in summary.json.
@@ -96,14 +101,13 @@ class LeftOutStudy(Analysis[LeftOut]):
         from fem3d.runs.sink import solve
 
         sink, found, skipped = outcome.scene, dict[str, Effect](), dict[str, str]()
-
-        def steady(**changed: Any) -> dict[str, Estimate]:
-            return solve(check(replace(sink, **changed)), transient=False).steady
+        progress("without what is left out")
+        without = solve(sink, transient=False).steady
 
         def add(name: str, effect: Effect) -> None:
             progress(f"with what is left out: {name}")
             try:
-                with_it = steady(**effect.changed)
+                with_it = solve(check(replace(sink, **effect.changed)), transient=False).steady
                 changes = {e.steady: ratio(with_it[e.steady], without[e.steady]) for e in OF_A_SINK.values()}
                 found[name] = replace(effect, changes=changes)
             except RunawayError:
@@ -111,23 +115,17 @@ class LeftOutStudy(Analysis[LeftOut]):
             except (SceneError, NumericsError) as error:
                 skipped[name] = str(error)
 
-        with progress.stage("left out"):
-            progress("without what is left out")
-            without = steady()
-            for name, effect in effects(sink).items():
-                (key,) = effect.changed
-                if getattr(sink, key) and (key != "silicon" or laws.varies(sink.silicon.thermal_conductivity)):
-                    skipped[name] = "the scene has it"
-                else:
-                    add(name, effect)
-            # By the change of the peak; a runaway is the largest of all.
-            largest_first = sorted(
-                found.items(), key=lambda each: -abs(c["peak_rise_K"].value) if (c := each[1].changes) else -math.inf
-            )
-            found = dict(largest_first)
-            if len(found) > 1:
-                everything = {key: value for each in found.values() for key, value in each.changed.items()}
-                add("together", Effect(f"{', '.join(found)} at once", "", everything))
+        for name, effect in effects(sink).items():
+            (key,) = effect.changed
+            if getattr(sink, key) and (key != "silicon" or laws.varies(sink.silicon.thermal_conductivity)):
+                skipped[name] = "the scene has it"
+            else:
+                add(name, effect)
+        # By the change of the peak; a runaway is the largest of all.
+        found = dict(sorted(found.items(), key=lambda each: -each[1].largest))
+        if len(found) > 1:
+            everything = {key: value for each in found.values() for key, value in each.changed.items()}
+            add("together", Effect(f"{', '.join(found)} at once", "", everything))
         return LeftOut(found, skipped)
 
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:

@@ -18,7 +18,7 @@ from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
 from compare.report.table import Row, Section, Style, Table, short_key, stacked
-from compare.slopes import Slopes, combined, remarks
+from compare.slopes import Slopes, combined
 from compare.verdict import Check, judge, part
 from scenes.errors import SceneError
 from scenes.formats import cut, percent, quantity
@@ -32,7 +32,8 @@ MODELS = ("fem3d", "reduced1d")
 NONE = 1e-6
 """Smaller slopes count as zero."""
 
-AllSlopes = dict[str, Slopes]
+AllSlopes = Mapping[str, Slopes]
+ByKey = dict[str, dict[str, dict[str, Estimate]]]
 
 
 class Sensitivity(Analysis[AllSlopes]):
@@ -40,18 +41,16 @@ class Sensitivity(Analysis[AllSlopes]):
     about = "how quantities follow each key, in 3D by differences on the moved mesh"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> AllSlopes:
-        slopes = slopes_of(outcome, progress)
-        outcome.checks = (*outcome.checks, *checks(outcome.scene, slopes, words(outcome)))
-        return slopes
+        outcome.checks = (*outcome.checks, *checks(outcome.scene, outcome.slopes, words(outcome)))
+        return outcome.slopes
 
     def section(self, found: AllSlopes, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         names, both, few = words(outcome), set(MODELS) <= found.keys(), kind_of(outcome.scene).shown
         shown = {name: names[name] for name in (few or list(names)[:3]) if name in names and not style.page} or names
-        verdicts, rows = {check.id: check.verdict for check in outcome.checks}, []
-        for key in followed_keys(outcome.scene, found, shown):
-            slopes = [{m: found[m].relative.get(key, {}).get(name) for m in MODELS if m in found} for name in shown]
-            cells = (_cell({m: slope for m, slope in each.items() if slope}, style, both) for each in slopes)
+        table, verdicts, rows = by_key(found), {check.id: check.verdict for check in outcome.checks}, []
+        for key in followed_keys(outcome.scene, table, shown):
+            cells = (_cell(table[key].get(name, {}), style, both) for name in shown)
             rows.append(Row([short_key(key), *cells], verdicts.get(f"{PREFIX}{key}", "")))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else stacked(word) for word in shown.values()]
         whole = "the steady state" if next(iter(found.values())).steady else "the largest value of each quantity"
@@ -62,13 +61,23 @@ class Sensitivity(Analysis[AllSlopes]):
 
     def enter(self, summary: dict[str, Any], found: AllSlopes, outcome: Outcome[Any]) -> None:
         """{key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
-        document: dict[str, Any] = {}
-        for model in (model for model in MODELS if model in found):
-            for key, by_name in found[model].relative.items():
-                for name, slope in by_name.items():
-                    entry = asdict(slope) if model == "fem3d" else {"value": slope.value}
-                    document.setdefault(key, {}).setdefault(name, {})[model] = entry
-        summary["sensitivities"] = document
+        summary["sensitivities"] = {
+            key: {
+                name: {m: asdict(s) if m == "fem3d" else {"value": s.value} for m, s in slopes.items()}
+                for name, slopes in by_name.items()
+            }
+            for key, by_name in by_key(found).items()
+        }
+
+
+def by_key(slopes: AllSlopes) -> ByKey:
+    """Return the slopes of both models by key, quantity and model."""
+    table: ByKey = {}
+    for model in filter(slopes.__contains__, MODELS):
+        for key, by_name in slopes[model].relative.items():
+            for name, slope in by_name.items():
+                table.setdefault(key, {}).setdefault(name, {})[model] = slope
+    return table
 
 
 def words(outcome: Outcome[Any]) -> dict[str, str]:
@@ -78,42 +87,38 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
     return {name: word for name, (word, _) in quantities.items() if name in known}
 
 
-def followed_keys(scene: Any, slopes: Mapping[str, Slopes], names: Iterable[str]) -> list[str]:
+def followed_keys(scene: Any, table: ByKey, names: Iterable[str]) -> list[str]:
     """Return the keys that a quantity follows, the largest slope first, without keys made of parameters."""
     made, sizes = made_of_parameters(scene), dict[str, float]()
-    for model in (model for model in MODELS if model in slopes):
-        for key, by_name in slopes[model].relative.items():
-            sizes[key] = max(
-                sizes.get(key, 0.0), *(abs(by_name[name].value) for name in names if name in by_name), NONE
-            )
-    return sorted((key for key in sizes if key not in made and sizes[key] > NONE), key=lambda key: -sizes[key])
+    for key in table.keys() - made:
+        sizes[key] = max((abs(s.value) for name in names for s in table[key].get(name, {}).values()), default=0.0)
+    return sorted((key for key in table if sizes.get(key, 0.0) > NONE), key=lambda key: -sizes[key])
 
 
-def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -> tuple[Check, ...]:
+def checks(scene: Any, slopes: AllSlopes, names: Mapping[str, str]) -> tuple[Check, ...]:
     """Check for each key the largest difference of both models' slopes, relative to the quantity's largest slope.
 
     The largest slope is by a size or a property: a percent of kelvins means little, and slopes by parameters are sums.
     """
-    if not set(MODELS) <= slopes.keys():
-        return ()
-    in_3d, in_1d = (slopes[model].relative for model in MODELS)
-    tolerance, made, largest = scene.tolerance("slope"), list[Check](), dict[str, float]()
-    for key, by_name in in_3d.items():
+    table, tolerance, made, largest = by_key(slopes), scene.tolerance("slope"), list[Check](), dict[str, float]()
+    for key, by_name in table.items():
         if not key.endswith("_temperature") and not key.startswith(f"{SECTION}."):
-            largest |= {name: max(abs(slope.value), largest.get(name, NONE)) for name, slope in by_name.items()}
-    for key in followed_keys(scene, slopes, names):
-        three, one = in_3d.get(key, {}), in_1d.get(key, {})
-        both = [name for name in three if name in one and name in names and largest.get(name, 0) > NONE]
-        off = {name: (one[name].value - three[name].value) / largest[name] for name in both}
+            sizes = {name: abs(each["fem3d"].value) for name, each in by_name.items() if "fem3d" in each}
+            largest |= {name: max(size, largest.get(name, NONE)) for name, size in sizes.items()}
+    for key in followed_keys(scene, table, names):
+        both = {name: (each["reduced1d"], each["fem3d"]) for name, each in table[key].items() if len(each) == 2}
+        known = [name for name in both if name in names and largest.get(name, 0) > NONE]
+        off = {name: (both[name][0].value - both[name][1].value) / largest[name] for name in known}
         if not off:
             continue
         name = max(off, key=lambda n: abs(off[n]))
-        u_num = three[name].error / largest[name]
+        one, three = both[name]
+        u_num = three.error / largest[name]
         verdict = judge(off[name], tolerance, u_num)
-        follows = f"{one[name].value:+.3f}, in 3D by {three[name].value:+.3f} % for each percent"
+        follows = f"{one.value:+.3f}, in 3D by {three.value:+.3f} % for each percent"
         made.append(
             Check(
-                f"{names[name]}, d ln / d ln key", one[name].value, three[name].value, "1", off[name], u_num,
+                f"{names[name]}, d ln / d ln key", one.value, three.value, "1", off[name], u_num,
                 "" if verdict == "agrees" else f"{names[name]} follows {key} by {follows}", id=f"{PREFIX}{key}",
                 tolerance=tolerance, verdict=verdict, relative_to="the largest slope of the quantity",
             )
@@ -152,12 +157,9 @@ class UncertainInputs(Analysis[Propagated]):
     name, about = "uncertain", "u_input by the sensitivities, to first order"
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Propagated:
-        uncertain, slopes = outcome.options.uncertain, slopes_of(outcome, progress)
-        with progress.stage("sensitivities"):
-            found = propagated(uncertain, slopes)
-            known = by_differences(outcome)
-            known |= {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
-            outcome.checks = tuple(replace(check, u_input=known.get(check.id)) for check in outcome.checks)
+        found, known = propagated(outcome.options.uncertain, outcome.slopes), by_differences(outcome)
+        known |= {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
+        outcome.checks = tuple(replace(check, u_input=known.get(check.id)) for check in outcome.checks)
         return found
 
     def section(self, found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
@@ -190,39 +192,27 @@ class UncertainInputs(Analysis[Propagated]):
                 summary[model]["steady"].setdefault(name, {})["u_input"] = u
 
 
-def slopes_of(outcome: Outcome[Any], progress: Progress) -> dict[str, Slopes]:
-    """Return the slopes of the results, computed once for all analyses; remarks on them are warnings."""
-    if not outcome.slopes:
-        options = outcome.options
-        progress("sensitivities")
-        with progress.stage("sensitivities"):
-            keys = None if options.sensitivities else list(options.uncertain.relative)
-            outcome.slopes = kind_of(outcome.scene).slopes(outcome, keys)
-            outcome.warn(*remarks(outcome.slopes))
-    return outcome.slopes
-
-
-def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated:
+def propagated(uncertain: Uncertain, slopes: AllSlopes) -> Propagated:
     """Combine the slopes of both models, and of their difference, with the covariance of the inputs.
 
     Quantities without a slope by each of the keys are left out.
     """
-    vectors: dict[str, dict[str, Any]] = {model: {} for model in MODELS}
-    for model in (model for model in MODELS if model in slopes):
+    vectors: dict[str, dict[str, np.ndarray]] = {model: {} for model in MODELS}
+    u: dict[str, dict[str, float]] = {model: {} for model in MODELS}
+    for model in filter(slopes.__contains__, MODELS):
         by_key = [slopes[model].relative.get(key, {}) for key in uncertain.relative]
-        for name in slopes[model].sizes:
+        for name, size in slopes[model].sizes.items():
             if all(name in by_name for by_name in by_key):
-                vectors[model][name] = np.array([by_name[name].value for by_name in by_key])
+                vector = vectors[model][name] = np.array([by_name[name].value for by_name in by_key])
+                u[model][name] = abs(size) * float(combined(vector, uncertain))
     three, one = vectors.values()
-    u_3d = {name: abs(slopes["fem3d"].sizes[name]) * float(combined(s, uncertain)) for name, s in three.items()}
-    u_1d = {name: abs(slopes["reduced1d"].sizes[name]) * float(combined(s, uncertain)) for name, s in one.items()}
     difference = {}
     for name in filter(one.__contains__, three):
         off = part(slopes["reduced1d"].sizes[name], slopes["fem3d"].sizes[name])
         difference[name] = abs(off) * float(combined(one[name] - three[name], uncertain))
     parts = {name: vector**2 * uncertain.covariance().diagonal() for name, vector in (one | three).items()}
     most = {name: list(uncertain.relative)[int(each.argmax())] for name, each in parts.items() if each.any()}
-    return Propagated(uncertain, u_3d, u_1d, difference, most)
+    return Propagated(uncertain, **u, difference=difference, most=most)
 
 
 def by_differences(outcome: Outcome[Any]) -> dict[str, float]:

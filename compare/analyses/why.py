@@ -23,18 +23,17 @@ class Why(Analysis[Budget]):
         from reduced1d.ladder.levels import Levels
 
         scene = outcome.scene
-        with progress.stage("why"):
-            if scene.kind == "sink":
-                return budget(outcome.options.reduction, outcome.solved, Levels(scene), progress)
-            if not outcome.solved.steady:
-                outcome.warn("--why is of the steady state, and a drive varies in time: give it one value")
-                return None
-            progress("solving in 3D with the joints of the network")
-            try:
-                return network_budget(scene, outcome.solved, outcome.reduced1d)
-            except NumericsError as error:
-                outcome.warn(f"no joint is to blame: {error}")
-                return None
+        if scene.kind == "sink":
+            return budget(outcome.options.reduction, outcome.solved, Levels(scene), progress)
+        if not outcome.solved.steady:
+            outcome.warn("--why is of the steady state, and a drive varies in time: give it one value")
+            return None
+        progress("solving in 3D with the joints of the network")
+        try:
+            return network_budget(scene, outcome.solved, outcome.reduced1d)
+        except NumericsError as error:
+            outcome.warn(f"no joint is to blame: {error}")
+            return None
 
     def section(self, found: Budget, outcome: Outcome[Any], style: Style) -> Section:
         """Its parts in percent of the final rise or of the current or its change, then the sentence."""
