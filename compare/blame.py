@@ -93,25 +93,24 @@ def bound(ratio: float) -> str:
 class Part:
     """The effect of one assumption on one quantity: ``value`` and its numerical ``error`` in the quantity's unit."""
 
-    blame: str
+    assumption: str
     value: float
     error: float
 
 
 @dataclass(frozen=True)
 class Split:
-    """A difference, reduction less 3D, with its numerical ``error`` and its ``parts``.
+    """A difference, reduction less 3D, and its ``parts``, of one quantity.
 
-    ``scale`` is the steady 3D rise or value; ``time`` (s) is None in the steady state.
+    ``scale`` is the steady 3D rise or value; ``time_s`` is None in the steady state.
     """
 
     quantity: str
     unit: str
     scale: float
-    total: float
-    error: float
+    difference: Estimate
     parts: tuple[Part, ...]
-    time: float | None = None
+    time_s: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,8 +149,8 @@ def split(
         replaced = np.abs(drops[:-1]) * unsure
         bounds += np.append(replaced, replaced.sum())
     parts = tuple(map(Part, assumptions, drops.tolist(), bounds.tolist()))
-    total, when = float(values[0, i] - values[-1, i]), None if times is None else float(times[i])
-    return Split(name, unit, scale, total, errors[0] + errors[-1], parts, when)
+    whole = Estimate(float(values[0, i] - values[-1, i]), errors[0] + errors[-1])
+    return Split(name, unit, scale, whole, parts, None if times is None else float(times[i]))
 
 
 def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
@@ -160,12 +159,12 @@ def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
     if not sure:
         return "nothing is to blame: no part of the difference is larger than its numerical error"
     largest, worst = max(sure, key=lambda pair: abs(pair[0].value / pair[1].scale))
-    when = "in the steady state" if worst.time is None else f"at {quantity(worst.time, 's', 3)}"
-    rest = signed(worst.total - largest.value, worst.unit)
+    when = "in the steady state" if worst.time_s is None else f"at {quantity(worst.time_s, 's', 3)}"
+    rest = signed(worst.difference.value - largest.value, worst.unit)
     size, scale = percent(abs(largest.value / worst.scale)), "rise" if worst.unit == "K" else "value"
     return (
-        f"the largest part is {phrases[largest.blame]}: {signed(largest.value, worst.unit)} of the {worst.quantity} "
-        f"{when}, {size} of the steady 3D {scale}; all the rest together makes {rest}"
+        f"the largest part is {phrases[largest.assumption]}: {signed(largest.value, worst.unit)} of the "
+        f"{worst.quantity} {when}, {size} of the steady 3D {scale}; all the rest together makes {rest}"
     )
 
 
@@ -207,8 +206,8 @@ def causes(claims: Sequence[Check], budget: Budget | None) -> str:
         if claim.verdict == "differs" and budget is not None:
             splits = budget.steady if claim.time is None else budget.transient
             whole = next(each for each in splits if each.quantity == WHERE[claim.title])
-            largest = max(whole.parts, key=lambda each: each.value * whole.total)
-            by_cause.setdefault(AT_FAULT[largest.blame], []).append(claim.title)
+            largest = max(whole.parts, key=lambda each: each.value * whole.difference.value)
+            by_cause.setdefault(AT_FAULT[largest.assumption], []).append(claim.title)
     if len(by_cause) == 1 and len(claims) == len(*by_cause.values()):
         return f"; {next(iter(by_cause))} is to blame"
     phrases = [f"{cause} is to blame for {' and '.join(places)}" for cause, places in by_cause.items()]

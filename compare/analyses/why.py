@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from compare.analyses.base import Analysis
-from compare.blame import Budget, Split, budget, network_budget
+from compare.blame import Budget, Part, Split, budget, network_budget
 from compare.outcome import Outcome, Progress
 from compare.report.table import Section, Style, Table
 from scenes.errors import NumericsError
 from scenes.formats import difference_text, quantity
+from scenes.result import Estimate
 
 
 class Why(Analysis[Budget]):
@@ -38,19 +40,19 @@ class Why(Analysis[Budget]):
     def section(self, found: Budget, outcome: Outcome[Any], style: Style) -> Section:
         """Its parts in percent of the final rise or of the current or its change, then the sentence."""
 
-        def cell(value: float, error: float, scale: float) -> str:
+        def cell(parts: Sequence[Part | Estimate], scale: float) -> str:
             if not scale:
                 return "-"
-            return difference_text(value / scale, error / abs(scale), style.plus_minus).removesuffix(" %")
+            value, error = sum(part.value for part in parts) / scale, sum(part.error for part in parts) / abs(scale)
+            return difference_text(value, error, style.plus_minus).removesuffix(" %")
 
         def table(title: str, splits: Sequence[Split]) -> Table:
-            heads = [s.quantity if s.time is None else f"{s.quantity} at {quantity(s.time, 's', 3)}" for s in splits]
+            heads = [s.quantity + ("" if s.time_s is None else f" at {quantity(s.time_s, 's', 3)}") for s in splits]
             rows = []
-            for blame, joints in Counter(part.blame for part in splits[0].parts).items():
-                parts = [([p for p in s.parts if p.blame == blame], s.scale) for s in splits]
-                sums = [(sum(p.value for p in each), sum(p.error for p in each), scale) for each, scale in parts]
-                rows.append([blame + f", {joints} joints" * (joints > 1), *(cell(*each) for each in sums)])
-            return Table((title, *heads), [*rows, ["in all", *(cell(s.total, s.error, s.scale) for s in splits)]])
+            for name, joints in Counter(part.assumption for part in splits[0].parts).items():
+                cells = (cell([part for part in s.parts if part.assumption == name], s.scale) for s in splits)
+                rows.append([name + f", {joints} joints" * (joints > 1), *cells])
+            return Table((title, *heads), [*rows, ["in all", *(cell([s.difference], s.scale) for s in splits)]])
 
         most = len(found.steady) if style.page else 3  # that a terminal has room for
         blocks = [found.steady[n : n + most] for n in range(0, len(found.steady), most)]
@@ -63,15 +65,11 @@ class Why(Analysis[Budget]):
         return Section(f"Why {name} differs from 3D", [*parts, said])
 
     def enter(self, summary: dict[str, Any], found: Budget, outcome: Outcome[Any]) -> None:
-        summary["why"] = {
-            "reduction": found.start,
-            "sentence": found.sentence,
-            "steady": {split.quantity: _document(split) for split in found.steady},
-            "transient": {split.quantity: _document(split) for split in found.transient},
-        }
-
-
-def _document(split: Split) -> dict[str, Any]:
-    parts = [{"assumption": part.blame, "value": part.value, "error": part.error} for part in split.parts]
-    whole = {"unit": split.unit, "scale": split.scale, "difference": {"value": split.total, "error": split.error}}
-    return whole | {"parts": parts} | ({} if split.time is None else {"time_s": split.time})
+        document: dict[str, Any] = {"reduction": found.start, "sentence": found.sentence}
+        for when, splits in (("steady", found.steady), ("transient", found.transient)):
+            entries = {split.quantity: asdict(split) for split in splits}
+            document[when] = {
+                name: {key: value for key, value in entry.items() if key != "quantity" and value is not None}
+                for name, entry in entries.items()
+            }
+        summary["why"] = document

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare import against, hottest
-from compare.models import Model, open_model, sampling
+from compare.models import Model, chosen_model, open_model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
 from compare.report.table import Section, Style
@@ -75,7 +75,8 @@ class Kind(ABC, Generic[S]):
 
     def open_model(self, scene: S, options: Options) -> Model | None:
         """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""
-        return open_model(options.model) if options.model else None
+        given = chosen_model(scene, options.model)
+        return None if given is None else open_model(*given)
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its

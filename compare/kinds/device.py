@@ -60,30 +60,25 @@ class DeviceKind(Kind[Device]):
         if late:
             raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")
 
-    def _runs(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
-        """The 1D runs."""
-        with progress.stage("imports"):
-            from reduced1d.device import design as designs
+    def _in_1d(self, scene: Device, options: Options, progress: Progress) -> Result:
+        from reduced1d.device import design
+
         with progress.stage("device"):
             slow, steps = self.others(scene, options)
-            made = designs.make(scene, options.scheme, options.meter, slow, steps, progress)
-        return {
-            "reduced1d": self._result(
-                "reduced1d", made.base, dict.fromkeys(self.quantities(scene), 0.0), {"runs": made}
-            )
-        }
+            made = design.make(scene, options.scheme, options.meter, slow, steps, progress)
+        return self._result("reduced1d", made.base, {}, {"runs": made})
 
     def _result(self, model: str, run: Run, errors: Mapping[str, float], details: dict[str, Any]) -> Result:
-        """The scene's own run; ``errors`` are of the steady state."""
-        result = run.result
-        steady = {name: Estimate(getattr(run.after, name), errors[name]) for name in self.quantities(run.device)}
+        """The scene's own run; ``errors`` are of the steady state, none where they are left out."""
+        names, result = self.quantities(run.device), run.result
+        steady = {name: Estimate(getattr(run.after, name), errors.get(name, 0.0)) for name in names}
         traces = {name: result.trace(name) for name in result.quantities}
         return Result(model, steady, Traces(result.time_s, traces, result.errors), details)
 
     def solve(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
-        results = self._runs(scene, options, progress)
         from reduced1d.device import design
 
+        results = {"reduced1d": self._in_1d(scene, options, progress)}
         if options.in_3d:
             from fem3d.runs.device import make
 
@@ -115,16 +110,12 @@ class DeviceKind(Kind[Device]):
         only = f"only {', '.join(options.about)} asked for" * bool(options.about)
         late = "they need nine more runs, and the accurate scheme for them" * (options.scheme == "paper")
         figures = {name: late * (name in LATE) or only * (name not in options.about) for name in DEVICE_FIGURES}
-        return (
-            super().absent(scene, options)
-            | figures
-            | {
-                "3D": "not asked for (--3d)" * (not options.in_3d),
-                "all figures": only,
-                "designer": only or "the accurate scheme answers them" * (options.scheme == "paper"),
-                "outer step": "the run ends before the outer step, or there is none" * (not scene.steps_outside),
-            }
-        )
+        return super().absent(scene, options) | figures | {
+            "3D": "not asked for (--3d)" * (not options.in_3d),
+            "all figures": only,
+            "designer": only or "the accurate scheme answers them" * (options.scheme == "paper"),
+            "outer step": "the run ends before the outer step, or there is none" * (not scene.steps_outside),
+        }  # fmt: skip
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         return hottest.warnings(hottest.of_device(outcome.scene, outcome.runs.base.result))
@@ -141,9 +132,9 @@ class DeviceKind(Kind[Device]):
 
     def nearby(self, outcome: Outcome[Device], key: str, step: float) -> Outcome[Device]:
         """The 1D runs of the device with a key larger by a relative step."""
-        device = varied(outcome.scene, key, 1 + step)
-        options = outcome.options.but(in_3d=False)
-        return replace(outcome, scene=device, options=options, results=self._runs(device, options, Progress()))
+        device, options = varied(outcome.scene, key, 1 + step), outcome.options.but(in_3d=False)
+        results = {"reduced1d": self._in_1d(device, options, Progress())}
+        return replace(outcome, scene=device, options=options, results=results)
 
     def plan_3d(self, scene: Device, options: Options) -> Sequence[Step]:
         return [step("3D model", f"a few states of the whole device, known to {scene.accuracy_3d:g}")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +14,7 @@ from compare import slopes
 from compare.blame import answer
 from compare.course import ascending
 from compare.kinds.base import STEADY, Kind
-from compare.models import OF_THE_SCENE, Model, open_model, runs_code
+from compare.models import chosen_model
 from compare.models.sampling import make_question
 from compare.options import Options
 from compare.outcome import Outcome, Progress
@@ -42,10 +42,12 @@ class FreeKind(Kind[AnyScene]):
             raise SceneError("the scene has no [[probe]] to report: add one")
         if options.why and options.model != "network":
             raise SceneError("--why asks which joint of the network is to blame: give --model network with it")
-        if (own_model(scene, options) or ("",))[0] == "network":
-            from reduced1d.network.lines import layout
+        if (own := chosen_model(scene, options.model)) is not None:
+            make_question(scene)  # A fault in the model's parameters is one before 3D is solved.
+            if own[0] == "network":
+                from reduced1d.network.lines import layout
 
-            layout(scene)
+                layout(scene)
         if (options.follows_keys or options.calibrate) and not scene.steady:
             if why := physics.nonlinear(scene, True):
                 raise SceneError(f"{why}, and a sensitivity is then one of the steady state alone: add --steady")
@@ -55,9 +57,9 @@ class FreeKind(Kind[AnyScene]):
         return probed(scene)
 
     def solve(self, scene: AnyScene, options: Options, progress: Progress) -> dict[str, Result]:
-        with progress.stage("imports"):
-            from fem3d.runs import scene as scene_run
-        own = own_model(scene, options)
+        from fem3d.runs import scene as scene_run
+
+        own = chosen_model(scene, options.model)
         progress("solving in 3D")
         with progress.stage("fem3d"):
             whole = _whole(scene, options)
@@ -72,14 +74,6 @@ class FreeKind(Kind[AnyScene]):
                 still = replace(scene, steady=True, output_times=())
                 result = replace(result, steady=scene_run.solve(still, progress).steady)
         return {"fem3d": result}
-
-    def open_model(self, scene: AnyScene, options: Options) -> Model | None:
-        if (given := own_model(scene, options)) is None:
-            return None
-        model = open_model(*given)
-        # A fault in the model's parameters, which are read from the scene, is one before 3D is solved.
-        make_question(scene)
-        return model
 
     def of_models(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
         if outcome.reduced1d is None:
@@ -120,18 +114,18 @@ class FreeKind(Kind[AnyScene]):
         return plan(scene, _whole(scene, options))
 
     def describe_1d(self, scene: AnyScene, options: Options) -> str:
-        own = own_model(scene, options)
+        own = chosen_model(scene, options.model)
         return "" if own is None else f"{getattr(own[0], '__name__', own[0])}, where 3D has an answer"
 
     def check_steps(self, scene: AnyScene, options: Options) -> list[Step]:
-        return [step("checks", "of every probe that it answers")] * (own_model(scene, options) is not None)
+        return [step("checks", "of every probe that it answers")] * (chosen_model(scene, options.model) is not None)
 
     def absent(self, scene: AnyScene, options: Options) -> dict[str, str]:
-        file = "" if scene.model is None else scene.model.file
+        file = "" if scene.model is None or chosen_model(scene, options.model) else scene.model.file
         return super().absent(scene, options) | {
             "traces": f"{STEADY} (run.steady)" * scene.steady,
             "heat": "no temperature is solved for" * (not physics.heat(scene)),
-            "1D": f"{file} is a program, which runs with --model scene" * bool(file and not own_model(scene, options)),
+            "1D": f"{file} is a program, which runs with --model scene" * bool(file),
         }
 
     def figures(self, scene: AnyScene) -> dict[str, tuple[str, ...]]:
@@ -208,21 +202,6 @@ class FreeKind(Kind[AnyScene]):
             if name in own.values:
                 columns[f"reduced1d {name}"] = own.values[name]
         return columns
-
-
-def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., Any], str] | None:
-    """Return the user's own model and the folder of its file: the given one, or the scene's where it runs no program.
-
-    Raises SceneError for `--model scene` where the scene has no model.
-    """
-    given, model = options.model, scene.model
-    if given and given != OF_THE_SCENE:
-        return given, ""
-    if model is None or not model.file:
-        if given:
-            raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
-        return None
-    return None if not given and runs_code(model.file) else (model.file, model.folder)
 
 
 def _whole(scene: AnyScene, options: Options) -> bool:

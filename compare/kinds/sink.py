@@ -68,8 +68,8 @@ class SinkKind(Kind[Sink]):
     def solve(self, scene: Sink, options: Options, progress: Progress) -> dict[str, Result]:
         results: dict[str, Result] = {}
         if "fem3d" in options.models:
-            with progress.stage("imports"):
-                from fem3d.runs.sink import solve
+            from fem3d.runs.sink import solve
+
             rows = {"fem3d": scene} | ({"single": replace(scene, spans=1)} if scene.spans > 1 else {})
             for name, sink in rows.items():
                 progress("solving in 3D")

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from compare.data.columns import refusing
 from compare.models.function import Function
@@ -17,9 +18,8 @@ from compare.models.model import Model
 from reduced1d.ladder import canonical
 from scenes.errors import SceneError, quoted
 
-__all__ = ["Model", "open_model", "parse_reduction", "parse_reductions", "runs_code"]
+__all__ = ["Model", "chosen_model", "open_model", "parse_reduction", "parse_reductions"]
 
-OF_THE_SCENE = "scene"
 _FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
 _KINDS = {".cir": "netlist", ".net": "netlist", ".sp": "netlist", ".fmu": "fmu", ".csv": "table"}
 _PROGRAMS = ("function", "netlist", "fmu")
@@ -35,9 +35,20 @@ def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
     return model
 
 
-def runs_code(given: str) -> bool:
-    """Return whether a model is a program, which never runs because a scene that somebody sent names it."""
-    return _kind(given) in _PROGRAMS
+def chosen_model(scene: Any, given: str | Callable[..., object]) -> tuple[str | Callable[..., object], str] | None:
+    """Return the user's own model and the folder of its file: the given one, or the scene's where that is no program,
+    which never runs because a scene that somebody sent names it.
+
+    Raises SceneError where "scene" is given and the scene has no model.
+    """
+    if given and given != "scene":
+        return given, ""
+    model = getattr(scene, "model", None)
+    if model is None or not model.file:
+        if given:
+            raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
+        return None
+    return None if not given and _kind(model.file) in _PROGRAMS else (model.file, model.folder)
 
 
 def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Callable[..., object]]:

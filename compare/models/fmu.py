@@ -16,19 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from compare.data.columns import find_unit
-from compare.models.model import (
-    LONGEST,
-    STEPS,
-    Answer,
-    Model,
-    Question,
-    check_parameters,
-    find_file,
-    match_outputs,
-    run_twice,
-)
+from compare.models.model import LONGEST, STEPS, Answer, Model, Question, find_file, match_outputs, run_twice
 from compare.worker import Worker
-from scenes.errors import SceneError, printable, quoted
+from scenes.errors import SceneError, printable, quoted, unknown
 from scenes.formats import quantity
 from scenes.units import ICE_POINT, TEMPERATURE, parse_unit
 
@@ -102,7 +92,9 @@ class Fmu(Model):
         """Return the times (s) and the quantities, in SI units, of a run to an end (s) that may take some seconds."""
         from fmpy import simulate_fmu
 
-        check_parameters("parameter or input in a known unit", question.parameters, self._settable)
+        for name in question.parameters:
+            if name not in self._settable:
+                raise unknown("it has no parameter or input in a known unit", name, self._settable)
         outputs = match_outputs("variable", question.outputs, question.units, self._readable)
         units = {name: self._readable[own] for name, own in outputs.items()}
         for name, unit in units.items():

@@ -121,10 +121,3 @@ def match_outputs(
             f'it has no {noun} called as a probe ({", ".join(wanted)}), but {has}: say [model.outputs] probe = "name"'
         )
     return found
-
-
-def check_parameters(noun: str, parameters: Collection[str], own: Collection[str]) -> None:
-    """Raise SceneError for a parameter of [model.parameters] that the model does not have."""
-    for name in parameters:
-        if name not in own:
-            raise unknown(f"it has no {noun}", name, own)

@@ -18,17 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from compare.data import raw
-from compare.models.model import (
-    LONGEST,
-    Answer,
-    Model,
-    Question,
-    check_parameters,
-    find_file,
-    match_outputs,
-    run_twice,
-)
-from scenes.errors import SceneError, printable, quoted
+from compare.models.model import LONGEST, Answer, Model, Question, find_file, match_outputs, run_twice
+from scenes.errors import SceneError, printable, quoted, unknown
 
 _REFUSED = re.compile(
     r"^\.(control|endc|exec|inc|lib|csparam|codemodel|osdi|pre_osdi)|`"
@@ -55,29 +46,31 @@ class Netlist(Model):
 
     def answer(self, question: Question) -> Answer:
         if question.times is not None:
-            return run_twice(partial(self._simulate, question, float(question.times[-1])))
+            return run_twice(partial(self._run, question))
         if varying := next(filter(_VARYING.match, self._lines), ""):
             name = quoted(varying.split()[0])
             raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
-        _, values = self._run(question, ".op", 1e-6)
+        _, values = self._run(question)
         return Answer({name: v[-1] for name, v in values.items()})
 
-    def _simulate(self, question: Question, end: float, steps: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
-        return self._run(question, analysis, 1e-2 / steps)
-
-    def _run(self, question: Question, analysis: str, tolerance: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Return the rows (s) of an analysis, and there the quantities that the netlist has."""
+    def _run(self, question: Question, steps: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the rows (s) of a run of so many steps, or of the operating point, and the quantities there."""
+        analysis, plot, tolerance = ".op", "operating point", 1e-6
+        if question.times is not None:
+            end, plot, tolerance = float(question.times[-1]), "transient", 1e-2 / steps
+            analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
         params = (line for line in self._lines if line.lower().startswith(".param"))
         names = {name.lower() for line in params for name in _PARAM.findall(line)}
         lower = {name.lower(): value for name, value in question.parameters.items()}
-        check_parameters(".param", lower, names)
+        for name in lower:
+            if name not in names:
+                raise unknown("it has no .param", name, names)
         lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
         outputs = {name: f"model_output_{n}" for n, name in enumerate(question.units) if name in question.outputs}
         lines += [f"B{o} {o} 0 V={_circuit(question.outputs[name])}" for name, o in outputs.items()]
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
-        vectors = _solve(text, "transient" if analysis.startswith(".tran") else "operating point")
+        vectors = _solve(text, plot)
         time = vectors.pop("time", np.zeros(1))
         nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
         return time, {name: vectors[node] for name, node in nodes.items()}

@@ -126,4 +126,4 @@ def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case):
     fine, rough = (budget("paper", steady, Levels(sink, rough=rough)) for rough in (False, True))
     for a, b in zip(fine.steady, rough.steady, strict=True):
         for part, other in zip(a.parts, b.parts, strict=True):
-            assert abs(part.value - other.value) < 0.01 * abs(a.total)
+            assert abs(part.value - other.value) < 0.01 * abs(a.difference.value)

@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.options import SINK, Options, settings
+from compare.options import SINK, settings
 from scenes.errors import SceneError, quoted
 from validate.cli import common
 from validate.cli.common import whole
@@ -93,12 +93,11 @@ def _models(arguments: argparse.Namespace, base: Any) -> tuple[tuple[str, ...], 
     """Return the names of the models, and the absolute path of the user's own model, if there is one.
 
     Raises SceneError for a name that is no model, as a run does."""
-    from compare.kinds.free import own_model
-    from compare.models import open_model, parse_reductions
+    from compare.models import chosen_model, open_model, parse_reductions
 
     if not arguments.model:
         return parse_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])
-    source = own_model(base, Options(model=arguments.model))
+    source = chosen_model(base, arguments.model)
     assert source is not None
     given, folder = str(source[0]), source[1]
     path = given if given == "network" else str((Path(folder) / given).resolve())

@@ -210,7 +210,7 @@ def _parts(scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float]:
     if split is None:
         return {}
     # A part within its own error is no ground to blame anything on.
-    return {part.blame: part.value / split.scale if abs(part.value) > part.error else 0.0 for part in split.parts}
+    return {part.assumption: part.value / split.scale if abs(part.value) > part.error else 0.0 for part in split.parts}
 
 
 def _blame(parts: dict[str, float]) -> Row:

@@ -109,14 +109,14 @@ def test_a_constriction_is_all_there_is():
     three, one = solve_3d(given), solve(given)
     found = network_budget(given, three, one)
     tip = next(split for split in found.steady if split.quantity == "tip")
-    names = [part.blame for part in tip.parts]
+    names = [part.assumption for part in tip.parts]
     assert names == ["wide | narrow", REST]
-    assert sum(part.value for part in tip.parts) == pytest.approx(tip.total, rel=1e-9)
+    assert sum(part.value for part in tip.parts) == pytest.approx(tip.difference.value, rel=1e-9)
     # In series the flow is the same as in lines: 3D's resistance at the only joint leaves nothing.
     assert tip.parts[0].value < -10 * tip.parts[0].error
     assert abs(tip.parts[1].value) <= tip.parts[1].error
     # The accuracy of 3D is 3e-3 of the rise, a tenth of the total, and its bound a tenth of the accuracy.
-    assert tip.parts[1].error < 0.02 * abs(tip.total)
+    assert tip.parts[1].error < 0.02 * abs(tip.difference.value)
     assert "the joint wide | narrow" in found.sentence
     # The same by hand: that resistance gives 3D's tip, one a fifth larger does not.
     flow = 1e8 * 20 * UM**2

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import pytest
 
 from compare.analyses.why import Why
-from compare.blame import Budget, Part, Split
+from compare.blame import Budget, Estimate, Part, Split
 from compare.options import Options
 from compare.outcome import Outcome
 from compare.report.table import Row, Section, Style, Table
@@ -98,7 +98,7 @@ def test_a_name_or_text_is_not_taken_for_markup(tmp_path):
 
 def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path):
     parts = (Part("part 0", -1.0, 1e-3), Part("part 1", 0.25, 1e-3))
-    splits = tuple(Split(name, "K", 10.0, -0.75, 2e-3, parts) for name in ("peak", "end"))
+    splits = tuple(Split(name, "K", 10.0, Estimate(-0.75, 2e-3), parts) for name in ("peak", "end"))
     budget = Budget("paper", splits, (), "the anchor")
     found = Why().section(budget, Outcome(load("sink"), Options()), Style(page=True))
     text = page(tmp_path, "a", "b", [found], {})
