@@ -108,15 +108,12 @@ def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile
 
     if scene.kind == "sink":
         found = sensitivities.of_sink(scene, result, keys, profile)
-        values, steady = result.steady, True
     else:
         found = sensitivities.of_scene(scene, result, keys)
-        values, steady = found.values, found.course is None
-    sizes, shift = {name: e.value for name, e in values.items()}, shifts(scene, found.steady, steady)
-    slopes = Slopes(sizes, dict(found.steady), shift, steady, left_out=found.left_out, profile=found.profile)
-    if (course := found.course) is None:
-        return slopes
-    return replace(slopes, times=course.times, traces=course.values)
+    course, steady = found.course, scene.kind == "sink" or found.course is None
+    times, traces = (np.empty(0), {}) if course is None else (course.times, course.values)
+    sizes, shift = {name: e.value for name, e in found.values.items()}, shifts(scene, found.steady, steady)
+    return Slopes(sizes, dict(found.steady), shift, steady, times, traces, found.left_out, found.profile)
 
 
 def base_of(scene: Any, steady: bool) -> tuple[list[str], Callable[[Any], float]]:

@@ -127,9 +127,9 @@ class SinkKind(Kind[Sink]):
             if "single" in outcome.results and uncertain:
                 made["single"] = slopes.in_3d(replace(sink, spans=1), outcome.results["single"], keys)
         if (model := outcome.own_model) is not None:
-            made["reduced1d"] = slopes.own_model(model, sink, outcome.reduced, numbers(sink), outcome.solved)
+            made["reduced1d"] = slopes.own_model(model, sink, outcome.reduced, keys or numbers(sink), outcome.solved)
         elif reduced1d is not None:
-            made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
+            made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times, keys)
         return made
 
     def plan_3d(self, scene: Sink, options: Options) -> Sequence[Step]:
