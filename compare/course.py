@@ -22,13 +22,6 @@ from compare.verdict import COVERS, Check, share
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate
 
-NOTABLE = 0.5
-"""A change of size or time is stated only where it leaves less than this part of the distance."""
-LEAST = 0.005
-"""Changes of size smaller than this are none."""
-JUMP = 2e-9
-"""Rows closer in time than this part of the run are the values just before and just after a jump."""
-
 
 class Course:
     """Both courses (times,) above the base of their scale, and how far their distance may be larger between times.
@@ -57,20 +50,20 @@ class Course:
     def change(self, scale: float) -> str:
         """Return "it is 38 us late; shifted by that it is within 1.5 %"; empty where no change helps.
 
-        Distances are relative to a ``scale``.
+        Distances are relative to a ``scale``. A change is stated where it leaves less than half of the distance.
         """
-        time, y, m = self.time, self.fem3d, self.model
-        if len(time) < 5 or not scale or min(np.ptp(y), np.ptp(m)) < LEAST * scale:
+        time, y, m, least = self.time, self.fem3d, self.model, 0.005  # Smaller changes of size are none.
+        if len(time) < 5 or not scale or min(np.ptp(y), np.ptp(m)) < least * scale:
             return ""
         size, shift = _fit(time, y, m)
         distances = m - y, m - _size(y, m) * y, m - size * np.interp(time - shift, time, y)
         whole, sized, shape = (float(np.abs(each).max()) / scale for each in distances)
         by_size = f"it is {percent(abs(size - 1))} {'high' if size > 1 else 'low'} throughout"
-        by_size *= abs(size - 1) > LEAST
-        if shift and shape <= NOTABLE * sized:
+        by_size *= abs(size - 1) > least
+        if shift and shape <= sized / 2:
             by_time = f"it is {quantity(abs(shift), 's', 2)} {'late' if shift > 0 else 'early'}"
             return f"{' and '.join(filter(None, (by_time, by_size)))}; shifted by that it is within {percent(shape)}"
-        return f"{by_size}, and apart from that within {percent(sized)}" if by_size and sized < NOTABLE * whole else ""
+        return f"{by_size}, and apart from that within {percent(sized)}" if by_size and sized < whole / 2 else ""
 
 
 def _size(y: np.ndarray, m: np.ndarray) -> float:
@@ -115,11 +108,11 @@ def bends(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarr
     The larger second difference of both ends of the interval counts. With a kink in an interval the error is at most
     h/2 times the larger change of the slope.
     """
-    h = np.diff(time)
+    h, jump = np.diff(time), 2e-9 * (time[-1] - time[0])  # the values just before and just after a jump
     if len(h) < 2:
         return np.abs(np.diff(values))
     with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = np.where(h > JUMP * (time[-1] - time[0]), np.diff(values) / h, np.nan)
+        slopes = np.where(h > jump, np.diff(values) / h, np.nan)
         second = np.abs(np.diff(slopes) / (1 if kinks else (h[1:] + h[:-1]) / 2))
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))

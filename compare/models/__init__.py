@@ -18,11 +18,7 @@ from compare.models.model import Model
 from reduced1d.ladder import canonical
 from scenes.errors import SceneError, quoted
 
-__all__ = ["Model", "chosen_model", "open_model", "parse_reduction", "parse_reductions"]
-
-_FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
 _KINDS = {".cir": "netlist", ".net": "netlist", ".sp": "netlist", ".fmu": "fmu", ".csv": "table"}
-_PROGRAMS = ("function", "netlist", "fmu")
 
 
 def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
@@ -48,7 +44,7 @@ def chosen_model(scene: Any, given: str | Callable[..., object]) -> tuple[str | 
         if given:
             raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
         return None
-    return None if not given and _kind(model.file) in _PROGRAMS else (model.file, model.folder)
+    return None if not given and _kind(model.file) in ("function", "netlist", "fmu") else (model.file, model.folder)
 
 
 def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Callable[..., object]]:
@@ -84,5 +80,6 @@ def _kind(given: str) -> str:
     if file.endswith(".py") and function.strip():
         return "function"
     if (kind := _KINDS.get(Path(given).suffix.lower())) is None:
-        raise SceneError(f"{quoted(given)} is no model: {_FORM}")
+        form = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
+        raise SceneError(f"{quoted(given)} is no model: {form}")
     return kind

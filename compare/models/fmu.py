@@ -24,8 +24,6 @@ from scenes.units import ICE_POINT, TEMPERATURE, parse_unit
 
 HORIZONS = tuple(10.0**n for n in range(-6, 7))
 """Ends (s) of the runs to the steady state, from below the time constants of a film to eleven days."""
-REST = 1e-6
-"""An output rests where it changes by at most this part of its whole change in the second half of a run."""
 
 
 class Unit(NamedTuple):
@@ -57,7 +55,8 @@ class Fmu(Model):
     def _settle(self, question: Question) -> Answer:
         """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
 
-        A run rests where the outputs moved, and then stayed for as long again; this does not depend on a scale of time.
+        A run rests where the outputs moved, and then stayed for as long again, to a millionth of the change; this does
+        not depend on a scale of time.
         All ends are tried, because an FMU may move again. A run that fails has too long steps and ends the series.
         Raises SceneError where no run rests.
         """
@@ -76,7 +75,7 @@ class Fmu(Model):
             change, rounding = np.ptp(values, axis=1), 1e-12 * np.abs(values).max(axis=1)
             late = np.ptp(values[:, values.shape[1] // 2 :], axis=1)
             moved = (change > rounding).any() or end == HORIZONS[-1]
-            if moved and (late <= REST * change + rounding).all():
+            if moved and (late <= 1e-6 * change + rounding).all():
                 errors = dict(zip(run, late.tolist(), strict=True))
                 rested = Answer({name: v[-1] for name, v in run.items()}, errors)
         if rested is None and not last and failure is not None:
