@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,7 @@ from scenes.model import Material
 from scenes.result import Result, Traces
 from scenes.sink import Sink
 from scenes.units import TIME
-
-if TYPE_CHECKING:
-    from statespace.result import DeviceResult
+from statespace.result import DeviceResult
 
 
 class Hottest(NamedTuple):

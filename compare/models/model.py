@@ -7,14 +7,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.errors import SceneError, listed, quoted, unknown
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 LONGEST = 600.0
 """s by the clock that a model may take for one answer; 3D itself takes minutes at most."""
