@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
@@ -50,22 +50,15 @@ def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """Use one thread for linear algebra inside, and in processes started there, after numpy has been loaded.
+def single_threaded() -> AbstractContextManager[object]:
+    """Return a context with one thread for linear algebra, after numpy has been loaded.
 
     A number of threads that the environment sets stays.
     """
     if ONE_THREAD.keys() & os.environ.keys():
-        yield
-        return
+        return nullcontext()
     import scipy.linalg  # noqa: F401 - whose library of its own is limited too
     from threadpoolctl import threadpool_limits
 
-    os.environ.update(ONE_THREAD)
-    try:
-        with threadpool_limits(1):
-            yield
-    finally:
-        for name in ONE_THREAD:
-            os.environ.pop(name, None)  # of two runs in threads, one is the first to end
+    limits: AbstractContextManager[object] = threadpool_limits(1)
+    return limits
