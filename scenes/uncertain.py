@@ -111,7 +111,7 @@ def _relative(scene: object, path: str, text: str, value: float) -> float:
         relative = number
     elif unit is not None and unit.powers == powers:
         # Of a temperature in degrees Celsius it is a difference.
-        relative = (number - 273.15 if unit.celsius else number) / abs(value)
+        relative = (number - float(unit.offset)) / abs(value)
     else:
         raise SceneError(f"--uncertain {path}={printable(text)} is neither in percent nor in the key's unit: {_FORM}")
     if not 0 < relative <= 1:

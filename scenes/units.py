@@ -64,11 +64,11 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of the given ``powers`` of SI base units, ``factor`` times as large; ``celsius`` for degrees Celsius."""
+    """A unit with ``powers`` of SI base units; ``factor`` times a number, plus ``offset``, is in SI units."""
 
     powers: Powers
     factor: Fraction
-    celsius: bool = False
+    offset: Fraction = Fraction(0)
 
 
 def exact(number: str) -> Fraction:
@@ -98,7 +98,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
     number, unit = exact(match[1]), parse_unit(match[2]) if match[2].strip() else None
     if unit is None:
         return float(number), None
-    return double(number * unit.factor + ICE_POINT * unit.celsius), unit
+    return double(number * unit.factor + unit.offset), unit
 
 
 @lru_cache(maxsize=256)
@@ -111,7 +111,7 @@ def parse_unit(text: str) -> Unit:
     unit, end = leading_unit(plain, 0)
     if end < len(plain):
         raise UnitError(f'has an unknown unit "{printable(text.strip())}"')
-    return Unit(unit.powers, unit.factor, celsius=plain == "degC")
+    return Unit(unit.powers, unit.factor, ICE_POINT * (plain == "degC"))
 
 
 def leading_unit(text: str, at: int, names: Collection[str] = ()) -> tuple[Unit, int]:

@@ -6,18 +6,24 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.units import ICE_POINT, TIME, WORDS, Powers, Unit, UnitError, parse_unit
+from scenes.model import ROUNDING
+from scenes.units import TEMPERATURE, TIME, WORDS, Powers, Unit, UnitError, parse_unit
 
-_UNIT = re.compile(r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$")
+_UNIT = re.compile(r"[(\[{]([^()\[\]{}]{1,20})[)\]}]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$")
 """A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K" or "peak_K"; the last one counts."""
 _MISSING = re.compile(
-    r"|-?nan(\(ind\))?|n/?a|null|none|--?|-?1\.#(qnan|ind)|#(n/?[av]|[^\W\d_/]+(/0)?[!?])", re.IGNORECASE
-)
-"""Cells without a number, such as "", "NaN" and a sheet's "#N/A" and "#DIV/0!"."""
+    r"|-?nan(\(ind\))?|n/?a|<na>|null|none|[-*?.]+|ol|ovld|over(flow|load|range)?|-?1\.#(qnan|ind)"
+    r"|#(n/?[av]|[^\W\d_/]+(/0)?[!?])", re.IGNORECASE
+)  # fmt: skip
+"""Cells without a number, such as "", "NaN", "OVLD", Fortran's "***", and a sheet's "#N/A" and "#DIV/0!"."""
+_HOUR, _FAHRENHEIT = Unit(TIME.powers, Fraction(3600)), Unit(TEMPERATURE.powers, Fraction(5, 9), Fraction(45967, 180))
+_OF_DATA = dict.fromkeys(("h", "hr", "hour", "hours"), _HOUR) | dict.fromkeys(("f", "degf", "°f"), _FAHRENHEIT)
+"""Units of data alone: in a scene "h" is many a height."""
 _VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
 
 
@@ -62,7 +68,7 @@ class Column:
     @property
     def si(self) -> np.ndarray:
         """(rows,): the values in SI units, temperatures absolute; numbers without a unit stay."""
-        return self.differences + float(ICE_POINT) * (self.unit is not None and self.unit.celsius)
+        return self.differences + (0.0 if self.unit is None else float(self.unit.offset))
 
     @property
     def differences(self) -> np.ndarray:
@@ -80,23 +86,27 @@ def refusing(name: str) -> Iterator[None]:
 
 
 def parse_number(cell: str, mark: str = ".") -> float:
-    """Return the number of a cell, NaN for a missing or infinite one, infinity for a text. Fortran writes 1.0D-06."""
+    """Return the number of a cell, NaN for a missing or infinite one (of SCPI from 9.9E37 on), infinity for a text."""
     if _MISSING.fullmatch(cell):
         return np.nan
     if "_" in cell or (mark == "," and "." in cell):
         return np.inf
     try:
-        number = float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
+        # Fortran writes 1.0D-06, COMSOL 293.15+0.0i.
+        plain = cell.replace(mark, ".").replace("D", "E").replace("d", "e")
+        number = complex(plain.removesuffix("i") + "j" * plain.endswith("i"))
     except ValueError:
         return np.inf
-    return number if np.isfinite(number) else np.nan
+    if abs(number.imag) > ROUNDING * abs(number.real):
+        return np.inf
+    return number.real if abs(number.real) < 9.9e37 else np.nan
 
 
 def find_unit(text: str) -> Unit | None:
     """Return the unit of a text such as "ms", "degC" or "Volts"; ``None`` where the text is no unit."""
-    word = text.strip().lower()
-    if not word or word[0].isdigit():
-        return None
+    word = text.strip().lower().replace(".", "")
+    if not word or word[0].isdigit() or word in _OF_DATA:
+        return _OF_DATA.get(word)
     try:
         return parse_unit(WORDS.get(word) or WORDS.get(word.removesuffix("s"), text))
     except UnitError:
@@ -116,11 +126,13 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
     name = " ".join(header.split())
     if _VECTOR.match(name):
         return Column(name, find_unit(unit or ("V" if name[0] in "vV" else "A")), values, spice=True)
+    if unit and find_unit(unit) is None:
+        name += f" ({unit})"
     return Column(name, find_unit(unit) or split_unit(name)[1], values)
 
 
 def find_times(columns: Sequence[Column]) -> list[Column]:
     """Return the columns of times: by their names, else by a unit of time."""
     timed = [c for c in columns if c.powers in (None, TIME.powers)]
-    named = [c for c in timed if c.plain.lower() in ("time", "zeit", "t")]
+    named = [c for c in timed if re.fullmatch("(elapsed |relative |flow-)?time|zeit|temps|t|x_value", c.plain.lower())]
     return named or [c for c in timed if c.unit is not None]

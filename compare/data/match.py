@@ -173,7 +173,7 @@ def pick(
     curve = next((c for c in keys if c.is_curve), None)
     rows, words = _choose([c for c in keys if c is not curve], rows, target)
     if curve is not None:
-        rows &= curve.si != 0  # A scene without a drive has no 3D solution.
+        rows &= np.isfinite(curve.si) & (curve.si != 0)  # A scene without a drive has no 3D solution.
         words += "; " * bool(words) + f"the curve over {curve.plain} ({curve.role}), without its zeros"
         return rows, words, notes, _vary(curve, rows, target)
     if steady and traces:
@@ -222,7 +222,7 @@ def _keep_one(time: np.ndarray, rows: np.ndarray, steady: bool) -> tuple[np.ndar
         last = np.append(np.diff(time[kept]) > 0, True)
         note = f"{(~last).sum()} of them twice, the second row is taken"
     if count_runs(time[kept]) > 1:
-        problem = f"it has {len(kept)} rows where the scene has one steady state"
+        problem = f'it has {len(kept)} rows where the scene has one steady state, and they are not "probe, value, unit"'
         if not steady:
             problem = "its times repeat or step back, as those of several runs or of too few digits do"
         raise SceneError(f"{problem}: export one run, or name the column of a key of the scene, --column KEY=COLUMN")

@@ -19,7 +19,7 @@ from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.units import ICE_POINT, UnitError, parse_quantity, parse_unit
+from scenes.units import UnitError, parse_quantity, parse_unit
 
 
 def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
@@ -122,7 +122,10 @@ def _sort(columns: Sequence[Column], target: Target) -> tuple[list[Column], dict
         elif np.isnan(column.values).all():
             why = 'has no numbers (give 90, not 00:01:30, and 1234.5, not "1,234.5")'
         elif not column.role:
-            why = "is called as no quantity of the scene"
+            known = column.unit is None and target.find_role(
+                replace(column, name=re.sub(r" *[(\[{].*", "", column.name))
+            )
+            why = "has an unknown unit" if known else "is called as no quantity of the scene"
         elif column.role in named and not column.called:
             why = "is not the one that --column names"
         else:
@@ -184,11 +187,11 @@ def _make_absolute(target: Target, column: Column) -> tuple[np.ndarray, str]:
     values, zero = np.where(column.differences < -initial, np.nan, column.si), column.values == 0
     known = values[~np.isnan(values) & ~zero]
     starts = known.size and abs(known[0] - initial) <= 0.05 * initial
-    celsius = column.unit is not None and column.unit.celsius
-    if not known.size or not (starts or celsius or (known > initial / 2).all()):
+    has_degrees = column.unit is not None and bool(column.unit.offset)
+    if not known.size or not (starts or has_degrees or (known > initial / 2).all()):
         first = next((float(each) for each in values if not np.isnan(each)), np.nan)
         return values + initial, f"a rise, for it starts at {first:.4g} K"
-    zero &= not celsius
+    zero &= not has_degrees
     return np.where(zero, np.nan, values), f"{zero.sum()} placeholder rows of zeros" * bool(zero.any())
 
 
@@ -261,4 +264,4 @@ def _read_size(catalogue: Quantities, data: Data, key: str, size: str) -> np.nda
         return np.maximum(number * np.abs(data.values[key] - catalogue.base(key)), np.sign(number) * 1e-12)
     if unit is None or unit.powers != parse_unit(catalogue.units[key]).powers:
         return None
-    return np.full(len(data.time), number - float(ICE_POINT) * unit.celsius)
+    return np.full(len(data.time), number - float(unit.offset))

@@ -11,19 +11,21 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import zip_longest
 from math import isfinite, isinf
 from pathlib import Path
 
 import numpy as np
 
-from compare.data.columns import Column, find_unit, make_column, parse_number
+from compare.data.columns import Column, find_unit, make_column, parse_number, split_unit
 from scenes.errors import SceneError, contents, quoted, reason
 
 LIST = "list of values"
 """The kind of a file of rows "probe, value"."""
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
-_PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(?![\s\d.,])(.*)")
+_PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?|(?i:nan|n/?a)|-+)\s*(?![\s\d.,])(.*)")
 _BESIDE = re.compile(r'^"?%\s*(Data|Grid|X|.* @ .*=.*?)"?\s*$', re.MULTILINE)
 """Remarks of COMSOL's data exports."""
 _HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"[,;]?\s+", r"[,;]"
@@ -48,8 +50,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         )
     if re.search("^Step Information:", text, re.MULTILINE):
         raise SceneError("LTspice's text has several runs, from .step: export the text of one run")
-    remarks: list[str] = []
-    lines: list[tuple[int, str]] = []
+    remarks, lines = list[str](), list[tuple[int, str]]()
     for number, line in enumerate(text.splitlines(), 1):
         bare = line.strip().lstrip('"')
         if bare[:1] in ("%", "#") and not np.isnan(parse_number(re.split(r"[\s,;]", bare)[0])):
@@ -88,22 +89,20 @@ def _split(line: str, separator: str | None) -> list[str]:
 
 def _read_pairs(lines: Sequence[str]) -> list[Column]:
     """Columns of one row from rows "probe, value" or "probe, value, unit"; empty where there are other rows."""
-    separator = next((mark for mark in "\t;,=" if any(mark in line for line in lines)), ",")
-    columns: dict[str, Column] = {}
-    for number, line in enumerate(lines):
-        name, *cells = _split(line, separator)
+    separator = next((mark for mark in "\t;,=:" if any(mark in line for line in lines)), ",")
+    columns, common = dict[str, Column](), None
+    for number, (name, *cells) in enumerate(_split(line, separator) for line in lines):
         match = _PAIR.fullmatch(" ".join(filter(None, cells)))
-        if not match or not name.strip("-+.0123456789,eE :/"):
+        if not match or not name.strip("-+.0123456789,eETZ :/"):  # a number, a date or a time
             if number:
                 return []
-            continue  # The first row may have names.
-        unit = match[2].strip("()[] ")
+            # The first row may have names, and the unit of all values.
+            common = next(filter(None, (split_unit(cell)[1] for cell in cells)), None)
+            continue
         if name in columns:
             raise SceneError(f"{quoted(name)} stands twice: give each probe one value")
-        if unit and find_unit(unit) is None:
-            raise SceneError(f"{quoted(name)} has an unknown unit {quoted(unit)}")
-        value = parse_number(match[1].replace(",", "."))
-        columns[name] = make_column(name, np.array([value], float), unit)
+        column = make_column(name, np.array([parse_number(match[1].replace(",", "."))]), match[2].strip("()[] "))
+        columns[name] = replace(column, unit=column.unit or common)
     return list(columns.values())
 
 
@@ -113,7 +112,7 @@ def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, in
     for separator, mark in _DIALECTS:
         sample = (_split(line, separator) for _, line in lines[:: len(lines) // 400 + 1])
         parsed = ([parse_number(cell, mark) for cell in cells] for cells in sample)
-        rows = [row for row in parsed if len(row) > 1 and any(map(isfinite, row))]
+        rows = [row for row in parsed if any(map(isfinite, row))]
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         table = np.array([row for row in rows if len(row) == width]).reshape(-1, max(width, 1))
         texts, numbers = np.isinf(table).sum(axis=0), np.isfinite(table).sum(axis=0)
@@ -125,9 +124,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     """The columns of the first block of numbers."""
     separator, mark, width, of_texts = _find_dialect(lines)
     numeric = np.flatnonzero(~of_texts)
-    rows: list[list[float]] = []
-    head: list[str] = []
-    pending: list[str] = []
+    rows, head, pending = list[list[float]](), list[str](), list[str]()
     for number, line in lines:
         cells = _split(line, separator)
         values = [parse_number(cell, mark) for cell in cells]
@@ -147,20 +144,23 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     matrix = np.array(rows)
     matrix[np.isinf(matrix)] = np.nan
     least = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
-    above = [_split_names(line, least, width, separator) for line in (head or remarks)[-2:]]
+    above = [_split_names(line, least, width, separator) for line in (head or remarks)[-3:]]
     if head + remarks * of_comsol and above[-1] is None:
         last = (head or remarks)[-1].strip()
         raise SceneError(f"its header {quoted(last)} has another number of columns than the rows below it")
-    if above and above[-1]:
-        names, units = above[-1], [name.strip("()[] ") for name in above[-1]]
-        if any(units) and all(u in ("", "-", "1") or find_unit(u) for u in units):
-            names = above[-2] if len(above) > 1 and above[-2] and len(above[-2]) == len(units) else units
-        else:
-            units = [""] * len(names)
-    else:  # ngspice's wrdata may write the times before every vector.
+    names = [(name, "") for name in above[-1] or []] if above else []
+    # Below the names their units may stand, and remarks below these.
+    for upper, lower in zip(above[-2::-1], above[:0:-1], strict=False):
+        units = [unit.strip("()[] ") for unit in lower or []]
+        known = [find_unit(unit) is not None for unit in units if unit not in ("", "-", "1")]
+        if upper and known[:1] == [True] and 2 * sum(known) > len(known):
+            names = list(zip_longest(upper, units, fillvalue=""))
+            break
+    if not names:  # ngspice's wrdata may write the times before every vector.
         clocks = [k == 0 or bool((column == matrix[:, 0]).all()) for k, column in enumerate(matrix.T[:least])]
-        names, units = [c * "time" or f"column {k}" for k, c in enumerate(clocks, 1)], [""] * least
-    return [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
+        names = [("time" * clock, "") for clock in clocks]
+    places = enumerate(zip(matrix.T, names, strict=False), 1)
+    return [make_column(name or f"column {k}", values, unit) for k, (values, (name, unit)) in places]
 
 
 def _split_names(line: str, least: int, most: int, separator: str | None) -> list[str] | None:
@@ -168,7 +168,8 @@ def _split_names(line: str, least: int, most: int, separator: str | None) -> lis
     bare = line.strip("\r\n ")
     ways = [] if separator is None else [_split(bare, separator)]
     ways += [[name.strip('" ') for name in re.split(pattern, bare.strip())] for pattern in _HEADERS]
+    ways.append(re.findall('"([^"]+)"', bare))
     for cells in ways:
-        while len(cells) > least and not cells[-1]:
+        while len(cells) > least and cells[-1].lower() in ("", "comment"):  # LabVIEW has a column of comments.
             cells.pop()
     return next((cells for cells in ways if least <= len(cells) <= most), None)

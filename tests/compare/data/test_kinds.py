@@ -80,6 +80,15 @@ TRACES: dict[str, str | bytes] = {
     "oscilloscope with metadata": "Model,DSO-X 3024\nSample Interval,1e-6,s\nSource,CH1\n\nTIME,mid\n" + PAIRS,
     "oscilloscope with words for units": "x-axis,mid\nsecond,Kelvin\n" + PAIRS,
     "row of units in brackets": "time;mid\n[ms];[°C]\n" + comma(rows("{:.9g};{:.9g}", 1e3 * TIMES, MID - 273.15)),
+    "units between names and remarks": "time,mid,state\nms,K,\n,mean,\n" + rows("{:.9g},{:.9g},ok", 1e3 * TIMES, MID),
+    "LabVIEW": "Y_Unit_Label\tDeg. C\nX_Dimension\tTime\nX_Value\tmid (Deg. C)\tComment\n"
+    + rows("{:.9g}\t{:.9g}", TIMES, MID - 273.15),
+    "Fluent": '"report-file"\n"Time Step" "mid" "flow-time"\n("Time Step" "mid" "flow-time")\n'
+    + rows("{:.0f} {:.9g} {:.9g}", np.arange(6), MID, TIMES),
+    "metadata like a list": "DSO,1234,Waveform\nSegments,1,x\n#1,30-Nov-2026 10:00,0\ntime (s),mid (K)\n" + PAIRS,
+    "hours and degrees Fahrenheit": "time (h),mid (degF)\n"
+    + rows("{:.12g},{:.9g}", TIMES / 3600, (MID - 273.15) * 1.8 + 32),
+    "complex numbers": COMSOL + "% Time (s)  mid (K)\n" + rows("{:.9g}  {:.9g}-1.2E-15i", TIMES, MID),
     "Excel's sep=;": "sep=;\r\nZeit (s);mid (°C)\r\n" + comma(CELSIUS).replace("\n", "\r\n"),
     "decimal commas in quotes": 'time (s),mid (K)\n' + comma(rows('"{:.9f}";"{:.9f}"', TIMES, MID)).replace(";", ","),
     "decimal commas and blanks": "time/s mid/K\n" + comma(rows("{:.9f} {:.9f}", TIMES, MID)),
@@ -177,12 +186,14 @@ def test_temperatures_of_a_scene_that_cools_are_absolute(unit, first, scene):
     [
         (lambda t: put(t, (THIRD, "1e-05,#N/A")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (THIRD, "1e-05,NaN")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
+        (lambda t: put(t, (FIRST, "0,OVLD")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
+        (lambda t: put(t, (FIRST, "0,+9.91E37")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (FIRST, "0,0")), [1, 2, 3, 4, 5], "1 placeholder rows of zeros"),
         (lambda t: put(t, (FIRST, "0,-999")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (THIRD, f"{THIRD}\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
         (lambda t: put(t, (THIRD, f"1e-05,293.15\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
     ],
-    ids=["#N/A", "NaN", "placeholder", "below 0 K", "event", "jump at an event"],
+    ids=["#N/A", "NaN", "overload", "NaN of SCPI", "placeholder", "below 0 K", "event", "jump at an event"],
 )
 def test_rows_that_are_left_out(change, kept, said, scene):
     path = scene.with_name("data.csv")
@@ -204,6 +215,8 @@ STEADY = {
     "list of a circuit": "mid = 305.5728 K\nquarter = 302.4623 K\ni(I) = 9.917895e-02\n",
     "list with units": "probe,value,unit\nmid,32.4228,degC\nquarter,29.3123,degC\nI,99.17895,mA\n",
     "list with decimal commas": "Probe;Wert;Einheit\nmid;32,4228;°C\nquarter;29,3123;°C\nI;99,17895;mA\n",
+    "list with its unit in the head": "Probe;T [°C]\nmid;32,4228\nquarter;29,3123\n",
+    "list with a gap": "mid: 305.5728 K\nquarter: 302.4623 K\nI: n/a\n",
     "table of one row": "mid (K),quarter (K),I (mA)\n305.5728,302.4623,99.17895\n",
 }  # fmt: skip
 
@@ -217,6 +230,14 @@ def test_steady_values(kind, scene):
     assert data.values["mid"] == pytest.approx([305.5728])
     assert data.values["quarter"] == pytest.approx([302.4623])
     assert data.values.get("I", np.array([0.09917895])) == pytest.approx([0.09917895])
+
+
+def test_table_of_one_value_and_a_curve_with_gaps(scene):
+    path, steady = scene.with_name("data.txt"), load(scene, ["run.steady=true"])
+    path.write_text(COMSOL + "% Temperature (K), Point: (50, 5, 5)\n305.5728\n", encoding="utf-8")
+    assert read(path, steady).values["mid"] == pytest.approx([305.5728])
+    path.write_text("U (V),mid (K)\nNaN,305\n0.1,305.5728\n0.05,#N/A\n", encoding="utf-8")
+    assert read(path, steady, ["Vapp curve=U (V)"]).values["mid"] == pytest.approx([305.5728])
 
 
 def test_steady_rows_of_unknown_states_are_refused(scene):
@@ -240,6 +261,8 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         ("a, b\nc, d\n", "has no rows of numbers"),
         ('"time (s)","T (K), Point: (1.2.3, 0, 0)"\n' + PAIRS, r'Point: \(1.2.3, 0, 0\)" is called as no quantity'),
         ("mid,305 parsec\n", "unknown unit"),
+        ("time (s),mid (parsec)\n" + PAIRS, "unknown unit"),
+        ("2026-11-30T10:00:00Z,293\n2026-11-30T10:00:01Z,294\n", "no column is the time"),
     ],
 )
 def test_cause_and_cure_of_what_cannot_be_read(text, said, scene):

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import pytest
 
@@ -51,6 +52,7 @@ REFUSED = [
     ("empty.csv", "no rows"),
     ("broken.fmu", "no FMU that can be read"),
     ("nowhere.fmu", "is no file"),
+    ("bare.fmu", "it has programs for no system: export it for"),
 ]
 FAILED = [
     ("lumped.py:wrong", "lumped.py, line 37: ZeroDivisionError"),
@@ -92,12 +94,18 @@ def endless(scene, times):
 """
 
 
+BARE = """<fmiModelDescription fmiVersion="2.0" modelName="m" guid="1"><CoSimulation modelIdentifier="m"/>
+<ModelVariables/><ModelStructure/></fmiModelDescription>"""
+
+
 @pytest.fixture
 def here(steady, model, tmp_path, monkeypatch):
     """The folder of the scene and of all these files."""
     others = {"odd.py": ODD, "broken.fmu": "PK", "model.txt": "tip,350\n"}
     for name, text in {**NETLISTS, **TABLES, **PYTHON, **others}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
+    with ZipFile(tmp_path / "bare.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", BARE)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
