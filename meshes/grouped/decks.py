@@ -29,6 +29,7 @@ _FACES = {
 }
 _REFUSED = {
     "INCLUDE": "put the included file in its place", "SYSTEM": "write the nodes in the global system",
+    "PARAMETER": "write numbers in place of the parameters",
     "TIE": "merge the meshes, so that the tied parts share nodes",
     **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"), "write all nodes and elements out"),
 }  # fmt: skip
@@ -134,7 +135,9 @@ def read_abaqus(text: str) -> MeshData:
     cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
     for name, rows in surfaces.items():
         cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
-    return _assembled(nodes, cells)
+    mesh, of_nodes = _assembled(nodes, cells), "a set of nodes (give a *SURFACE of element faces)"
+    mesh.others.update({block.options.get("NSET", ""): of_nodes for block in blocks if block.keyword == "NSET"})
+    return mesh
 
 
 def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
@@ -180,11 +183,9 @@ def read_nastran(text: str) -> MeshData:
     """Read Nastran bulk data. Raises MeshFileError."""
     nodes, elements = dict[int, list[float]](), list[Element]()
     for card in _cards(text):
+        called = f"{card.name} {card.field(1)}".strip()
         if card.name in ("GRID", "GRDSET") and card.integer(2):
-            raise MeshFileError(
-                f"{card.name} {card.field(1)}".strip()
-                + f" has coordinate system {card.field(2)}: export the nodes in the basic system"
-            )
+            raise MeshFileError(f"{called} has coordinate system {card.field(2)}: export the nodes in the basic system")
         if card.name == "GRID":
             nodes[card.integer(1)] = [card.real(i) for i in (3, 4, 5)]
         elif counts := (_SOLIDS | _SHELLS).get(card.name):
@@ -192,9 +193,7 @@ def read_nastran(text: str) -> MeshData:
             end = len(card.fields) if card.name in _SOLIDS else 3 + max(counts)
             corners = [card.integer(i) for i in range(3, end) if card.field(i)]
             if len(corners) not in counts:
-                raise MeshFileError(
-                    f"{card.name} {card.field(1)} has {len(corners)} nodes: give {' or '.join(map(str, counts))}"
-                )
+                raise MeshFileError(f"{called} has {len(corners)} nodes: give {' or '.join(map(str, counts))}")
             kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(corners)]
             corners = [corners[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else corners
             elements.append((kind, corners, [str(card.integer(2) if card.field(2) else card.integer(1))]))

@@ -222,6 +222,11 @@ ABAQUS_REFUSED = {
     "nodes elsewhere": ("*NODE, INPUT=nodes.txt\n" + elements(), "line 1 has *NODE with INPUT"),
     "cylindrical nodes": (nodes().replace("*NODE", "*NODE, SYSTEM=C"), "line 1 has *NODE with SYSTEM"),
     "generated nodes": (nodes() + "*NGEN\n1, 5, 1\n", "has *NGEN: write all nodes and elements out"),
+    "node set": (
+        nodes() + elements() + ENDS.replace("left", "l") + "*NSET, NSET=left\n1, 2, 3, 4\n",
+        '"left" is a set of nodes',
+    ),
+    "parameters": ("*PARAMETER\na = 1.\n" + nodes(), "has *PARAMETER: write numbers"),
     "tie": (nodes() + elements() + ENDS + "*TIE, NAME=t\nleft, right\n", "has *TIE: merge the meshes"),
     "short element": (nodes() + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", "do not fit TYPE=C3D8"),
     "no cells": (nodes(), "it has no *NODE, or no *ELEMENT of a solid"),
