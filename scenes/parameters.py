@@ -13,6 +13,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
+from keyword import kwlist
 from numbers import Real
 from types import MappingProxyType
 from typing import Any
@@ -75,8 +76,8 @@ class Names(dict[str, Measure]):
 def _check_name(name: str) -> None:
     if not _NAME.fullmatch(name):
         fault = "is no name: give letters, digits and _, a letter first, 60 at most"
-    elif name in (*FUNCTIONS, PI):
-        fault = "is called like a function or a constant: give another name"
+    elif name in (*FUNCTIONS, PI, *kwlist):
+        fault = f"is called like a function or a word of Python: give another name, such as {name}_0"
     elif name in UNITS:
         fault = f"is called like a unit, and 2 {name} would be two things: give another name, such as {name}_0"
     else:

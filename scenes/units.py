@@ -54,7 +54,6 @@ WORDS = {"c": "degC", "deg c": "degC", "degrees c": "degC", "degree celsius": "d
          "usec": "us", "second": "s", "minute": "min", "min": "min", "volt": "V", "amp": "A", "ampere": "A",
          "watt": "W", "ohm": "ohm"}  # fmt: skip
 """Common words for units, in lower case, that this module spells differently."""
-_LONGEST = 100  # characters of a quantity
 _SHOWN = ((0, ""), (-3, "m"), (-6, "u"), (-9, "n"))
 
 
@@ -92,7 +91,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
 
     Raises UnitError where the text is not a number, or its unit is unknown.
     """
-    match = _QUANTITY.fullmatch(spelled(text)) if len(text) <= _LONGEST else None
+    match = _QUANTITY.fullmatch(spelled(text)) if len(text) <= 100 else None  # no quantity is longer
     if match is None:
         raise UnitError("is not a number with a unit")
     number, unit = exact(match[1]), parse_unit(match[2]) if match[2].strip() else None

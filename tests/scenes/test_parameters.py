@@ -174,6 +174,7 @@ def test_uncertainties_of_parameters(bar):
     ({"a": float("nan")}, "not a number"), ({"a": "1e999 um"}, "not a finite number"),
     ({"a": 10**400}, "not a finite number"), ({"a": ""}, "not a number"),
     ({"V": "1 V"}, "called like a unit"), ({"min": 1}, "called like a function"),
+    ({"lambda": "1 um"}, "a word of Python: give another name, such as lambda_0"),
     ({"a b": 1}, "is no name"), ({"2a": 1}, "is no name"), ({"a": "x" * 600}, "longer than"), (3, "must be a section"),
 ])  # fmt: skip
 def test_a_bad_section_is_refused(given, said):
