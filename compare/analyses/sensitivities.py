@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
-from compare.report.table import Row, Section, Style, Table, short_key, stacked
+from compare.report.table import Row, Section, Style, Table, short_key
 from compare.slopes import Slopes, combined
 from compare.verdict import Check, judge, part
 from scenes.errors import SceneError
@@ -52,7 +53,7 @@ class Sensitivity(Analysis[AllSlopes]):
         for key in followed_keys(outcome.scene, table, shown):
             cells = (_cell(table[key].get(name, {}), style, both) for name in shown)
             rows.append(Row([short_key(key), *cells], verdicts.get(f"{PREFIX}{key}", "")))
-        heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else stacked(word) for word in shown.values()]
+        heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else "\n".join(wrap(word, 15)) for word in shown.values()]
         whole = "the steady state" if next(iter(found.values())).steady else "the largest value of each quantity"
         said = [f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key)."] * style.page
         if outcome.scene.kind == "free" and (without := zeros(outcome.scene)):

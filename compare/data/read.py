@@ -122,10 +122,9 @@ def _sort(columns: Sequence[Column], target: Target) -> tuple[list[Column], dict
         elif np.isnan(column.values).all():
             why = 'has no numbers (give 90, not 00:01:30, and 1234.5, not "1,234.5")'
         elif not column.role:
-            known = column.unit is None and target.find_role(
-                replace(column, name=re.sub(r" *[(\[{].*", "", column.name))
-            )
-            why = "has an unknown unit" if known else "is called as no quantity of the scene"
+            bare = replace(column, name=re.sub(r" *[(\[{].*", "", column.name))
+            is_known = column.unit is None and target.find_role(bare)
+            why = "has an unknown unit" if is_known else "is called as no quantity of the scene"
         elif column.role in named and not column.called:
             why = "is not the one that --column names"
         else:
@@ -166,7 +165,7 @@ def _read_values(column: Column, target: Target, curve: Sequence[tuple[str, Any]
     elif unit == "A":
         # SPICE counts the current of a source as negative where the source delivers.
         signs = [Target(scene).sign(column.role) for _, scene in curve] or [target.sign(column.role)]
-        if np.nanmedian(values * signs) < 0:
+        if np.nansum(values * np.abs(values) * signs) < 0:
             values = -values
             notes.append("sign turned to that of the voltage")
     return values, ", ".join(filter(None, notes))

@@ -84,12 +84,10 @@ class Fmu(Model):
             if name not in self._settable:
                 raise unknown("it has no parameter or input in a known unit", name, self._settable)
         outputs = match_outputs("variable", question.outputs, question.units, self._readable)
-        units = {name: self._readable[own] for name, own in outputs.items()}
-        for name, (called, unit) in units.items():
-            if unit.powers != parse_unit(symbol := question.units[name]).powers and called:
-                raise SceneError(
-                    f"{quoted(outputs[name])}, for {quoted(name)}, is in {quoted(called)}, not in {symbol}"
-                )
+        for name, own in outputs.items():
+            (called, unit), symbol = self._readable[own], question.units[name]
+            if called and unit.powers != parse_unit(symbol).powers:
+                raise SceneError(f"{quoted(own)}, for {quoted(name)}, is in {quoted(called)}, not in {symbol}")
         given = {name: (value, self._settable[name][1]) for name, value in question.parameters.items()}
         start = {name: (value - float(unit.offset)) / float(unit.factor) for name, (value, unit) in given.items()}
         simulate = partial(
@@ -108,7 +106,7 @@ class Fmu(Model):
         if rows["time"][-1] < end - end / steps / 2:
             stop = quantity(float(rows["time"][-1]), "s")
             raise SceneError(f"it stops at {stop} of {quantity(end, 's')}: a step of it says that it failed")
-        values = {name: Column("", unit, rows[outputs[name]]).si for name, (_, unit) in units.items()}
+        values = {name: Column("", self._readable[own][1], rows[own]).si for name, own in outputs.items()}
         if not np.isfinite([*values.values()]).all():
             raise SceneError("it has an output that is not finite")
         return rows["time"], values

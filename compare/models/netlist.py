@@ -18,8 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from compare.data import raw
+from compare.data.match import Target
 from compare.models.model import LONGEST, Answer, Model, Question, find_file, match_outputs, run_twice
 from scenes.errors import SceneError, printable, quoted, unknown
+from scenes.free import from_dict
 
 _REFUSED = re.compile(
     r"^\.(control|endc|exec|inc|lib|csparam|codemodel|osdi|pre_osdi)|`"
@@ -67,13 +69,20 @@ class Netlist(Model):
                 raise unknown("it has no .param", name, names)
         lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
         outputs = {name: f"model_output_{n}" for n, name in enumerate(question.units) if name in question.outputs}
-        lines += [f"B{o} {o} 0 V={_circuit(question.outputs[name])}" for name, o in outputs.items()]
+        expressions = {name: re.sub(r"([\w.]+)#branch", r"i(\1)", question.outputs[name]) for name in outputs}
+        lines += [f"B{o} {o} 0 V={_circuit(expressions[name])}" for name, o in outputs.items()]
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
         vectors = _solve(text, plot)
         time = vectors.pop("time", np.zeros(1))
         nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
-        return time, {name: vectors[node] for name, node in nodes.items()}
+        values = {name: vectors[node] for name, node in nodes.items()}
+        for name, own in expressions.items():
+            # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
+            if question.units[name] == "A" and re.fullmatch(r"i\([\w.]+\)", own.strip(), re.IGNORECASE):
+                sign = Target(from_dict(dict(question.document))).sign(name)
+                values[name] = values[name] * (-1 if (values[name] * abs(values[name])).sum() * sign < 0 else 1)
+        return time, values
 
 
 def open_model(given: str, folder: str) -> Netlist:
@@ -100,7 +109,9 @@ def _circuit(line: str) -> str:
     if not line.isprintable():
         raise SceneError(f"{quoted(line)} is no expression of one line")
     if refused := _REFUSED.search(line):
-        raise SceneError(f"omit {quoted(refused[0])}: it runs commands, starts programs or reads files")
+        raise SceneError(
+            f"omit {quoted(refused[0])}: it runs commands, starts programs or reads files (put their lines here)"
+        )
     return line
 
 

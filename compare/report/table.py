@@ -123,11 +123,6 @@ class Table:
         return f"<table><thead>{_html_row(heads, numbers, 'th')}</thead>\n<tbody>\n{body}\n</tbody></table>"
 
 
-def stacked(name: str) -> str:
-    """A name as the head of a narrow column: in lines of its words."""
-    return "\n".join(textwrap.wrap(name, 15))
-
-
 @dataclass(frozen=True)
 class Section:
     """A part of a report: tables and paragraphs; a terminal prints the title only if ``headed``."""

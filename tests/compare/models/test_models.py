@@ -159,6 +159,16 @@ def test_a_netlist_is_a_circuit_and_nothing_else(steady, tmp_path, line):
 
 
 @pytest.mark.needs("ngspice")
+@pytest.mark.parametrize("own", ["i(V1)", "-I(v1)", "v1#branch"])
+def test_the_current_of_a_source_has_the_sign_of_the_drive(own, tmp_path):
+    """SPICE counts it as negative where the source delivers."""
+    (tmp_path / "bridge.cir").write_text("title\nV1 a 0 1\nR1 a 0 210\n.end\n", encoding="utf-8")
+    outputs = {"model.outputs": f'{{current = "{own}"}}'}
+    run = compare.solve("bridge", steady=True, model=tmp_path / "bridge.cir", overrides=outputs)
+    assert run.check("current").predicted == pytest.approx(1 / 210, rel=1e-6)
+
+
+@pytest.mark.needs("ngspice")
 def test_a_command_broken_over_two_lines_is_not_run(steady, tmp_path):
     (tmp_path / "bad.cir").write_text("title\nR1 tip 0 1\n.cont\n+rol\n.end\n", encoding="utf-8")
     with pytest.raises(SceneError, match="ngspice has no"):
