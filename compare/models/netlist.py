@@ -109,9 +109,7 @@ def _circuit(line: str) -> str:
     if not line.isprintable():
         raise SceneError(f"{quoted(line)} is no expression of one line")
     if refused := _REFUSED.search(line):
-        raise SceneError(
-            f"omit {quoted(refused[0])}: it runs commands, starts programs or reads files (put their lines here)"
-        )
+        raise SceneError(f"omit {quoted(refused[0])}: it runs commands, starts programs or reads files (paste these)")
     return line
 
 
