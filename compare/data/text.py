@@ -116,8 +116,8 @@ def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, in
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         table = np.array([row for row in rows if len(row) == width]).reshape(-1, max(width, 1))
         texts, numbers = np.isinf(table).sum(axis=0), np.isfinite(table).sum(axis=0)
-        tried.append((numbers.sum(), -texts.sum(), (separator, mark, width, texts > numbers)))
-    return max(tried, key=lambda each: each[:2])[2]
+        tried.append((numbers.sum(), -texts.sum(), width, (separator, mark, width, texts > numbers)))
+    return max(tried, key=lambda each: each[:3])[-1]
 
 
 def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> list[Column]:
