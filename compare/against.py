@@ -47,13 +47,14 @@ class Data:
         return bool(np.isinf(self.time[-1]))
 
 
-def comparisons(scene: Any, data: Data, fem3d: Result) -> dict[str, Check]:
-    """Compare every quantity of the data, by the ids of checks; each row of a curve has its own 3D solution."""
+def comparisons(scene: Any, data: Data, fem3d: Result, like: Result | None = None) -> dict[str, Check]:
+    """Compare every quantity of the data, by the ids of checks, as `compare` does; each row of a curve has its own 3D
+    solution."""
     from fem3d.runs import scene as scene_run
 
     results = [scene_run.solve(row) for _, row in data.curve] or [fem3d]
     names = quantities.of(scene).names.items()
-    return {f"against_{word}": compare(scene, data, results, name) for word, name in names if name in data.values}
+    return {f"against_{word}": compare(scene, data, results, name, like) for word, name in names if name in data.values}
 
 
 def simulated(results: Sequence[Result], name: str, times: np.ndarray) -> tuple[np.ndarray, float]:
@@ -65,8 +66,9 @@ def simulated(results: Sequence[Result], name: str, times: np.ndarray) -> tuple[
     return np.interp(times, traces.time, traces.values[name]), traces.errors[name]
 
 
-def compare(scene: Any, data: Data, results: Sequence[Result], key: str) -> Check:
-    """Compare a quantity with 3D where both are furthest apart, at times at which 3D's errors hold.
+def compare(scene: Any, data: Data, results: Sequence[Result], key: str, like: Result | None = None) -> Check:
+    """Compare a quantity with 3D at times at which 3D's errors hold, where the data are furthest from it, or from a
+    result ``like`` it.
 
     Exact data are compared at their row with the largest distance; the error adds how far the distance may be larger
     between rows (`compare.course.overshoot`). Data with an uncertainty are compared over the window with the largest
@@ -83,7 +85,7 @@ def compare(scene: Any, data: Data, results: Sequence[Result], key: str) -> Chec
             f"{quantity(catalogue.end, 's')}: there is no time to compare at"
         )
     ours, error = simulated(results, key, data.time)
-    distance = data.values[key] - ours
+    distance = data.values[key] - (ours if like is None else simulated([like], key, data.time)[0])
     rows = sure[[np.abs(distance[sure]).argmax()]]
     if key in data.u:
         means = courses.windows(data.time[sure], distance[sure], data.u[key][sure], ours[sure])
@@ -94,7 +96,7 @@ def compare(scene: Any, data: Data, results: Sequence[Result], key: str) -> Chec
         inside = data.time <= catalogue.end * (1 + 1e-9)
         error += float(courses.overshoot(data.time[inside], np.abs(distance[inside]))[rows[0]])
     unit, base, start, end = catalogue.units[key], catalogue.base(key), data.time[rows[0]], data.time[rows[-1]]
-    p, off = float(data.values[key][rows].mean()) - base, float(distance[rows].mean())
+    p, off = float(data.values[key][rows].mean()) - base, float((data.values[key] - ours)[rows].mean())
     when = f"at {quantity(float(end), 's', 3)}"
     if data.at_rest:
         when = f"at {data.curve[rows[0]][0]}" if data.curve else "in the steady state"

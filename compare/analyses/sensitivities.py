@@ -224,7 +224,7 @@ def by_differences(outcome: Outcome[Any]) -> dict[str, float]:
     for key, u in options.uncertain.relative.items():
         step = min(u, kind.step)
         try:
-            more, less = (kind.comparisons(kind.nearby(outcome, key, s)) for s in (step, -step))
+            more, less = (kind.comparisons(kind.nearby(outcome, key, s), outcome.fem3d) for s in (step, -step))
         except SceneError:
             return {}
         for name, check in more.items():

@@ -108,10 +108,11 @@ class Kind(ABC, Generic[S]):
         made = {name: definitions[name][0](outcome) for name in self.made(outcome.scene, outcome.options)}
         return {name: comparison for name, comparison in made.items() if comparison is not None}
 
-    def comparisons(self, outcome: Outcome[S]) -> dict[str, Check]:
-        """Compare the models, and the user's data with 3D, by the ids of checks."""
+    def comparisons(self, outcome: Outcome[S], like: Result | None = None) -> dict[str, Check]:
+        """Compare the models, and the user's data with 3D, by the ids of checks; the data where they are furthest from
+        3D, or from a result ``like`` it."""
         data = outcome.options.against
-        of_data = {} if data is None else against.comparisons(outcome.scene, data, outcome.solved)
+        of_data = {} if data is None else against.comparisons(outcome.scene, data, outcome.solved, like)
         return self.of_models(outcome) | of_data
 
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:

@@ -47,6 +47,17 @@ def test_a_curve_that_is_off_is_found_by_how_much(case, factor):
     assert found["against_current"].difference * (factor - 1) < 0
 
 
+def test_a_result_beside_is_compared_where_the_first_one_is_furthest(case):
+    """Data 1 K above in one row and 0.99 K below in another: 0.1 K more in 3D change the difference by 0.1 K."""
+    data, traces = made(case.fem3d, np.linspace(0, 0.02, 201)), case.fem3d.over_time
+    data.values["peak_K"][[100, 150]] += 1.0, -0.99
+    warmer = replace(traces, values=traces.values | {"peak_K": traces.values["peak_K"] + 0.1})
+    base = compare(case.sink, data, [case.fem3d], "peak_K")
+    beside = compare(case.sink, data, [replace(case.fem3d, traces=warmer)], "peak_K", case.fem3d)
+    assert beside.time == base.time
+    assert beside.difference == pytest.approx(0.9 * base.difference)
+
+
 def test_a_shift_in_time_is_a_difference(case):
     """Compared by rows, a curve with the same values at times 30 % later would agree."""
     found = compare(case.sink, made(case.fem3d, UNEVEN * 1.3, later=0.3), [case.fem3d], "peak_K")
