@@ -108,11 +108,8 @@ class BrickSpace(Space):
         return [shared for members in self._classes if len(shared := members[chosen[members]])]
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one; ``more``
-        along the longest side of a cell, and along the others in proportion to their length."""
-        h = self.h[:, cells]
-        shares = (h / h.max(axis=0, initial=0.0)).max(axis=1, initial=0.0)
-        return _rule(self.p, self._highest(cells), tuple(np.ceil(more * shares).astype(int).tolist()))
+        """Gauss's rule; along each axis the points are the highest degree of the cells there plus one and ``more``."""
+        return _rule(self.p, self._highest(cells), more)
 
     def _highest(self, cells: np.ndarray) -> Degrees:
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
@@ -144,8 +141,8 @@ class BrickSpace(Space):
 
 
 @lru_cache(maxsize=32)
-def _rule(p: int, degrees: Degrees, more: Degrees) -> Rule:
-    points, weights = product_rule(*(d + 1 + m for d, m in zip(degrees, more, strict=True)))
+def _rule(p: int, degrees: Degrees, more: int) -> Rule:
+    points, weights = product_rule(*(degree + 1 + more for degree in degrees))
     return rule(points.T, weights, partial(products, modes(p)), np.flatnonzero(active(p, degrees)))
 
 

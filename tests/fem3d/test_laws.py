@@ -90,6 +90,20 @@ def test_between_two_temperatures_the_transform_is_linear(law):
     assert abs(found["at"].value - inverse(twin, theta(twin, 700.0) / 2)) > found["at"].error
 
 
+@pytest.mark.long
+def test_quadratures_see_a_law_across_a_thin_plate():
+    """With heat q in the thickness t theta is q t^2 / 2 at the insulated top. All rows of the table lie across it."""
+    law = {"temperatures": [340.0, 450.0, 470.0, 530.0, 890.0], "values": [55.0, 56.0, 57.0, 52.0, 46.0]}
+    thick, source, accuracy = 8e-6, 6e14, 1e-3
+    scene = bar(law, accuracy=accuracy)
+    plate = {"lower": [0, 0, 0], "upper": [6e-5, 7e-5, thick]}
+    scene["box"] = [{"name": "bar", "material": "m", **plate, "heat_source": source}]
+    scene["boundary"] = [{"name": "cold", **plate, "upper": [6e-5, 7e-5, 0], "temperature": COLD}]
+    scene["probe"] = [{"name": "top", "at": [0, 0, thick]}]
+    exact = inverse(law, source * thick**2 / 2)
+    held(solve(from_dict(scene)).steady["top"], exact, accuracy * (exact - COLD))
+
+
 def test_a_flux_that_is_given_is_read_as_it_is():
     """theta at the heated end is q L; a probe of the given flux there does not depend on the temperature."""
     flux = theta(POWER, 600.0) / LENGTH
