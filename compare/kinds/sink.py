@@ -110,8 +110,6 @@ class SinkKind(Kind[Sink]):
             peak, end = (quantity(model.steady[key].value, "K") for key in ("peak_rise_K", "end_rise_K"))
             who = "The 3D model" if reduced1d is None else who
             return f"{who} alone was run: in the steady state its peak is {peak} and its ends are {end} above room."
-        if not fem3d.steady["peak_rise_K"].value:
-            return "Nothing is heated, so that there is nothing to compare."
         if not (claims := _claims(outcome)):
             return f"{who} says nothing of the peak and the ends."
         parts = outcome.analyses.get("why") or _ladder(outcome, claims)

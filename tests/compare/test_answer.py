@@ -91,11 +91,6 @@ def test_one_model_alone(case):
     assert "The 3D model alone was run" in three
 
 
-def test_nothing_heated(case):
-    cold = case.change(peak_rise_K=0.0, end_rise_K=0.0)
-    assert told(case.sink, cold.fem3d, case.reduced1d, Options(steady=True)).startswith("Nothing is heated")
-
-
 BLAMED = {
     (): ["the anchor resistance (eq 14) is to blame."],
     ("sink.width=20um",): [
