@@ -109,8 +109,6 @@ def bends(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarr
     h/2 times the larger change of the slope.
     """
     h, jump = np.diff(time), 2e-9 * (time[-1] - time[0])  # the values just before and just after a jump
-    if len(h) < 2:
-        return np.abs(np.diff(values))
     with np.errstate(divide="ignore", invalid="ignore"):
         slopes = np.where(h > jump, np.diff(values) / h, np.nan)
         second = np.abs(np.diff(slopes) / (1 if kinks else (h[1:] + h[:-1]) / 2))

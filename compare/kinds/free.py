@@ -91,8 +91,6 @@ class FreeKind(Kind[AnyScene]):
             return ""
         name, probes = outcome.reduced1d.model, {probe.name for probe in outcome.scene.probes}
         checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in probes]
-        if not checks:
-            return f"{name} and 3D have no quantity in common."
         far = [check for check in checks if check.time is not None and check.verdict == "differs"]
         worst = max(far, key=lambda check: abs(check.difference), default=None)
         claims = []
