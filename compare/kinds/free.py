@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from compare import slopes
 from compare.blame import answer
 from compare.course import ascending
 from compare.kinds.base import STEADY, Kind
@@ -21,7 +20,7 @@ from compare.outcome import Outcome, Progress
 from compare.quantities import compare_probes
 from compare.report.checks import checked, counted
 from compare.report.table import Row, Section, Style, Table, checks_document, steady_document, wrapped
-from compare.slopes import Slopes
+from compare.slopes import Slopes, in_3d, own_model
 from compare.verdict import Check
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, quoted
@@ -101,9 +100,9 @@ class FreeKind(Kind[AnyScene]):
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
         scene, reduced1d = outcome.scene, outcome.reduced1d
-        made = {"fem3d": slopes.in_3d(scene, outcome.solved, keys)}
+        made = {"fem3d": in_3d(scene, outcome.solved, keys)}
         if reduced1d is not None and (model := outcome.own_model) is not None:
-            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, made["fem3d"].relative, outcome.solved)
+            made["reduced1d"] = own_model(model, scene, reduced1d, made["fem3d"].relative, outcome.solved)
         return made
 
     def plan_3d(self, scene: AnyScene, options: Options) -> Sequence[Step]:

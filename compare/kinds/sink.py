@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from compare import slopes
 from compare.blame import Budget, answer, budget, causes, repeats
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
@@ -14,7 +13,7 @@ from compare.outcome import Outcome, Progress
 from compare.report.checks import checked, counted
 from compare.report.table import Section, Style, Table, checks_document, steady_document
 from compare.sink_checks import CHECKS, at_rest
-from compare.slopes import Slopes
+from compare.slopes import Slopes, in_3d, own_model, sink_1d
 from compare.verdict import PAPER, Check, Definition, judged, part
 from reduced1d import ladder
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_REDUCTION
@@ -120,14 +119,14 @@ class SinkKind(Kind[Sink]):
         uncertain = bool(outcome.options.uncertain)
         times = None if reduced1d is None or reduced1d.traces is None else reduced1d.traces.time[1:]
         if fem3d is not None:
-            made["fem3d"] = slopes.in_3d(sink, fem3d, keys, profile=uncertain and sink.spans == 1)
+            made["fem3d"] = in_3d(sink, fem3d, keys, profile=uncertain and sink.spans == 1)
             times = made["fem3d"].times
             if "single" in outcome.results and uncertain:
-                made["single"] = slopes.in_3d(replace(sink, spans=1), outcome.results["single"], keys)
+                made["single"] = in_3d(replace(sink, spans=1), outcome.results["single"], keys)
         if (model := outcome.own_model) is not None:
-            made["reduced1d"] = slopes.own_model(model, sink, outcome.reduced, keys or numbers(sink), outcome.solved)
+            made["reduced1d"] = own_model(model, sink, outcome.reduced, keys or numbers(sink), outcome.solved)
         elif reduced1d is not None:
-            made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times, keys)
+            made["reduced1d"] = sink_1d(sink, reduced1d, times, keys)
         return made
 
     def plan_3d(self, scene: Sink, options: Options) -> Sequence[Step]:
