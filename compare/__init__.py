@@ -9,8 +9,6 @@ The first three print as their answer and have .fem3d, .reduced1d, .checks, .tra
 Scenes are what ``scenes.load`` returns, or what it takes. ``compare.testing`` has assertions for tests of your own.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

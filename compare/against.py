@@ -1,7 +1,5 @@
 """A user's own data against 3D: steady values, or traces at their largest distance (`compare.data` reads files)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

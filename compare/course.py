@@ -11,8 +11,6 @@ The interval of one window is its mean -+ 2 u (95 %). The intervals of several w
 then k by Sidak (J. Am. Stat. Assoc. 62, 1967) in place of 2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

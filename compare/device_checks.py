@@ -4,8 +4,6 @@ In a check of a figure or a meter, predicted is the paper and measured is 1D. In
 or the paper's claim, and measured is 3D.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Find the hottest temperature of each material, and warn where it exceeds the material's limit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The public interface from Python: solve a scene, and read checks, quantities and traces."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from html import escape
 from inspect import Parameter, Signature

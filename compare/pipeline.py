@@ -3,8 +3,6 @@
 A run plans, solves, checks, analyses and answers; nothing is written.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Processors, threads of linear algebra, and time limits."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ difference is (model - 3D)/scale. The scale of a temperature is its 3D rise abov
 largest rise; of other quantities the 3D value, over time the largest. No difference is relative to kelvins.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

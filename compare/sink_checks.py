@@ -7,8 +7,6 @@ the heat of the pads, for which eqs 10 and 12 have no term. A figure is checked 
 curves, over time by the largest distance from 10 us on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial

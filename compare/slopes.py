@@ -4,8 +4,6 @@ Steady slopes are logarithmic, d ln Q / d ln key, and of rises where Q is a temp
 unit of the trace. To first order (GUM 5.2.2) uncertain keys of covariance C make u^2 = s^T C s of a quantity.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial

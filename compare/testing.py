@@ -6,8 +6,6 @@
 A failure shows both values, their difference with its error bound, and the tolerance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

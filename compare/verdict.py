@@ -1,7 +1,5 @@
 """Checks: two values, their relative difference with its error bound, and the verdict on it (ASME V&V 20)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 Each process has a pipe of its own: one that is killed, or ended while it starts, disturbs no other.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

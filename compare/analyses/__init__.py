@@ -1,7 +1,5 @@
 """The analyses of a run, in the order in which they are run and reported."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from compare.analyses.against import Against, Validation

@@ -6,8 +6,6 @@ model itself lies within E -+ k u_val. Over time E is the mean over a window of 
 one of many noisy samples is far off by chance.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The interface of an analysis: a computation beside the models and their checks."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from typing import ClassVar, Generic, TypeVar
 

@@ -1,7 +1,5 @@
 """Keys of the scene, fitted to measured data before the run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from compare import fitting

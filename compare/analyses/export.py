@@ -1,7 +1,5 @@
 """The compact model of a scene: a few states that stand for the 3D problem, with its error."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from compare.analyses.base import Analysis

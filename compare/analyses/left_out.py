@@ -3,8 +3,6 @@
 A *change* is a quantity with the effect over the quantity without, less one.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple

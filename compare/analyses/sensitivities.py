@@ -6,8 +6,6 @@ s^T C s, with the logarithmic derivatives s of a quantity and the covariance C o
 derivatives of the difference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from textwrap import wrap

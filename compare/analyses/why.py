@@ -1,7 +1,5 @@
 """The difference between the models in parts, one for each assumption, or each joint of a network."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """The kinds of scenes: the sink, the device, and free scenes of boxes or on a mesh."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from compare.kinds.base import Kind

@@ -1,7 +1,5 @@
 """The interface of a kind of scene: its models, checks and reports."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Free scenes, of boxes or on a mesh: their probes in 3D, and a 1D model of the user's own where one is given."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The sink: 3D, the paper's model or another 1D model, and the paper's equations and figures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

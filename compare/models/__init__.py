@@ -5,8 +5,6 @@ A netlist that could do more than describe a circuit is refused. A Python file a
 where the command line names them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path

@@ -4,8 +4,6 @@ The scene's values are the start values of its parameters and inputs. For the st
 (`Fmu._settle`).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from fractions import Fraction

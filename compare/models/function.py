@@ -5,8 +5,6 @@ is called in this process. The function of a file is called in a process of its 
 function's output goes to standard error.
 """
 
-from __future__ import annotations
-
 import copy
 import runpy
 import sys

@@ -1,7 +1,5 @@
 """The interface of all 1D and lumped models: a question about a scene, and the answer of a model."""
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping

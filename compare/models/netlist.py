@@ -6,8 +6,6 @@ describe a circuit is refused: control blocks, which run shell commands, other f
 programs. No start-up file of ngspice's is read.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The network of lines that one makes by hand of a scene's boxes (`reduced1d.network`), as a model of the scene."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from compare.models.model import Answer, Model, Question

@@ -1,7 +1,5 @@
 """Questions about a scene, and the Result of a model that answers them, at the times of 3D."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace

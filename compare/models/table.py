@@ -1,8 +1,6 @@
 """A model that is a table of computed values: rows "probe, value" in the steady state; over time a column of times and
 one for each probe, with headers as in data to compare with."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Checks in tables for the terminal and the page, and under the titles of figures."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Tables and sections of reports in text, HTML and Markdown, and entries of summary.json that all kinds share."""
 
-from __future__ import annotations
-
 import re
 import sys
 import textwrap
