@@ -28,8 +28,9 @@ def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> t
     return (*kind.steps(scene, options, outcome), *analyses, *kind.outputs(scene, options))
 
 
-def solve(scene: Any, options: Options, progress: Progress | None = None) -> Outcome[Any]:
-    """Solve a scene, compare its models, and run the analyses that the options choose.
+def solve(scene: Any, options: Options, progress: Progress | None = None, answer: bool = True) -> Outcome[Any]:
+    """Solve a scene, compare its models, run the analyses that the options choose, and, unless it is not needed, state
+    the answer.
 
     Raises SceneError where a model refuses, and ArithmeticError (RunawayError, NumericsError) where its numerics fail.
     Where the user's own model fails, `Outcome.failure` has the error, and the 3D result is kept.
@@ -62,8 +63,9 @@ def solve(scene: Any, options: Options, progress: Progress | None = None) -> Out
             found = analysis.run(outcome, progress)
         if found is not None:
             outcome.analyses[analysis.name] = found
-    with progress.stage("answer"):
-        outcome.answer = kind.answer(outcome)
+    if answer:
+        with progress.stage("answer"):
+            outcome.answer = kind.answer(outcome)
     outcome.timing = progress.timing()
     return outcome
 

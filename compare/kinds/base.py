@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare import against, hottest
-from compare.models import Model, chosen_model, open_model, sampling
+from compare.models import Model, chosen_model, open_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
 from compare.report.table import Section, Style
@@ -59,17 +59,6 @@ class Kind(ABC, Generic[S]):
     def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
         """Solve the models that the options ask for and the kind has, except the user's own, by name: "fem3d",
         "reduced1d", and "single", 3D of one span of a row. Raises SceneError and ArithmeticError."""
-
-    def compare(self, scene: S, options: Options) -> Outcome[S]:
-        """Solve and check the models alone, the user's own too, as a point of a sweep needs it. The scene's expected
-        verdicts stay. Raises as `refuse` and `solve` do."""
-        self.refuse(scene, options)
-        progress, model = Progress(), self.open_model(scene, options)
-        outcome = Outcome(scene, options, self.solve(scene, options, progress))
-        if model is not None:
-            outcome.results["reduced1d"] = sampling.solve(model, scene, outcome.solved, progress)
-        outcome.checks = self.checks(outcome)
-        return outcome
 
     def open_model(self, scene: S, options: Options) -> Model | None:
         """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""

@@ -12,8 +12,8 @@ import pytest
 
 import compare
 import scenes
-from compare.kinds import KINDS
 from compare.options import Options
+from compare.pipeline import solve
 from compare.verdict import Check
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import NumericsError, RunawayError
@@ -39,7 +39,7 @@ COARSE, FINE = 1e-2, 1e-3
 
 @cache
 def checks_of(name: str, accuracy: float) -> dict[str, Check]:
-    found = KINDS["sink"].compare(load("sink", [*SINKS[name], f"run.accuracy={accuracy}"]), Options(figures=False))
+    found = solve(load("sink", [*SINKS[name], f"run.accuracy={accuracy}"]), Options(figures=False))
     return {check.id: check for check in found.checks}
 
 
@@ -60,7 +60,7 @@ def test_each_check_can_come_out_either_way():
     either = {check for check in DEFAULT_TOLERANCES if {check in found for found in DIFFER.values()} == {True, False}}
     assert either == set(DEFAULT_TOLERANCES) - {"energy"}
     sink = load("sink", [f"run.accuracy={COARSE}"])
-    found = KINDS["sink"].compare(sink, Options(steady=True, only="3d")).solved
+    found = solve(sink, Options(steady=True, only="3d")).solved
     lossy = replace(found, details={**found.details, "energy_imbalance": 2e-8})
     assert judged(sink, lossy, None, Options(only="3d", steady=True))["energy"].verdict == "differs"
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from compare import hottest
+from compare import hottest, pipeline
 from compare.blame import budget
 from compare.kinds import kind_of
 from compare.kinds.free import probed
@@ -144,7 +144,9 @@ def columns(scene: Any, scope: Scope) -> Row:
     scene = scene if sink else probed(scene)
     while True:
         if sink or scope.model:
-            outcome = kind_of(scene).compare(scene, options)
+            outcome = pipeline.solve(scene, options, answer=False)
+            if outcome.failure is not None:
+                raise outcome.failure
         else:
             outcome = Outcome(scene, options, {"fem3d": scene_run.solve(scene)})
         # The coarser models of the ladder tell the largest part; a reduction that stands on it needs both.

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from compare.kinds.device import DEVICE_FIGURES as FIGURES
-from compare.kinds.device import DeviceKind
 from compare.options import Options
+from compare.pipeline import solve
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import load
@@ -158,7 +158,7 @@ def test_no_text_of_a_figure_touches_another(setting):
     (_, one), (_, two) = _boxes(figure)
     assert one.overlaps(two)
     scene, options = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Options()
-    outcome = DeviceKind().compare(scene, options)
+    outcome = solve(scene, options)
     draw = (drawn.power, drawn.flow, drawn.slow, drawn.responses, drawn.characteristic)
     for name, figure in zip(FIGURES, draw, strict=True):
         boxes = _boxes(figure(outcome))
