@@ -285,11 +285,6 @@ class Options(SimpleNamespace):
         return Options(**vars(self) | changes)
 
     @property
-    def models(self) -> tuple[str, ...]:
-        """The models of a sink: "fem3d", "reduced1d"."""
-        return {None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[self.only]
-
-    @property
     def follows_keys(self) -> bool:
         """Whether sensitivities are computed."""
         return bool(self.sensitivities or self.uncertain)

@@ -49,7 +49,7 @@ class SinkKind(Kind[Sink]):
             chosen = {"--why": options.why, "--only 1d": options.only == "1d", "--monte-carlo": options.monte_carlo}
             for option in (option for option, given in chosen.items() if given):
                 raise SceneError(f"--reduction {options.reduction} is judged against 3D as it is: leave out {option}")
-        elif "reduced1d" in options.models:
+        elif options.only != "3d":
             ladder.refuse(scene, options.reduction)
         if options.against and (options.steady or options.only == "1d"):
             raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
@@ -64,7 +64,7 @@ class SinkKind(Kind[Sink]):
 
     def solve(self, scene: Sink, options: Options, progress: Progress) -> dict[str, Result]:
         results: dict[str, Result] = {}
-        if "fem3d" in options.models:
+        if options.only != "1d":
             from fem3d.runs.sink import solve
 
             rows = {"fem3d": scene} | ({"single": replace(scene, spans=1)} if scene.spans > 1 else {})
@@ -72,7 +72,7 @@ class SinkKind(Kind[Sink]):
                 progress("solving in 3D")
                 with progress.stage("fem3d"):
                     results[name] = solve(sink, not options.steady, progress)
-        if "reduced1d" in options.models and not options.model:
+        if options.only != "3d" and not options.model:
             traces = results["fem3d"].traces if "fem3d" in results else None
             with progress.stage("reduced1d"):
                 times = None if traces is None else traces.time
@@ -91,11 +91,11 @@ class SinkKind(Kind[Sink]):
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
         early = not options.steady and scene.end_time <= FIRST_TIME
         return super().absent(scene, options) | {
-            "3D": "only the 1D model was asked for" * ("fem3d" not in options.models),
+            "3D": "only the 1D model was asked for" * (options.only == "1d"),
             "one conductivity": "the paper's equations take one conductivity" * several,
             "traces": STEADY * bool(options.steady),
             "10 us": "they compare from 10 us on, and the run ends before" * early,
-            "1D": "only the 3D model was asked for" * ("reduced1d" not in options.models),
+            "1D": "only the 3D model was asked for" * (options.only == "3d"),
             "current follows": "the current is given" * (scene.current is not None),
         }
 
