@@ -1,5 +1,5 @@
-"""A model that is a table of computed values: rows "probe, value" in the steady state; over time a column of times and
-one for each probe, with headers as in data to compare with."""
+"""A model that is a table of computed values: rows "probe, value", or one row with probes in columns, in the steady
+state; over time a column of times and one for each probe, with headers as in data to compare with."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -30,8 +30,7 @@ class Table(Model):
         if (times is None) != (rows is None):
             return Answer({})
         if rows is not None and times is not None and rows[-1] < times[-1] * (1 - 1e-9):
-            last = quantity(float(rows[-1]), "s")
-            end = quantity(float(times[-1]), "s")
+            last, end = (quantity(float(each[-1]), "s") for each in (rows, times))
             raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
         outputs = {name: own.lower() for name, own in question.outputs.items()}
         values, scene = {}, dict[str, Any](question.document)["scene"]
@@ -41,9 +40,10 @@ class Table(Model):
                 raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")
             is_rise = column.plain.lower().endswith(" rise")
             values[name] = column.differences + scene["initial_temperature"] if is_rise else column.si
-        if rows is None:
+        if rows is None or times is None:
             return Answer({name: v[0] for name, v in values.items()})
-        errors = {name: float((bends(rows, v) + _steps(rows, v)).max()) for name, v in values.items()}
+        late = max(rows[0] - times[0], 0.0) / (rows[1] - rows[0])  # before the first row its value holds
+        errors = {n: float((bends(rows, v) + _steps(rows, v)).max() + late * np.ptp(v[:2])) for n, v in values.items()}
         return Answer(values, errors, rows)
 
 
@@ -60,9 +60,9 @@ def open_model(given: str, folder: str) -> Table:
     """Return the values of a file. Raises SceneError for a file without any."""
     path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     kind, columns = text.read(text.read_bytes(path, "the table"))
-    if kind == text.LIST:
-        return Table(path.name, columns)
     clock = next(iter(find_times(columns)), None)
+    if kind == text.LIST or (clock is None and len(columns[0].values) == 1):
+        return Table(path.name, columns)
     if clock is None:
         raise SceneError('it has no column of times, such as "time (s)", and is no list of rows "probe, value"')
     rows = clock.si

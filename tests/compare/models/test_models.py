@@ -90,13 +90,17 @@ def test_the_command_writes_both_models_beside_each_other(transient, model, tmp_
 
 @pytest.mark.parametrize("outputs", [[], ['model.outputs={tip = "tip rise"}']])
 def test_rises_in_a_table_count_from_the_initial_temperature(outputs, steady, transient, tmp_path):
-    (tmp_path / "steady.csv").write_text("tip rise, 90 K\n", encoding="utf-8")
+    (tmp_path / "steady.csv").write_text("tip rise (K)\n90\n" if outputs else "tip rise, 90 K\n", encoding="utf-8")
     times = np.linspace(0, 5e-4, 400)
     rows = "".join(f"{t:.9g},{rise:.9g}\n" for t, rise in zip(times, rises(times)["tip"] - 300, strict=True))
     (tmp_path / "traces.csv").write_text(f"time (s),tip rise (K)\n{rows}", encoding="utf-8")
     assert judged(load(steady, outputs), str(tmp_path / "steady.csv"))["tip"].predicted == pytest.approx(90)
     found = compare.solve(load(transient, outputs), model=str(tmp_path / "traces.csv")).traces
     assert found["reduced1d tip"] == pytest.approx(rises(found["time_s"])["tip"], abs=0.01)
+    # Before the first row its value holds, which is an error.
+    (tmp_path / "late.csv").write_text("time (s),tip rise (K)\n" + "\n".join(rows.split()[20:]), encoding="utf-8")
+    checks = compare.solve(load(transient, outputs), model=str(tmp_path / "late.csv")).checks
+    assert checks["tip_over_time"].verdict == "unresolved"
 
 
 def test_a_declared_difference_is_no_surprise(steady, model, tmp_path):
