@@ -190,7 +190,7 @@ def _made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
     own = cells if corners == 4 else cells[:, np.argsort(HEX_MAPPING[:nodes])]
     used, t = np.unique(own[:, :corners], return_inverse=True)
     linear, curved = (MeshTet, MeshTet2) if corners == 4 else (MeshHex, MeshHex2)
-    mesh = linear(points[used].T, t.reshape(-1, corners).T)
+    mesh = linear(*map(np.ascontiguousarray, (points[used].T, t.reshape(-1, corners).T)))
     if nodes == corners:
         return mesh
     at = points[own]

@@ -50,6 +50,13 @@ ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
 TAIL = "thermal_conductivity=1\n[run]\nsteady=true\n"
 
 
+def test_a_mesh_of_many_cells_is_read_without_a_word(tmp_path, caplog):
+    """scikit-fem warns where it copies an array of more than 1000 cells."""
+    boxes.write(boxes.grouped(from_dict(bridge()), "tetra", 4), tmp_path / "mesh.msh", 1e-6)
+    assert read(tmp_path / "mesh.msh", 1e-6).count > 1000
+    assert not caplog.records
+
+
 def test_a_mesh_lies_beside_its_scene(tmp_path):
     (tmp_path / "chip.toml").write_text(
         '[mesh]\nfile="a.msh"\nunit="um"\n[[material]]\nname="a"\n' + TAIL, encoding="utf-8"
