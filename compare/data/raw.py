@@ -26,7 +26,7 @@ def is_raw(data: bytes) -> bool:
 
 
 def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
-    """Read the kind of a file, and the columns of the one analysis that is called ``plot``. Raises SceneError."""
+    """Read the kind of a file, and the columns of its one analysis that a pattern ``plot`` finds. Raises SceneError."""
     data, start, names, columns = _with_plain_headers(data), 0, [], list[Column]()
     while head := _VARIABLES.search(data, start):
         fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
@@ -47,10 +47,10 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
             start = len(data) if following < 0 else following
             values = _read_values(data[head.end() : start].decode("latin-1"), width)
         names.append(fields.get("Plotname", ""))
-        if plot not in names[-1].lower():
+        if not re.search(plot, names[-1].lower()):
             continue
         if columns:
-            raise SceneError(f"there are several {plot} analyses: write one of them only")
+            raise SceneError(f"there are several analyses, {', '.join(map(quoted, names))}: write one of them only")
         if len(values) != int(points):
             raise SceneError(f"the file is cut off after {len(values)} of {points} points")
         for (_, name, *types), column in zip(variables, values.T, strict=False):
@@ -59,7 +59,7 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
             columns.append(Column(name, find_unit(unit), np.abs(column) if unit == "s" else column, spice=True))
     if not columns:
         listed = f" but {', '.join(map(quoted, names[:4]))}" if names else ""
-        raise SceneError(f"there is no {plot} analysis{listed}: export one")
+        raise SceneError(f"there is no {plot.replace('|', ' or ')} analysis{listed}: export one")
     return "raw file", columns
 
 

@@ -43,7 +43,8 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     catalogue = target.quantities
     if not catalogue.units:
         raise SceneError("the scene has no [[probe]] that data could be of: add one")
-    kind, columns = (raw if raw.is_raw(content) else text).read(content)
+    plots = "operating point|dc transfer|" * catalogue.steady + "transient"
+    kind, columns = raw.read(content, plots) if raw.is_raw(content) else text.read(content)
     if kind == text.LIST and not catalogue.steady:
         raise SceneError("a list of steady values, and the scene is solved over time: give traces, or --steady")
     every = assign(columns, target, given)

@@ -240,6 +240,17 @@ def test_table_of_one_value_and_a_curve_with_gaps(scene):
     assert read(path, steady, ["Vapp curve=U (V)"]).values["mid"] == pytest.approx([305.5728])
 
 
+def test_steady_analyses_of_ngspice(scene):
+    path, steady = scene.with_name("data.raw"), load(scene, ["run.steady=true"])
+    header = "Title: bar\nPlotname: {}\nFlags: real\nNo. Variables: 3\nNo. Points: {}\nVariables:\n"
+    header += "\t0\tv(v-sweep)\tvoltage\n\t1\tv(mid)\tvoltage\n\t2\ti(v1)\tcurrent\nValues:\n"
+    point = "0 0.1\n305.5728\n-0.09917895\n"
+    path.write_text(header.format("Operating Point", 1) + point, encoding="utf-8")
+    assert read(path, steady, ["I=i(v1)"]).values["I"] == pytest.approx([0.09917895])
+    path.write_text(header.format("DC transfer characteristic", 2) + point + "1 0.2\n340\n-0.18\n", encoding="utf-8")
+    assert read(path, steady, ["Vapp curve=v(v-sweep)"]).values["mid"] == pytest.approx([305.5728, 340])
+
+
 def test_steady_rows_of_unknown_states_are_refused(scene):
     path = scene.with_name("data.csv")
     path.write_text("U (V),mid (K)\n0.05,296\n0.1,305.6\n", encoding="utf-8")
