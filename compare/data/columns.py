@@ -14,7 +14,7 @@ from scenes.errors import SceneError
 from scenes.model import ROUNDING
 from scenes.units import TEMPERATURE, TIME, WORDS, Powers, Unit, UnitError, parse_unit
 
-_UNIT = re.compile(r"[(\[{]([^()\[\]{}]{1,20})[)\]}]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$")
+_UNIT = re.compile(r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$")
 """A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K" or "peak_K"; the last one counts."""
 _MISSING = re.compile(
     r"|-?nan(\(ind\))?|n/?a|<na>|null|none|[-*?.]+|ol|ovld|over(flow|load|range)?|-?1\.#(qnan|ind)"
@@ -22,7 +22,7 @@ _MISSING = re.compile(
 )  # fmt: skip
 """Cells without a number, such as "", "NaN", "OVLD", Fortran's "***", and a sheet's "#N/A" and "#DIV/0!"."""
 _HOUR, _FAHRENHEIT = Unit(TIME.powers, Fraction(3600)), Unit(TEMPERATURE.powers, Fraction(5, 9), Fraction(45967, 180))
-_OF_DATA = dict.fromkeys(("h", "hr", "hour", "hours"), _HOUR) | dict.fromkeys(("f", "degf", "°f"), _FAHRENHEIT)
+_OF_DATA = dict.fromkeys(("h", "hr", "hour", "hours"), _HOUR) | dict.fromkeys(("degf", "deg f", "°f"), _FAHRENHEIT)
 """Units of data alone: in a scene "h" is many a height."""
 _VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
 

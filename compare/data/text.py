@@ -137,7 +137,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
             rows.append(values)
         elif rows and has_numbers and (not any(map(isinf, values)) or (separator and len(cells) == width)):
             raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers")
-        elif line.strip("-=_*+| \t"):
+        elif line.strip("-=_*+|,; \t"):
             pending.append(line)
     if not rows:
         raise SceneError(f"it has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
