@@ -121,7 +121,7 @@ def _sort(columns: Sequence[Column], target: Target) -> tuple[list[Column], dict
         if column.role == IGNORED:
             why = "is left out by --column"
         elif np.isnan(column.values).all():
-            why = 'has no numbers (give 90, not 00:01:30, and 1234.5, not "1,234.5")'
+            why = 'has no numbers (give 90, not 00:01:30 or 1+2i, and 1234.5, not "1,234.5")'
         elif not column.role:
             bare = replace(column, name=re.sub(r" *[(\[{].*", "", column.name))
             is_known = column.unit is None and target.find_role(bare)

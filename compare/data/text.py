@@ -128,14 +128,14 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     for number, line in lines:
         cells = _split(line, separator)
         values = [parse_number(cell, mark) for cell in cells]
-        has_numbers = any(map(isfinite, values))
+        has_numbers, texts = any(map(isfinite, values)), [isinf(value) for value in values]
         # A page of a listing repeats the header; another header starts another table.
         if rows and has_numbers and pending and (not head or pending[-1].split() != head[-1].split()):
             break
-        if has_numbers and len(cells) == width and not any(isinf(values[k]) for k in numeric):
+        if has_numbers and len(cells) == width and not any(texts[k] for k in numeric):
             head, pending = (head if rows else pending), []
             rows.append(values)
-        elif rows and has_numbers and (not any(map(isinf, values)) or (separator and len(cells) == width)):
+        elif rows and has_numbers and (not any(texts) or (len(cells) == width and (separator or not texts[0]))):
             raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers")
         elif line.strip("-=_*+|,; \t"):
             pending.append(line)

@@ -273,6 +273,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         ("a, b\nc, d\n", "has no rows of numbers"),
         ('"time (s)","T (K), Point: (1.2.3, 0, 0)"\n' + PAIRS, r'Point: \(1.2.3, 0, 0\)" is called as no quantity'),
         ("mid,305 parsec\n", "unknown unit"),
+        ("time/s mid/K\n0 293\n1e-6 294\n2e-6 295+0.2i\n3e-6 296\n", "row 4: .* is not 2 columns of numbers"),
         ("time (s),mid (parsec)\n" + PAIRS, "unknown unit"),
         ("2026-11-30T10:00:00Z,293\n2026-11-30T10:00:01Z,294\n", "no column is the time"),
     ],
