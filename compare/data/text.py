@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import zip_longest
-from math import isfinite, isinf
+from math import inf, isfinite, isinf
 from pathlib import Path
 
 import numpy as np
@@ -129,8 +129,8 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         cells = _split(line, separator)
         values = [parse_number(cell, mark) for cell in cells]
         has_numbers, texts = any(map(isfinite, values)), [isinf(value) for value in values]
-        # A page of a listing repeats the header; another header starts another table.
-        if rows and has_numbers and pending and (not head or pending[-1].split() != head[-1].split()):
+        # A page of a listing repeats the header; below another header that is not a remark the numbers start again.
+        if rows and has_numbers and pending and pending[-1:] != head[-1:] and not rows[-1][0] < values[0] < inf:
             break
         if has_numbers and len(cells) == width and not any(texts[k] for k in numeric):
             head, pending = (head if rows else pending), []

@@ -105,6 +105,7 @@ TRACES: dict[str, str | bytes] = {
     "separators behind the last cell": "time (s);mid (K)\n" + rows("{:.9g};{:.9g};;", TIMES, MID) + ";;;\n",
     "quotes around numbers": '"time (s)","mid (K)"\n' + rows('"{:.9g}","{:.9g}"', TIMES, MID),
     "rule below the head": "time (s);mid (K)\n--------;-------\n" + rows("{:.9g};{:.9g}", TIMES, MID),
+    "remark between rows": "time (s),mid (K)\n" + PAIRS.replace("\n", "\npower restored\n", 2),
     "numbered index": ",time (s),mid (K)\n" + rows("{:.0f},{:.9g},{:.9g}", np.arange(6), TIMES, MID),
 }  # fmt: skip
 
