@@ -215,13 +215,13 @@ def _compare_run(data: Data, target: Target) -> tuple[str, ...]:
         surely = abs(off) - (COVERS * float(data.u[key][0]) if key in data.u else 0.0)
         if catalogue.units[key] != "K" or surely <= 0.005 * change:
             continue
-        header = data.report["columns"][key]
+        word, header = catalogue.word(key), data.report["columns"][key]
         said = f"{quoted(header)} starts {abs(off):.4g} K {'above' if off > 0 else 'below'} {target.initial}, "
         said += f"{catalogue.initial:g} K: give --set {target.initial}={catalogue.initial + off:.6g}"
         if surely > 0.05 * change:  # the tolerance of the checks
             raise SceneError(
-                f'{said}, or of a rise --column "{catalogue.word(key)} rise={printable(header)}", or of noise '
-                "--data-uncertainty U"
+                f'{said}, or of a rise --column "{word} rise={printable(header)}", of degrees "{word} (degC)=...", or '
+                "of noise --data-uncertainty U"
             )
         warnings.append(f"{said}, or the difference has it")
     return tuple(warnings)
