@@ -122,12 +122,12 @@ def open_model(given: str, folder: str) -> Fmu:
         description = read_model_description(str(path), validate=False)
         extract(str(path), unpacked.name)
         platforms = supported_platforms(str(path))
+        definitions = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
+        variables = [(each, _declared_unit(each, definitions)) for each in description.modelVariables]
     except Exception:
         raise SceneError("it is no FMU that can be read, of FMI 2 or 3: export it again") from None
     if platform not in platforms:
         raise SceneError(f"it has programs for {', '.join(platforms) or 'no system'}: export it for {platform}")
-    definitions = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
-    variables = [(each, _declared_unit(each, definitions)) for each in description.modelVariables]
     settable = {v.name: u for v, u in variables if v.causality in ("parameter", "input") and u[1].powers}
     readable = {v.name: u for v, u in variables if v.causality != "parameter"}
     return Fmu(path.name, unpacked, settable, readable)
