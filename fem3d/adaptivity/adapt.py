@@ -56,13 +56,9 @@ def adapt(
     4. Accept the mesh if all errors are within the accuracy. Otherwise refine it where the indicators, the shares of
        the cells in the errors, are largest.
 
-    An error is compared with the accuracy after division by the scale of its quantity in `Study`, a rise for a
-    temperature. The errors of the answer have the units of the quantities.
-
-    A scene whose conditions vary in time has no steady state: it takes ``with_steady=False``. ``progress`` gets lines
-    of text. The first ``mesh`` is by default a grid of bricks. Errors of the answer exceed the accuracy only if the
-    mesh may not be refined further, because of memory or the most unknowns that are allowed, or if traces would need
-    too many rows.
+    An error is relative to the scale of its quantity in `Study`. A scene whose conditions vary in time has no steady
+    state: it takes ``with_steady=False``. The first ``mesh`` is by default a grid of bricks. Errors exceed the accuracy
+    only where memory or the most unknowns end the refinement, or where traces would need too many rows.
 
     Raises RunawayError if no steady state is found at the whole drive, RunawayInTimeError if the transient runs away,
     BeyondLawError if states leave the range of a resistivity law, TooLargeError if the default grid exceeds the memory,
@@ -107,10 +103,10 @@ def indicators(level: Level | None, response: BoundedResponse | None = None) -> 
 
 @dataclass
 class Refinement:
-    """The request, and the state carried from one level to the next: the ``limit`` of the last mesh's runaway and its
-    ``change``; whether a transient ran away; of a transient without steady state the ``slowest`` time constant (s) and
-    the ``generations`` of Krylov fields; with laws of the temperature the last grid and its steady rise (functions,),
-    ``coarser``, from which Newton's method begins."""
+    """The request, and the state carried from one level to the next: the ``limit`` of the drive on the last mesh and
+    its ``change``; whether a transient ran away; of a transient without a steady state the ``slowest`` time constant
+    (s) and the ``generations`` of Krylov fields; with laws the last grid and its steady rise (functions,), ``coarser``,
+    from which Newton's method begins."""
 
     study: Study
     with_steady: bool
@@ -166,25 +162,26 @@ class Refinement:
         return response
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
-        """Refine the mesh to confirm a runaway; None if the runaway is confirmed and its limit accurate."""
+        """Refine the mesh for the state just below the limit; None if the limit is accurate, and the drive is larger by
+        more than its error: `SURELY` times its change from the mesh before, and the error by quadratures."""
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
         before, self.change = self.change, np.inf if self.limit is None else abs(runaway.limit - self.limit)
-        self.limit, change, off = runaway.limit, self.change, runaway.error
+        self.limit, change, by_quadrature = runaway.limit, self.change, runaway.error
         # Where paths turn back and forth beyond the same limit on three meshes, a finer one shows no more.
-        if off == np.inf and max(change, before) <= ON_PATH * runaway.limit:
+        if by_quadrature == np.inf and max(change, before) <= ON_PATH * runaway.limit:
             return None
+        error = SURELY * change + by_quadrature
         if np.isfinite(change):
-            runaway.error = max(SURELY * change, ON_PATH * runaway.limit) + off
-        confirmed = runaway.whole - runaway.limit > SURELY * change + off
+            runaway.error = max(SURELY * change, ON_PATH * runaway.limit) + by_quadrature
+        confirmed = runaway.whole - runaway.limit > error
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
         # A choice: a limit whose last two changes are within 2 %, which its message states, needs no such state.
-        if confirmed and SURELY * max(change, before) + off <= 0.02 * runaway.limit:
-            runaway.error = SURELY * max(change, before) + off
+        if confirmed and SURELY * max(change, before) + by_quadrature <= 0.02 * runaway.limit:
+            runaway.error = SURELY * max(change, before) + by_quadrature
             return None
-        relative_error = (SURELY * change + off) / max(runaway.limit, 1e-300)
-        below = min(max(BELOW, 1 - relative_error), 1 - ON_PATH)
+        below = min(max(BELOW, 1 - error / max(runaway.limit, 1e-300)), 1 - ON_PATH)
         fraction = below * runaway.limit / runaway.whole
         problems = mesh.problems().driven(fraction, not runaway.unit)
         try:

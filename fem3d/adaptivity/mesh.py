@@ -1,8 +1,7 @@
 """Meshes that `fem3d.adaptivity.adapt.adapt` refines, grids of bricks among them, and its answer.
 
 Errors of probes converge twice as fast as the error of the field, so a grid made for probes may leave a field that
-oscillates beside a steep decay. The error of the field is estimated by the difference of the two highest degrees at
-points of every cell, relative to the largest rise.
+oscillates beside a steep decay: `estimate_field_error` estimates its error.
 """
 
 from __future__ import annotations
@@ -41,9 +40,8 @@ CAUTION = 2.0
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
 # Unknowns of a first grid of degree 5 or more from which on a rough grid of degree 2 is solved before it, to show the
-# edges that need the degree; ten times as many where the degree is 4 or less. In rows of sinks the rough grid has 0.1
-# of the unknowns of degree 7, and saves as much time as it takes. It has 0.4 of the unknowns of degree 4, which most
-# edges need: there the run takes 40 % longer with it.
+# edges that need the degree; ten times as many where the degree is 4 or less. If it is always solved, sinks take 1.1
+# to 1.5 times as long, and rows of 9 and 19 spans at 1e-2, whose edges mostly need degree 4, 1.9 times.
 MANY = 6_000
 LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`cell_mesh.choose`)
 
@@ -165,7 +163,7 @@ def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list
 
 
 def estimate_field_error(level: Level) -> float:
-    """Return the largest error of the fine steady field over its largest rise."""
+    """Return the largest error of the fine steady field over its largest rise, from its change by the last degree."""
     space, heats = level.problems.domain.space, level.problems.heats[-2:]
     # Inside of cells, so that each point is of one cell alone.
     inner = 0.5 - 0.499 * np.cos(np.pi * (np.arange(6) + 0.5) / 6)

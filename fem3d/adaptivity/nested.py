@@ -119,8 +119,7 @@ class Problems:
         each space; ``whole`` takes the dual solutions in all functions."""
         domain, conductor = self.domain, self.conductor
         assert conductor is not None
-        free = [each.free for each in self.conductors if each is not None]
-        weights = duals if whole else in_added_functions(free, duals)
+        weights = duals if whole else in_added_functions([c.free for c in self.conductors if c is not None], duals)
         conductivity = 1 / np.where(domain.live, domain.per_cell("resistivity"), np.inf)
         changes = [upper - lower for lower, upper in pairwise(potentials)]
         residuals = [-(conductor.matrix @ lower) for lower in potentials[:-1]]
@@ -256,17 +255,14 @@ def extrapolate(
 ) -> tuple[Solution, dict[str, float]]:
     """Return the fine solution with quantities extrapolated to later degrees, and the largest deviation of each.
 
-    The last degree changes a quantity by d = J_p - J_(p-1). The cells i contribute d_i, by ``heat`` and by ``current``
-    (relative to the scales). With the factor c_i of all later degrees in theory (`Estimator.later`) the value is
+    The last degree changes a quantity by d = J_p - J_(p-1), with contributions d_i of the cells i by ``heat`` and by
+    ``current`` (relative to the scales). Theory gives the factors c_i of all later degrees (`Estimator.later`):
 
         J = J_p + sum_i c_i d_i + c (d - sum_i d_i).
 
-    The rest d - sum_i d_i comes by way of other quantities: c is the mean factor of all contributions, including the
-    contributions to the power.
-
-    Quantities are not extrapolated where a study wants the fields' own values, nor where a law of the temperature
-    causes errors away from edges: then return the solution as it is, and the largest change by later degrees, at least
-    the change by the last one.
+    The rest comes by way of other quantities: c is the mean of the factors, including those of the power. Where a study
+    wants the fields' own values, or a law causes errors away from edges, return the solution as it is, and the largest
+    change by later degrees, at least the change by the last one.
     """
     ways = (heat, False), (current, True)
     later = {name: [estimator.later(each[name], on) for each, on in ways if name in each] for name in fine.quantities}

@@ -121,9 +121,8 @@ def _errors(
 
         max(|y_p - y_(p-1)|, sum eta, ``steady`` error) + by current + by fields and steps + by an extreme's place,
 
-    y_p being the ``fine`` response, y_(p-1) the response ``low`` of the next lower space and eta the indicators of its
-    goal. Where a steady level exists, goals are estimated only to refine the mesh, and steady errors include the error
-    of the current.
+    with the ``fine`` response y_p, the response ``low`` y_(p-1) of the next lower space and the indicators eta. Where a
+    steady level exists, eta serves the refinement alone, and steady errors include the error of the current.
     """
     lower = study.traces(outputs.of_transient(low, study.part, fine.times))
     changes, goals = largest_differences(fine.traces, lower), dict[str, np.ndarray]()

@@ -49,7 +49,6 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     across = (c.potential.mass() / c.resistance for c in crossed)
     matrix = sum(across, space.stiffness(on.conductivity(cold), cells))
     follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
-    # Probes of a current inside the solid.
     torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     probes = (p for p in domain.scene.probes if p.quantity == "current")
     sections = {probe.name: Section(domain, probe, domain.live, torn) for probe in probes}

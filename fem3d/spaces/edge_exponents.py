@@ -140,6 +140,7 @@ def _exponents(
     heat is ``passing`` (facets,). The facets ``torn`` are insulated; if given, only their edges are evaluated.
     """
     exponents, cut = np.full(mesh.edges.shape[1], np.inf), np.zeros(len(given), bool)
+    # Facets at which the conductivity changes or a value is given: their edges may be singular.
     pair = np.where(mesh.f2t >= 0, k[:, mesh.f2t], 0.0)
     uneven = (pair[:, 0] != pair[:, 1]).any(axis=0) | ((given > 0) & pair.any(axis=(0, 1)))
     if torn is not None:
@@ -161,6 +162,7 @@ def _exponents(
     gap = (start - start[before] - angle[before]) % (2 * np.pi)
     gap = np.where((gap > DEGREE) & (gap < 2 * np.pi - DEGREE), gap, 0.0)
     cut, passing = cut[first], passing[first] | passing[last]
+    # Rays at which a wedge of another kind begins; wedges between two of them are joined.
     breaks = (k != k[before]) | (given[first] > 0) | (gap > 0) | cut
     ahead, behind = given[first], given[last[before]]
     for i, j in zip(begins.tolist(), (ends + 1).tolist(), strict=True):

@@ -4,11 +4,6 @@ A basis function is a product of three 1D functions: 0 and 1 are linear, k >= 2 
 polynomial k - 1. Edges carry k = 2 ... p, facets pairs with j + k <= p, the interior triples with i + j + k <= p (Szabo
 and Babuska, Finite Element Analysis, 1991, section 6). All bricks of a grid are oriented alike, so that odd functions
 match. Functions of lower degrees span the lower spaces: leaving some out makes spaces of mixed and of nested degrees.
-
-The matrices of bricks are tested against scikit-fem's assembly of the weak forms of both problems:
-
-Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
-Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).
 """
 
 from __future__ import annotations
