@@ -32,11 +32,11 @@ Rows = dict[str, np.ndarray]
 
 
 class Duals:
-    """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all nodes, K).
+    """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all dofs, K).
 
     They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
-    ``rows`` are by goal the load vectors (all nodes,) divided by the ``scales``, and the rows of ``others`` as they
-    are; ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed nodes.
+    ``rows`` are by goal the load vectors (all dofs,) divided by the ``scales``, and the rows of ``others`` as they
+    are; ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed dofs.
     """
 
     def __init__(
@@ -104,16 +104,16 @@ class Duals:
         """Return indicators of each goal at edges where given temperatures contradict each other; empty without them.
 
         At any degree the jump is spread over the first interval or cell beside the edge. The error is the jump times
-        the residual of the dual problem at its node, whose functions carry the dual heat of both sides: in equal parts
+        the residual of the dual problem at its dof, whose functions carry the dual heat of both sides: in equal parts
         to the intervals that end there, or to the cells around it.
         """
         heat, indicators = self.problems.heat, {}
-        nodes = np.flatnonzero(heat.contradiction)
-        for i, (name, row) in enumerate(self.rows.items() if len(nodes) else ()):
+        jumps = np.flatnonzero(heat.contradiction)
+        for i, (name, row) in enumerate(self.rows.items() if len(jumps) else ()):
             dual = heat.take(self.fields[-1][i])
             stored = 0.0 if self.time is None else heat.mass @ dual / self.time
-            parts = (heat.contradiction * (row - heat.apply_transposed(dual) - stored))[nodes]
-            indicators[name] = estimator.at_vertices(self.problems.domain.space, heat.order[nodes], parts)
+            parts = (heat.contradiction * (row - heat.apply_transposed(dual) - stored))[jumps]
+            indicators[name] = estimator.at_vertices(self.problems.domain.space, heat.order[jumps], parts)
         return indicators
 
 
@@ -127,12 +127,12 @@ def potentials_at_power(problems: Problems, state: SteadyState) -> list[np.ndarr
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
-    """Return the load vector (all nodes,) of a thermal probe, at an extreme's point; None for an electric probe."""
+    """Return the load vector (all dofs,) of a thermal probe, at an extreme's point; None for an electric probe."""
     if probe.quantity not in ("temperature", "heat_flow"):
         return None
     how = reading(heat, probe)
     if how.extreme is None:
-        # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
+        # Tested with the dual solution minus its values at fixed dofs, whose heat is the reaction itself.
         return sum((heat.reaction_rows[name][0] for name in how.boundaries), how.row)
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
@@ -140,7 +140,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 def by_temperature(
     study: Study, problems: Problems, state: SteadyState, scales: Mapping[str, float], electric: Rows
 ) -> Rows:
-    """Return load vectors (all nodes,) by which a change v of the temperature changes electric quantities.
+    """Return load vectors (all dofs,) by which a change v of the temperature changes electric quantities.
 
     The resistance changes by int (drho/dT) |J|^2 v over the power. A potential changes by -int (drho/dT) J . D v, where
     D is the current of its influence in the cold conductor (`Conductor.influence`), which is near that in the hot one.

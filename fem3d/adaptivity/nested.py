@@ -82,7 +82,7 @@ class Problems:
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
     def increments(self, rise: np.ndarray, time: float | None = None) -> list[np.ndarray]:
-        """Split a ``rise`` u = u_(p-2) + d_(p-1) + d_p, each (all nodes,), and return the increments d, lowest first.
+        """Split a ``rise`` u = u_(p-2) + d_(p-1) + d_p, each (all dofs,), and return the increments d, lowest first.
 
         a(d_q, v) = 0 for all v of V(q-1), with a of the steady problem, or of a step of ``time`` (s).
         """
@@ -98,13 +98,13 @@ class Problems:
         return increments
 
     def apply(self, rise: np.ndarray, time: float | None) -> np.ndarray:
-        """(all nodes,): a(u, .) of a ``rise`` u (all nodes,): K u, or for a step of ``time`` (s) K u + M u / time."""
+        """(all dofs,): a(u, .) of a ``rise`` u (all dofs,): K u, or for a step of ``time`` (s) K u + M u / time."""
         load: np.ndarray = self.heat.stiffness @ rise
         return load if time is None else load + self.heat.mass @ rise / time
 
     def by_heat(self, rise: np.ndarray, duals: Sequence[np.ndarray], time: float | None) -> list[Contributions]:
         """Return the contributions to goals by conduction at the initial temperature, and for a step of ``time`` (s) by
-        the stored heat, of a ``rise`` (all nodes,) in the highest space; ``duals`` as for `in_added_functions`."""
+        the stored heat, of a ``rise`` (all dofs,) in the highest space; ``duals`` as for `in_added_functions`."""
         heat, domain, parts = self.heat, self.domain, self.increments(rise, time)
         weights = in_added_functions([h.order[: h.free] for h in self.heats], duals)
         capacity = np.zeros(len(domain.body)) if time is None else domain.per_cell("heat_capacity") / time
@@ -180,7 +180,7 @@ def contributions(
 def discretize(domain: Domain, accuracy: float) -> Problems:
     """Return the problems of a domain, to be solved for a relative accuracy.
 
-    Raises CoarseMeshError where a heated part has no free node but on facets: no equation then sees inside its cells.
+    Raises CoarseMeshError where a heated part has no free dof but on facets: no equation then sees inside its cells.
     """
     heat, space = assemble(domain), domain.space
     # Powers see the square of the error of potentials.

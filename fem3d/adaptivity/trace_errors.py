@@ -243,7 +243,7 @@ def _imbalance(study: Study, answer: Response) -> float:
 
     Gauss's rule integrates over the steps independently of the time stepping. Lost heat comes from the reactions of the
     full equations, so the figure includes the error of the reduced space. At a jump of a given temperature the heat
-    that its nodes store enters at that instant. Less heat than the rounding of temperatures counts as none.
+    that its dofs store enters at that instant. Less heat than the rounding of temperatures counts as none.
     """
     heat, sudden = answer.heat, [0.0, *jump_times(answer.heat.inputs, study.end)]
     points, weights = np.polynomial.legendre.leggauss(12)

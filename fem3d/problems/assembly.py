@@ -125,7 +125,7 @@ def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[dict[st
 
 
 def _numbering(domain: Domain, fixed: np.ndarray) -> np.ndarray:
-    """(all nodes,): the functions of the highest space, free functions first, and among them lower spaces first, so
+    """(all dofs,): the functions of the highest space, free functions first, and among them lower spaces first, so
     that the matrices of lower spaces are leading parts."""
     space = domain.space
     level = np.sum([~nested for nested in space.nested], axis=0)

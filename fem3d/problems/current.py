@@ -84,7 +84,7 @@ class Conductor:
         return self.heat.domain.electric.space
 
     def resistivity(self, rise: np.ndarray) -> np.ndarray:
-        """(rows, points) in ohm m at a rise (all nodes of the heat problem)."""
+        """(rows, points) in ohm m at a rise (all dofs of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
         # The resistivity of the last rise serves its current, its heat and the test of conduction.
@@ -97,7 +97,7 @@ class Conductor:
         return np.asarray(known)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
-        """(rows, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
+        """(rows, points): the derivative of the resistivity's logarithm (1/K) at a rise (all dofs)."""
         if self.following is None:
             return self.warm / self.resistivity(rise)
         at = self.on.value(self.heat.field(rise))
@@ -341,7 +341,7 @@ class Conductor:
         return self.resistivity(rise) * (a * b).sum(axis=0)
 
     def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
-        """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
+        """(all dofs of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
         return self.heat.take(self.on.load(self.heating(a, a if b is None else b, rise)))
 
     def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[Label, float]:

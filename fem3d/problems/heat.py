@@ -1,10 +1,9 @@
-"""The discrete heat problem of any mesh: M d(rise)/dt + K rise = source, with the fixed nodes kept for their reactions.
+"""The discrete heat problem of any mesh: M du/dt + K u = f(t), with u the rise above the scene's initial temperature.
 
-The unknown is the rise above the scene's initial temperature. Its degrees of freedom, of a hierarchical basis, are here
-called nodes, although only those of vertices are nodal values. The free nodes are numbered first, the fixed nodes (a
-given temperature) last, so that the reactions, the heat that enters at the fixed nodes, are the last rows of the same
-equations. A field that vanishes at the fixed nodes is a vector of the free nodes, any other a vector of all. Sources
-and given rises come as channels (`statespace.channels`). `fem3d.problems.assembly` assembles it from a scene.
+The degrees of freedom (dofs) are coefficients of a hierarchical basis. Free dofs are numbered first, fixed dofs (of a
+given temperature) last: the last rows of the same equations are the reactions, the heat that enters at fixed dofs. A
+field that vanishes at fixed dofs is a vector (free dofs,), any other (all dofs,). Sources and given rises come as
+channels (`statespace.channels`). `fem3d.problems.assembly` assembles the problem from a scene.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from statespace.channels import Inputs
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """The heat that enters at a boundary: at no rise (W, per channel), and per kelvin (W/K, all nodes)."""
+    """The heat that enters at a boundary: at no rise (W, per channel), and per kelvin (W/K, all dofs)."""
 
     entering: np.ndarray
     per_kelvin: np.ndarray
@@ -34,21 +33,21 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class HeatProblem:
-    """Matrices and load vectors of the heat equation. Free nodes come before fixed nodes.
+    """Matrices and load vectors of the heat equation. Free dofs come before fixed dofs.
 
     Attributes
     ----------
-    domain, free : the cells with the scene on them; number of free nodes
-    order : (all nodes,), index of each node among the functions of the domain's space
+    domain, free : the cells with the scene on them; number of free dofs
+    order : (all dofs,), index of each dof among the functions of the domain's space
     ordering : the elimination order of vertices, edges, facets and cells
-    stiffness, mass : (all nodes, all nodes), W/K and J/K
-    loads, given : (channels, all nodes), W, and (channels, fixed nodes), the given rises (K)
+    stiffness, mass : (all dofs, all dofs), W/K and J/K
+    loads, given : (channels, all dofs), W, and (channels, fixed dofs), the given rises (K)
     generated : heat of the sources per channel (W)
-    shares : for each boundary of given temperature, its part (all nodes,) of the reaction of each fixed node: tested
+    shares : for each boundary of given temperature, its part (all dofs,) of the reaction of each fixed dof: tested
         with it as a field, the equations give the heat that enters at the boundary
-    edges : (fixed nodes, fixed nodes), at nodes where boundaries meet at an angle: the reactions of the edge alone
+    edges : (fixed dofs, fixed dofs), at dofs where boundaries meet at an angle: the reactions of the edge alone
     films : the boundaries of given flux, convection or radiation
-    contradiction : (all nodes,), difference between contradictory given temperatures (K)
+    contradiction : (all dofs,), difference between contradictory given temperatures (K)
     terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
     """
 
@@ -76,18 +75,18 @@ class HeatProblem:
 
     @cached_property
     def unit(self) -> np.ndarray:
-        """(all nodes,): coefficients of the constant 1."""
+        """(all dofs,): coefficients of the constant 1."""
         return self.domain.space.unit[self.order]
 
     def field(self, u: np.ndarray) -> np.ndarray:
-        """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
+        """(..., functions): a field (free or all dofs) as coefficients of the space's functions."""
         whole = self.whole(u)
         coefficients = np.zeros((*whole.shape[:-1], self.domain.space.size))
         coefficients[..., self.order] = whole
         return coefficients
 
     def take(self, row: np.ndarray) -> np.ndarray:
-        """(..., all nodes): the unknowns of (..., functions)."""
+        """(..., all dofs): the unknowns of (..., functions)."""
         return row[..., self.order]
 
     def lower(self, level: int) -> Self:
@@ -105,28 +104,28 @@ class HeatProblem:
 
     @property
     def size(self) -> int:
-        """Free and fixed nodes together."""
+        """Free and fixed dofs together."""
         return int(self.stiffness.shape[0])
 
     @cached_property
     def inner_stiffness(self) -> csc_array:
-        """The stiffness matrix of the free nodes."""
+        """The stiffness matrix of the free dofs."""
         return self.stiffness[: self.free, : self.free]
 
     @cached_property
     def inner_mass(self) -> csc_array:
-        """The mass matrix of the free nodes."""
+        """The mass matrix of the free dofs."""
         return self.mass[: self.free, : self.free]
 
     def factors(self, matrix: csc_array) -> Factors:
-        """The factors of a matrix of the free nodes, which couples no others than the stiffness."""
+        """The factors of a matrix of the free dofs, which couples no others than the stiffness."""
         entities = self.domain.space.entity[self.order[: self.free]]
         self.ordering.hold(self.inner_stiffness, entities)
         return Factors(matrix, entities, self.ordering)
 
     @property
     def solve_steady(self) -> Solver:
-        """Solver of K rise = load at the free nodes, by one factorization; without an exit for heat, of
+        """Solver of K rise = load at the free dofs, by one factorization; without an exit for heat, of
         (K + M / t) rise = load with the end t of the run."""
 
         def made() -> Solver:
@@ -138,26 +137,26 @@ class HeatProblem:
         return self.kept.made("solve_steady", made)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
-        """(all nodes,): the heat flow by conduction and films at a rise (all nodes), in W: K rise, and the terms."""
+        """(all dofs,): the heat flow by conduction and films at a rise (all dofs), in W: K rise, and the terms."""
         flow: np.ndarray = self.stiffness @ rise
         for term in self.terms:
             flow += self.take(term.outflow(self.field(rise)))
         return flow
 
     def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """(all nodes,): the stored power (W) at a rise and its rate (all nodes)."""
+        """(all dofs,): the stored power (W) at a rise and its rate (all dofs)."""
         heat: np.ndarray = self.mass @ rate
         if self.storage is not None:
             heat = heat + self.take(self.storage.power(self.field(rise), self.field(rate)))
         return heat
 
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
-        """(k, free nodes): the solutions of the transposed problem for loads of the same shape; of the steady problem,
+        """(k, free dofs): the solutions of the transposed problem for loads of the same shape; of the steady problem,
         or with (M + time K) in its place."""
         return self.solve_steady(loads) if time is None else self.solve_shifted(time)(loads)
 
     def solve_shifted(self, shift: float) -> Solver:
-        """Solver of (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
+        """Solver of (M + shift K) u = b on the free dofs; the factors of the last shift are kept."""
         last, solve = self.kept.pop("solve_shifted", (None, None))
         if last != shift:
             solve = self.factors(combined(self.inner_mass, shift, self.inner_stiffness)).solve
@@ -171,7 +170,7 @@ class HeatProblem:
 
     @cached_property
     def lifts(self) -> np.ndarray:
-        """(channels, all nodes): for each channel the rise that its given temperatures alone keep up."""
+        """(channels, all dofs): for each channel the rise that its given temperatures alone keep up."""
         n = self.free
         lifts = np.zeros((self.inputs.count, self.size))
         lifts[:, n:] = self.given
@@ -183,7 +182,7 @@ class HeatProblem:
         return lifts
 
     def improve(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
-        """(all nodes,): a rise (all nodes) after iterative refinement for a source (W, all nodes), with residuals in
+        """(all dofs,): a rise (all dofs) after iterative refinement for a source (W, all dofs), with residuals in
         extended precision, which brings the heat balance to rounding even where cells are needles."""
         k, n, inner = self.inner_stiffness, self.free, rise[: self.free]
         load = (source - self.stiffness @ np.concatenate([np.zeros(n), rise[n:]]))[:n]
@@ -198,16 +197,16 @@ class HeatProblem:
         return np.concatenate([inner, rise[n:]])
 
     def norm(self, u: np.ndarray) -> float:
-        """Root of the integral of rho c u^2 of a field at the free nodes."""
+        """Root of the integral of rho c u^2 of a field at the free dofs."""
         return float(np.sqrt(u @ (self.inner_mass @ u)))
 
     def whole(self, field: np.ndarray) -> np.ndarray:
-        """(..., all nodes): fields at the free nodes with zeros at the fixed nodes."""
+        """(..., all dofs): fields at the free dofs with zeros at the fixed dofs."""
         width = self.size - field.shape[-1]
         return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
 
     def disputed(self, names: Sequence[str]) -> np.ndarray:
-        """(k, all nodes): fields like ``shares``. The heat that enters at some boundaries together may be off by the
+        """(k, all dofs): fields like ``shares``. The heat that enters at some boundaries together may be off by the
         sum of their sizes, because boundaries share edges at an angle: there each part is only a leading term.
 
         With a flux like r^(s - 1) on both, the true part of a boundary with the share t is t^s / (t^s + (1 - t)^s): off
@@ -223,11 +222,11 @@ class HeatProblem:
 
     @cached_property
     def reaction_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
+        """For each boundary of given temperature the rows (all dofs,) of its heat flow per rise and per rate."""
         return {name: (self.apply_transposed(v), self.mass @ v) for name, v in self.shares.items()}
 
     def apply_transposed(self, z: np.ndarray) -> np.ndarray:
-        """(all nodes,): the transposed matrix times a field (all nodes), in W per K of the test function."""
+        """(all dofs,): the transposed matrix times a field (all dofs), in W per K of the test function."""
         tested: np.ndarray = self.stiffness @ z
         return tested
 

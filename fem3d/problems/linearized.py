@@ -82,7 +82,7 @@ class LinearizedHeat(HeatProblem):
         return self.exact.outflow(rise)
 
     def inner_rest(self) -> Rest:
-        """The rest on the free nodes."""
+        """The rest on the free dofs."""
         return self.rest.part(np.arange(self.free))
 
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
@@ -102,7 +102,7 @@ class LinearizedHeat(HeatProblem):
 
 
 def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> LinearizedHeat:
-    """The tangent of a problem about a ``rise`` (all nodes), with a current of a ``density`` (A/m2) there."""
+    """The tangent of a problem about a ``rise`` (all dofs), with a current of a ``density`` (A/m2) there."""
     u = heat.field(rise)
     stiffness, matrix = heat.stiffness, csc_array((heat.size,) * 2)
     for term in heat.terms:

@@ -2,7 +2,7 @@
 
 A steady state and a transient give the same names, as numbers or as arrays over time:
 ``time`` (s), ``probe:<probe>`` (rise in K, potential in V, heat flow and power in W, current in A),
-``flow:<boundary>`` (W, into the solid), ``doubt:<probe>`` (largest error of a heat flow whose boundary shares nodes
+``flow:<boundary>`` (W, into the solid), ``doubt:<probe>`` (largest error of a heat flow whose boundary shares dofs
 with another at an angle, or the remainder from the search for an extreme), ``current:<electrode>`` (A, into the solid),
 ``joule:<box>`` (W), ``power`` (W, supplied by the electrodes to the solved part, times the symmetric copies),
 ``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside the symmetric part);
@@ -80,7 +80,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     currents, joule = _stacked([state.currents]), _stacked([state.joule])
     # The source balances the stiffness, which is linearized where properties follow the temperature.
     loads = (state.source + heat.outflow(state.rise) - heat.stiffness @ state.rise)[None]
-    part = _OfNodes(heat, np.zeros(1), rises, at_rest, loads, [state.potential], currents, joule)
+    part = _OfRises(heat, np.zeros(1), rises, at_rest, loads, [state.potential], currents, joule)
     part.power = np.array([state.power])
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
@@ -128,7 +128,7 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
         currents = _stacked([p.currents for p in potentials])
         joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
     solved: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
-    return of_part(_OfNodes(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
+    return of_part(_OfRises(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
 
 
 def _stacked(each: Sequence[Mapping[Any, float]]) -> dict[Any, np.ndarray]:
@@ -147,8 +147,8 @@ class _Part:
         self.power: np.ndarray = sum(joule.values(), np.zeros(len(times)))
 
 
-class _OfNodes(_Part):
-    """By the rises, their rates and loads (each (times, all nodes)) and the potentials (functions,) at the times."""
+class _OfRises(_Part):
+    """By the rises, their rates and loads (each (times, all dofs)) and the potentials (functions,) at the times."""
 
     def __init__(
         self, heat: HeatProblem, times: np.ndarray, rises: np.ndarray, rates: np.ndarray, loads: np.ndarray,
@@ -160,11 +160,11 @@ class _OfNodes(_Part):
         self.reaction = (leaving - loads)[:, heat.free :]
 
     def along(self, row: np.ndarray) -> np.ndarray:
-        """(times,): the product of a row (all nodes,) with the rises."""
+        """(times,): the product of a row (all dofs,) with the rises."""
         return self.rises @ row
 
     def entering(self, fields: np.ndarray) -> np.ndarray:
-        """(k, times): the heat (W) that enters at the fixed nodes, tested with fields (k, all nodes)."""
+        """(k, times): the heat (W) that enters at the fixed dofs, tested with fields (k, all dofs)."""
         return fields[:, self.heat.free :] @ self.reaction.T
 
     def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
@@ -188,7 +188,7 @@ class _OfNodes(_Part):
 
 
 class OfStates(_Part):
-    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s); methods as of `_OfNodes`."""
+    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s); methods as of `_OfRises`."""
 
     def __init__(self, base: Base, reduced: Reduced, times: np.ndarray, a: np.ndarray, rates: np.ndarray) -> None:
         self.base, self.reduced, self.a, self.rates = base, reduced, a, rates
@@ -236,7 +236,7 @@ class OfStates(_Part):
         return flows | {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_given.items()}
 
 
-def of_part(part: _OfNodes | OfStates, symmetry: Symmetry) -> Outputs:
+def of_part(part: _OfRises | OfStates, symmetry: Symmetry) -> Outputs:
     """The outputs of the whole structure."""
     out, zero, copies, heat = {"time": part.times}, np.zeros(part.times.shape), symmetry.copies, part.heat
     films = {name: part.g @ film.entering + part.along(film.per_kelvin) for name, film in heat.films.items()}
@@ -258,7 +258,7 @@ def of_part(part: _OfNodes | OfStates, symmetry: Symmetry) -> Outputs:
             value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
         else:
             along = part.along(how.row) + part.g @ how.entering
-            if how.by_law is not None and isinstance(part, _OfNodes):
+            if how.by_law is not None and isinstance(part, _OfRises):
                 pairs = zip(part.fields, part.rises, strict=True)
                 along = along + [how.by_law(heat, u) @ rise for u, rise in pairs]
             value = sum((flows[name] for name in how.boundaries), along)
@@ -307,7 +307,7 @@ def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
 
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
-    """Return a warning for each property table whose range the fields (k, all nodes), rises in K, exceed."""
+    """Return a warning for each property table whose range the fields (k, all dofs), rises in K, exceed."""
     domain, sentences = heat.domain, list[str]()
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
     for body, material in enumerate(domain.materials):

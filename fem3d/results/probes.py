@@ -27,8 +27,8 @@ from statespace import channels
 @dataclass(frozen=True, eq=False)
 class Reading:
     """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, currents times ``sign``; or the
-    value is its ``extreme``. Rows are over all nodes. ``by_law`` of a nonlinear problem: what laws add to the row (all
-    nodes,) at a field (functions,). The problem is an argument: it stores its readings, and a reference back would keep
+    value is its ``extreme``. Rows are over all dofs. ``by_law`` of a nonlinear problem: what laws add to the row (all
+    dofs,) at a field (functions,). The problem is an argument: it stores its readings, and a reference back would keep
     both in memory."""
 
     row: np.ndarray
@@ -186,7 +186,7 @@ class Voltmeter:
 
 def potential_over_time(base: Base, rises: Callable[[], np.ndarray], probe: Any, times: np.ndarray) -> np.ndarray:
     """(times,): the potential (V) of a probe outside of the reduced problem: an extreme, or in parts without current.
-    Where resistivity varies, the electric problem is solved at each time for the ``rises`` (times, all nodes)."""
+    Where resistivity varies, the electric problem is solved at each time for the ``rises`` (times, all dofs)."""
     conductor, heat, g = base.conductor, base.heat, base.heat.inputs.at(times)
     meter = Voltmeter(heat.domain, probe)
     if conductor is None:

@@ -320,7 +320,7 @@ def _places(scene: AnyScene, rich: Projection, references: References) -> dict[s
 
 
 def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Choose few of the ``rows`` (places, nodes) whose largest of the ``values`` (places, fields) equals the largest of
+    """Choose few of the ``rows`` (places, dofs) whose largest of the ``values`` (places, fields) equals the largest of
     all within ``near`` (fields,)."""
     tops = values.max(axis=0)
     kept: list[int] = []

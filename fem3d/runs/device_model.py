@@ -121,13 +121,13 @@ class Structure:
         )  # fmt: skip
 
     def to_air(self, rise: np.ndarray) -> float:
-        """The heat (W) that leaves through films other than the substrate's at a rise (all nodes)."""
+        """The heat (W) that leaves through films other than the substrate's at a rise (all dofs)."""
         films = (film for name, film in self.heat.films.items() if not name.startswith(SUBSTRATE))
         return -self.copies * float(sum(film.per_kelvin @ rise for film in films))
 
     @cached_property
     def polymer(self) -> tuple[np.ndarray, np.ndarray]:
-        """(2, all nodes) twice: the heat that enters the polymer from the gold, and that leaves it at its top, per rise
+        """(2, all dofs) twice: the heat that enters the polymer from the gold, and that leaves it at its top, per rise
         and per its rate.
 
         The equations are tested with functions that are one at one face of the polymer and zero at the other, and

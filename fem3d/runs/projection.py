@@ -27,7 +27,7 @@ def slowest(heat: HeatProblem) -> float:
 
 
 def joule_loads(base: Base) -> list[np.ndarray]:
-    """Return the Joule heat (W, all nodes) of every pair of current fields, and its changes by temperature: by the rise
+    """Return the Joule heat (W, all dofs) of every pair of current fields, and its changes by temperature: by the rise
     that it makes, and by each given temperature."""
     heat, conductor, loads, none = base.heat, base.conductor, list[np.ndarray](), np.zeros(base.heat.size)
     if conductor is None:
@@ -64,12 +64,12 @@ class Projection:
         return self.base.heat
 
     def rises(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """(times, all nodes): the rises (K) for states (times, n) and inputs (times, inputs)."""
+        """(times, all dofs): the rises (K) for states (times, n) and inputs (times, inputs)."""
         lifts = self.heat.lifts
         return self.heat.whole(a @ self.reduced.basis.T) + g @ lifts[1:] + lifts[0]
 
     def state_space(self, places: Mapping[str, np.ndarray]) -> StateSpace:
-        """Write the projection as a state space; ``places`` are the rows (places, all nodes) of possible places of each
+        """Write the projection as a state space; ``places`` are the rows (places, all dofs) of possible places of each
         probe of an extreme."""
         heat, reduced = self.heat, self.reduced
         fields, channels = reduced.supply.shape[1], heat.inputs.count
@@ -91,7 +91,7 @@ class Projection:
         return StateSpace.of_rows(system, outputs, ports, 1 / np.sqrt(capacity))
 
     def _along(self, row: np.ndarray) -> Row:
-        """The value of a row (all nodes) of the rise."""
+        """The value of a row (all dofs) of the rise."""
         return Row(np.concatenate([self.heat.lifts @ row, row[: self.heat.free] @ self.reduced.basis]))
 
     def _given(self, values: np.ndarray) -> Row:

@@ -1,6 +1,6 @@
 """Newton's method for the coupled equations of temperature and current (`fem3d.solution.steady`).
 
-The unknowns are one vector x: the rises at the free nodes, the unknown potentials, and mu, by which the Joule heat is
+The unknowns are one vector x: the rises at the free dofs, the unknown potentials, and mu, by which the Joule heat is
 scaled, or without a current the heat sources and given temperatures. A step solves the exact linearization by GMRES,
 preconditioned with Cholesky factors of approximations of both diagonal blocks.
 """
@@ -41,8 +41,8 @@ class VanishedError(NotConvergedError):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A state ``x`` with derived values: ``rise`` (all nodes, K), ``potential`` (functions, V), the ``resistivity`` and
-    the current ``density`` (rows, points), the heat ``driven`` by the whole drive (all nodes, W), and the ``residual``
+    """A state ``x`` with derived values: ``rise`` (all dofs, K), ``potential`` (functions, V), the ``resistivity`` and
+    the current ``density`` (rows, points), the heat ``driven`` by the whole drive (all dofs, W), and the ``residual``
     of heat (W) and current (A) at their unknowns."""
 
     x: np.ndarray
@@ -94,7 +94,7 @@ class Newton:
         return Point(x, rise, potential, resistivity, density, driven, np.concatenate([heating, lacking]))
 
     def at_rise(self, rise: np.ndarray, mu: float, potential: np.ndarray | None = None) -> Point:
-        """The point of a rise (all nodes,), with a ``potential`` (functions,), else with the potential there."""
+        """The point of a rise (all dofs,), with a ``potential`` (functions,), else with the potential there."""
         c, potentials = self.conductor, np.empty(0)
         if c is not None:
             if not c.conducts(rise):
@@ -178,7 +178,7 @@ class Linearization:
 
         A'(u) v + mu (rho'/rho) h v + 2 mu J . grad w - m q,    E(u) w + J (rho'/rho) v . grad,
 
-    h = rho |J|^2 tested with functions. ``driven`` (free nodes,) is q less what given temperatures add.
+    h = rho |J|^2 tested with functions. ``driven`` (free dofs,) is q less what given temperatures add.
     """
 
     def __init__(self, newton: Newton, point: Point) -> None:

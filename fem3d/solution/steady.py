@@ -55,7 +55,7 @@ class SteadyState:
     Attributes
     ----------
     heat, conductor : the problems; ``heat`` is linearized about the state where a law makes it nonlinear
-    rise, source : (all nodes,), the rise (K), and the heat sources with the Joule heat (W) that cause it
+    rise, source : (all dofs,), the rise (K), and the heat sources with the Joule heat (W) that cause it
     joule, power, currents : the Joule heat by the labels of rows, and of all (W); the currents into electrodes and
         probes (A)
     potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
@@ -96,7 +96,7 @@ def solve_steady(
     heat, conductor : the heat equation, and the current equation on the same mesh; None for heat alone
     drive : voltage (V) or current (A) of the inputs, for `RunawayError.limit`; 0 for heat alone, for a fraction of it
     accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it.
-    start, potential : (all nodes,), rise (K), and (functions,), V, near the solution, as in another space
+    start, potential : (all dofs,), rise (K), and (functions,), V, near the solution, as in another space
 
     Raises RunawayError if the path ends below the whole drive: its ``limit`` is the largest drive on the path. Raises
     BeyondLawError if a resistivity law reaches zero first, CoarseMeshError if layers of a law lie between the points of
