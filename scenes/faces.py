@@ -45,16 +45,3 @@ def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """Return the derivative of the flux, in W/(m2 K)."""
     rest = beyond(boundary, temperature)
     return coefficient(boundary, temperature) + (0.0 if rest is None else rest)
-
-
-def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
-    """Return the growth of the flux from a temperature (K) to a ``rise`` above it, over the rise, in W/(m2 K)."""
-    t = np.maximum(start + rise, COLDEST)
-    if boundary.kind == "radiation":
-        return boundary.value * SIGMA * (t + start) * (t * t + start**2)
-    # Between temperatures that are closer a law's difference is rounding.
-    law, near = boundary.value, np.abs(rise) < 1e-6 * start
-    # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
-    apart = np.where(near, 1.0, t - start)
-    steep = np.where(near, law.slope(start + rise / 2), (law(t) - law(np.array(start))) / apart)
-    return np.asarray(law(t) + (start - float(boundary.ambient)) * steep)

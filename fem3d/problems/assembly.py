@@ -184,11 +184,6 @@ class Surface:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
         return self._kept.made(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
 
-    def through(self, on: Faces, u: np.ndarray) -> np.ndarray:
-        """Return (functions,) the row that gives the heat (W) beyond the film through some faces at a field u."""
-        excess = faces.secant(self.boundary, self._start, on.value(u)) - linear_film(self.domain, self.boundary)[0]
-        return on.load(excess)
-
     @property
     def boundary(self) -> Any:
         """One that stands for all."""
@@ -207,13 +202,16 @@ class Surface:
         slope = faces.coefficient(self.boundary, at) - linear_film(self.domain, self.boundary)[0]
         return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
 
-    def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
-        """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin
-        (functions,)."""
-        seen = self.on_one(on.facets)
-        at = self._start + seen.value(u)
-        per_kelvin = -seen.load(faces.slope(self.boundary, at))
-        return -float((seen.areas * faces.flux(self.boundary, at)).sum()) - float(per_kelvin @ u), per_kelvin
+    def entering(self, u: np.ndarray, facets: np.ndarray) -> float:
+        """The heat (W) that enters by some facets at a field u."""
+        seen = self.on_one(facets)
+        return -float((seen.areas * faces.flux(self.boundary, self._start + seen.value(u))).sum())
+
+    def entering_by_tangent(self, u: np.ndarray, facets: np.ndarray) -> tuple[float, np.ndarray]:
+        """The same by the tangent at a field u: at no rise (W), and per kelvin (functions,) in W/K."""
+        seen = self.on_one(facets)
+        per_kelvin = -seen.load(faces.slope(self.boundary, self._start + seen.value(u)))
+        return self.entering(u, facets) - float(per_kelvin @ u), per_kelvin
 
     @property
     def _start(self) -> float:

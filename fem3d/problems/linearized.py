@@ -70,7 +70,7 @@ class LinearizedHeat(HeatProblem):
         for term in self.terms:
             if isinstance(term, Surface):
                 for b in term.boundaries:
-                    entering, per_kelvin = term.entering(self.about, self.domain.faces(b))
+                    entering, per_kelvin = term.entering_by_tangent(self.about, self.domain.on(b))
                     films[b.name] = Film(self.inputs.split(entering), self.take(per_kelvin))
         return replace(self, films=films)
 

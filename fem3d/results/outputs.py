@@ -182,8 +182,7 @@ class _OfRises(_Part):
         flows = {name: self.reaction @ part[heat.free :] for name, part in heat.shares.items()}
         for term in (each for each in heat.terms if isinstance(each, Surface)):
             for b in term.boundaries:
-                tangents = [(u, *term.entering(u, heat.domain.faces(b))) for u in self.fields]
-                flows[b.name] = np.array([cold + per_kelvin @ u for u, cold, per_kelvin in tangents])
+                flows[b.name] = np.array([term.entering(u, heat.domain.on(b)) for u in self.fields])
         return flows
 
 
@@ -259,8 +258,7 @@ def of_part(part: _OfRises | OfStates, symmetry: Symmetry) -> Outputs:
         else:
             along = part.along(how.row) + part.g @ how.entering
             if how.by_law is not None and isinstance(part, _OfRises):
-                pairs = zip(part.fields, part.rises, strict=True)
-                along = along + [how.by_law(heat, u) @ rise for u, rise in pairs]
+                along = along + [how.by_law(heat, u) for u in part.fields]
             value = sum((flows[name] for name in how.boundaries), along)
         factor, added = symmetry.probes[probe.name]
         out[f"probe:{probe.name}"] = sum((channels.value(v, part.times) for v in added), factor * value)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.assembly import Surface, linear_film
+from fem3d.problems.assembly import Surface
 from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat
@@ -27,16 +27,16 @@ from statespace import channels
 @dataclass(frozen=True, eq=False)
 class Reading:
     """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, currents times ``sign``; or the
-    value is its ``extreme``. Rows are over all dofs. ``by_law`` of a nonlinear problem: what laws add to the row (all
-    dofs,) at a field (functions,). The problem is an argument: it stores its readings, and a reference back would keep
-    both in memory."""
+    value is its ``extreme``. Rows are over all dofs. ``by_law`` of a nonlinear problem: the heat (W) that laws add at a
+    field (functions,). The problem is an argument: it stores its readings, and a reference back would keep both in
+    memory."""
 
     row: np.ndarray
     entering: np.ndarray
     boundaries: tuple[str, ...] = ()
     sign: float = 1.0
     extreme: Extreme | None = None
-    by_law: Callable[[HeatProblem, np.ndarray], np.ndarray] | None = None
+    by_law: Callable[[HeatProblem, np.ndarray], float] | None = None
 
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
@@ -86,7 +86,7 @@ def _of_gradient(heat: HeatProblem, probe: Any) -> Reading:
         return Reading(heat.take(at(heat.about)), nothing)
     row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None])
     follows = any(isinstance(term, Conduction) for term in heat.terms)
-    return Reading(heat.take(row), nothing, by_law=(lambda heat, u: heat.take(at(u) - row)) if follows else None)
+    return Reading(heat.take(row), nothing, by_law=(lambda _, u: float((at(u) - row) @ u)) if follows else None)
 
 
 def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np.ndarray]]) -> Reading:
@@ -95,21 +95,21 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
     for b, on, shared in conditions:
         if bends(b) and isinstance(heat, LinearizedHeat):
             term = next(term for term in heat.terms if isinstance(term, Surface) and b in term.boundaries)
-            into, per_kelvin = term.entering(heat.about, domain.seen(shared))
+            into, per_kelvin = term.entering_by_tangent(heat.about, shared)
             row, entering = row + heat.take(per_kelvin), entering + heat.inputs.split(into)
-        elif b.kind != "temperature":
+        elif b.kind != "temperature" and not bends(b):
             area = domain.seen(shared).load()
             part = float(area @ domain.space.unit / domain.seen(on).areas.sum())
             entering = entering + part * heat.films[b.name].entering
-            if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
-                row = row - (linear_film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
+            if b.kind == "convection" and not isinstance(b.value, Schedule):
+                row = row - b.value * heat.take(area)
     given = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
     bent = not isinstance(heat, LinearizedHeat) and any(bends(b) for b, _, _ in conditions)
 
-    def by_law(heat: HeatProblem, u: np.ndarray) -> np.ndarray:
+    def by_law(heat: HeatProblem, u: np.ndarray) -> float:
         surfaces = [term for term in heat.terms if isinstance(term, Surface)]
         pairs = [(term, shared) for term in surfaces for b, _, shared in conditions if b in term.boundaries]
-        return -heat.take(sum((term.through(term.on_one(on), u) for term, on in pairs), np.zeros(len(u))))
+        return sum(term.entering(u, shared) for term, shared in pairs)
 
     return Reading(row, entering, given, by_law=by_law if bent else None)
 
