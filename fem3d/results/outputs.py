@@ -78,9 +78,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat, rises, at_rest = state.heat, state.rise[None], np.zeros((1, state.heat.size))
     currents, joule = _stacked([state.currents]), _stacked([state.joule])
-    # The source balances the stiffness, which is linearized where properties follow the temperature.
-    loads = (state.source + heat.outflow(state.rise) - heat.stiffness @ state.rise)[None]
-    part = _OfRises(heat, np.zeros(1), rises, at_rest, loads, [state.potential], currents, joule)
+    part = _OfRises(heat, np.zeros(1), rises, at_rest, state.source[None], [state.potential], currents, joule)
     part.power = np.array([state.power])
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)

@@ -308,8 +308,6 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: Lineariz
         rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
         problem = replace(near, about=heat.field(rise)).with_films()
         problem.kept.update(solve_steady=near.solve_steady)
-        # The linearized stiffness times the rise is not the outflow where a term is no conduction.
-        source = source + problem.stiffness @ rise - heat.outflow(rise)
     else:
         rise = heat.improve(rise, source)
     return SteadyState(
