@@ -73,12 +73,17 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Domain(ABC):
-    """Cells and conditions of a scene of any kind. ``body`` (cells,) is the number of each cell's body in ``names``
-    and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) marks cells with current.
-    ``still`` lists the cells of conductors at uniform voltage, each with its voltage or the name of the electrode at
-    that potential. ``anchored``: whether every part has an exit for heat. At ``contacts`` the temperature (in
-    ``space``) or the potential may jump. Potentials are in ``potentials``, or in ``space`` where ``potentials`` is
-    None.
+    """Cells and conditions of a scene of any kind.
+
+    Attributes
+    ----------
+    space, potentials : of the temperature, and of the potential: None where both have one space
+    body : (cells,), the number of each cell's body in ``names`` and ``materials``
+    sources : heat sources (W/m3), each with its cells
+    live : (cells,), whether current flows there
+    still : cells of conductors without current, each with its voltage or the name of the electrode at its potential
+    anchored : whether every part has an exit for heat
+    contacts : facets at which the temperature or the potential may jump
     """
 
     scene: Any
