@@ -137,7 +137,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
-def by_temperature(
+def warming_rows(
     study: Study, problems: Problems, state: SteadyState, scales: Mapping[str, float], electric: Rows
 ) -> Rows:
     """Return load vectors (all dofs,) by which a change v of the temperature changes electric quantities.
@@ -256,7 +256,7 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
         raise CoarseMeshError("the mesh is too coarse for a steady state in each of its spaces") from error
     scales = study.steady_scales(fine.out)
     rows, part_scales = _electric_rows(study, problems), scales_of_part(study.part, study.goals, scales)
-    others = by_temperature(study, problems, fine.state, scales, rows)
+    others = warming_rows(study, problems, fine.state, scales, rows)
     duals = Duals(study.goals, problems, fine.state.rise, part_scales, others=others)
     thermal, electric = duals.by_heat(), _potentials(problems, scales, rows)
     heat = {name: each for name, each in thermal.items() if name not in others}

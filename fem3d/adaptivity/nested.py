@@ -188,7 +188,7 @@ def discretize(domain: Domain, accuracy: float) -> Problems:
     heated, free = [*(cells for _, cells in domain.sources), np.flatnonzero(domain.live)], heat.order[: heat.free]
     ends = np.cumsum([each.shape[1] for each in (space.mesh.p, space.mesh.edges, space.mesh.facets)])
     free = free[np.searchsorted(ends, space.entity[space.origin[free]], side="right") != 2]  # 2: on facets
-    if physics.heat(domain.scene) and not all(space.of(cells)[free].any() for cells in heated if len(cells)):
+    if physics.heat(domain.scene) and not all(space.functions_of(cells)[free].any() for cells in heated if len(cells)):
         raise CoarseMeshError("all nodes of a heated part have given temperatures")
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
     return Problems(

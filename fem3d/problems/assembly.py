@@ -49,7 +49,7 @@ def assemble(domain: Domain) -> HeatProblem:
     stiffness, mass = part(stiffness, order), part(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
-    terms += surfaces(domain)
+    terms += nonlinear_surfaces(domain)
     storage = Storage(domain) if len(following(domain, "specific_heat")) else None
     free = int((~given[order]).sum())
     fixed = order[free:]
@@ -218,7 +218,7 @@ class Surface:
         return float(self.domain.scene.initial_temperature)
 
 
-def surfaces(domain: Domain) -> tuple[Surface, ...]:
+def nonlinear_surfaces(domain: Domain) -> tuple[Surface, ...]:
     """One of each law of boundaries whose heat is no straight line of the temperature."""
     alike: dict[Any, list[Any]] = {}
     for b in domain.scene.boundaries:

@@ -37,7 +37,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     if not len(cells):
         return None
     voltages, fixed, terminals, electrodes = _electrodes(domain)
-    free = np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1])
+    free = np.flatnonzero(space.functions_of(cells) & ~fixed & space.nested[-1])
     # Rows are the cells, then the facets of each contact that the current crosses.
     crossed, body = crossings(heat.domain), domain.body[cells]
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, body, None]
@@ -80,7 +80,7 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
             at = int(np.flatnonzero(unit)[0])
             for cells, electrode in domain.still:  # which have its potential, as no current passes
                 if electrode == b.name:
-                    unit = np.where(space.of(cells), space.unit, unit)
+                    unit = np.where(space.functions_of(cells), space.unit, unit)
             terminals.append(Terminal(b.name, unit, at, b.series_resistance))
             currents.append(domain.inputs.split(b.value) / (1.0 if b.series_resistance == inf else b.series_resistance))
             voltages[:, unit > 0] = 0.0

@@ -262,7 +262,7 @@ class Conductor:
     def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray, dict[str, float]]]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
         domain, known = self.heat.domain.electric, {}
-        mine = domain.space.of(self.cells)
+        mine = domain.space.functions_of(self.cells)
         for probe in domain.scene.probes:
             if probe.quantity == "potential" and probe.reduce == "mean":
                 row = domain.mean(probe, domain.live)

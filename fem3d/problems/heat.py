@@ -178,10 +178,10 @@ class HeatProblem:
             if lift.any():
                 lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
                 if self.domain.anchored:
-                    lift[:] = self.improve(lift, np.zeros(self.size))
+                    lift[:] = self.refine_iteratively(lift, np.zeros(self.size))
         return lifts
 
-    def improve(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
+    def refine_iteratively(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
         """(all dofs,): a rise (all dofs) after iterative refinement for a source (W, all dofs), with residuals in
         extended precision, which brings the heat balance to rounding even where cells are needles."""
         k, n, inner = self.inner_stiffness, self.free, rise[: self.free]

@@ -60,16 +60,16 @@ class Extreme:
         return LatticeSearch([self]).run(function[None], np.ones((1, 1)))[2][0][0]
 
 
-def read(extremes: Sequence[Extreme], fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def read_extremes(every: Sequence[Extreme], fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(extremes, times) twice: extremes of the sums of functions (r, functions) with weights (times, r), and the
     estimated remainder of the search for each; all extremes in one space are searched for at once."""
-    values, doubts = np.zeros((2, len(extremes), len(weights)))
-    for i, extreme in enumerate(extremes):
+    values, doubts = np.zeros((2, len(every), len(weights)))
+    for i, extreme in enumerate(every):
         for k, (cell, point) in enumerate(extreme.known or ()):
             at = extreme.space.dofs[:, cell], extreme.space.at(point[:, None])[0]
             values[i, k] = weights[k] @ (fields[:, at[0]] @ at[1])
-    if new := [i for i, extreme in enumerate(extremes) if not extreme.known]:
-        sought = [extremes[i] for i in new]
+    if new := [i for i, extreme in enumerate(every) if not extreme.known]:
+        sought = [every[i] for i in new]
         values[new], doubts[new], places = LatticeSearch(sought).run(fields, weights)
         for extreme, found in zip(sought, places, strict=True):
             extreme.known = found if extreme.known is not None else None
@@ -84,7 +84,7 @@ class LatticeSearch:
         self._nodes = (1 - np.cos(np.linspace(0, np.pi, self._space.p + 2))) / 2
 
     def run(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[list[Place]]]:
-        """The values and the remainders (extremes, times), and the places of each extreme, as of `read`."""
+        """The values and the remainders (extremes, times), and the places of each extreme, as of `read_extremes`."""
         extremes, count = self._extremes, len(self._extremes)
         values, doubts = np.full((count, len(weights)), -np.inf), np.zeros((count, len(weights)))
         places = [[Place(-1, np.zeros(3))] * len(weights) for _ in extremes]

@@ -21,7 +21,7 @@ from numpy.polynomial.legendre import legvander
 from fem3d.problems.assembly import Surface
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
-from fem3d.results.extremes import Extreme, read
+from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.results.probes import Voltmeter, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
@@ -167,7 +167,7 @@ class _OfRises(_Part):
 
     def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
         """(extremes, times) each: some extremes and their remainders."""
-        return read(every, self.fields, np.eye(len(self.times)))
+        return read_extremes(every, self.fields, np.eye(len(self.times)))
 
     def potential(self, probe: Any) -> np.ndarray:
         """(times,): the potential (V) at a probe."""
@@ -217,7 +217,7 @@ class OfStates(_Part):
 
     def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
         fields = self.heat.field(np.concatenate([self.heat.whole(self.reduced.basis.T), self.heat.lifts]))
-        return read(every, fields, np.concatenate([self.a, self.g], axis=1))
+        return read_extremes(every, fields, np.concatenate([self.a, self.g], axis=1))
 
     def potential(self, probe: Any) -> np.ndarray:
         heat, reduced = self.heat, self.reduced
@@ -313,7 +313,7 @@ def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[
         if not given or not len(cells):
             continue
         # Inside the cells, and at their vertices, where the coefficient of a function is its value.
-        vertices = np.flatnonzero(space.of(cells) & (space.unit > 0))
+        vertices = np.flatnonzero(space.functions_of(cells) & (space.unit > 0))
         reached = np.concatenate([fields[:, vertices].ravel(), *(space.on(cells).value(u).ravel() for u in fields)])
         low, high = start + float(reached.min()), start + float(reached.max())
         slack = 1e-3 * (high - low)  # the accuracy of given temperatures at the ends of tables

@@ -17,7 +17,7 @@ from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat
 from fem3d.problems.paths import Conductivity, Section
-from fem3d.results.extremes import Extreme, read
+from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
 from scenes.model import Schedule, bends
@@ -79,12 +79,12 @@ def _of_gradient(heat: HeatProblem, probe: Any) -> Reading:
     domain, cold = heat.domain, heat.domain.per_cell("thermal_conductivity")
 
     def at(u: np.ndarray) -> np.ndarray:
-        return gradient(domain, probe, lambda faces: at_faces(domain, "thermal_conductivity", u, faces))
+        return gradient_row(domain, probe, lambda faces: at_faces(domain, "thermal_conductivity", u, faces))
 
     nothing = np.zeros(heat.inputs.count)
     if isinstance(heat, LinearizedHeat):
         return Reading(heat.take(at(heat.about)), nothing)
-    row = gradient(domain, probe, lambda faces: cold[..., faces.cells, None])
+    row = gradient_row(domain, probe, lambda faces: cold[..., faces.cells, None])
     follows = any(isinstance(term, Conduction) for term in heat.terms)
     return Reading(heat.take(row), nothing, by_law=(lambda _, u: float((at(u) - row) @ u)) if follows else None)
 
@@ -119,7 +119,7 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
     return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
 
 
-def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
+def gradient_row(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
     """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets: on the surface into
     the solid, inside as of a `Section`."""
     facets = domain.facets(probe)
@@ -168,13 +168,14 @@ class Voltmeter:
         inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
         # The potential that is solved for knows a part at the potential of an electrode (str).
         given = [(cells, voltage) for cells, voltage in domain.still if not isinstance(voltage, str)]
-        self.still = [(np.where(domain.space.of(cells), domain.space.unit, 0.0), voltage) for cells, voltage in given]
+        space = domain.space
+        self.still = [(np.where(space.functions_of(cells), space.unit, 0.0), voltage) for cells, voltage in given]
         if probe.reduce == "mean":
             row = domain.mean(probe, inside)
             self.value: Callable[[np.ndarray], float] = lambda field: float(row @ field)
         else:
             search = extreme(domain, probe, inside)
-            self.value = lambda field: float(read([search], field[None], np.ones((1, 1)))[0].item())
+            self.value = lambda field: float(read_extremes([search], field[None], np.ones((1, 1)))[0].item())
 
     def read(self, potential: np.ndarray | None, time: float) -> float:
         """The probe's value (V) for a potential (functions,) of the parts with current, at a time (s)."""

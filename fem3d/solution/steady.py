@@ -309,7 +309,7 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: Lineariz
         problem = replace(near, about=heat.field(rise)).with_films()
         problem.kept.update(solve_steady=near.solve_steady)
     else:
-        rise = heat.improve(rise, source)
+        rise = heat.refine_iteratively(rise, source)
     return SteadyState(
         problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, unsettled,
         newton.folded, density,

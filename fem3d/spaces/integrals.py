@@ -137,7 +137,7 @@ class Space(ABC):
         """The inverse of the map's derivative, (3, 3, cells, points) or, where it is diagonal, (3, cells, 1); and the
         size of its determinant (cells, points or 1)."""
 
-    def of(self, cells: np.ndarray) -> np.ndarray:
+    def functions_of(self, cells: np.ndarray) -> np.ndarray:
         """(functions,): whether each belongs to some cells (numbers or a mask)."""
         mask = np.zeros(self.size, bool)
         mask[self.dofs[:, cells]] = True

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, FacetBasis, LinearForm, MeshHex
 from skfem.helpers import dot, grad
 
-from fem3d.results.extremes import Extreme, read
+from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.element import ElementHexTrunk, modes
@@ -161,7 +161,7 @@ def test_extremes_equal_dense_sampling_within_error(degree, probe):
     fields = functions(own.space, 12, degree + 10)
     everywhere = [dense(own.space, probe, u) for u in fields]
     for sign in (1.0, -1.0):
-        (values,), (left,) = read([Extreme(own.space, own.patches(probe), sign)], fields, np.eye(12))
+        (values,), (left,) = read_extremes([Extreme(own.space, own.patches(probe), sign)], fields, np.eye(12))
         sampled = np.array([sign * (sign * found).max() for found in everywhere])
         size = np.abs(sampled).max()
         assert (sign * (values - sampled) >= -left - 1e-4 * size).all()

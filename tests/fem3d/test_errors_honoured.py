@@ -171,14 +171,14 @@ def test_an_error_is_at_least_what_the_heat_balance_leaves(monkeypatch):
     true = solve(scene)
     assert true.details["energy_imbalance"] < 1e-12
     assert true.steady["in"].error < 2e-10 * flow
-    improve = HeatProblem.improve
+    improve = HeatProblem.refine_iteratively
 
     def rounded(self: HeatProblem, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
         found = improve(self, rise, source)
         found[: self.free] *= 1 + 1e-6
         return found
 
-    monkeypatch.setattr(HeatProblem, "improve", rounded)
+    monkeypatch.setattr(HeatProblem, "refine_iteratively", rounded)
     found = solve(scene)
     off = abs(found.steady["in"].value - flow)
     assert found.details["energy_imbalance"] > 1e-7
