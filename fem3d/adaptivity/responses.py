@@ -194,7 +194,7 @@ def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
     if conductor is not None:
         voltage = heat.inputs.at(times[hottest : hottest + 1])[0] @ conductor.voltages
         density = conductor.solve(rises[hottest], voltage).density
-    return linearized(heat, conductor, rises[hottest], density).with_films()
+    return linearized(heat, conductor, rises[hottest], density)
 
 
 def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineResponse) -> Response:

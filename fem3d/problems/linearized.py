@@ -17,11 +17,10 @@ from typing import Any, Self
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.assembly import Surface
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import MOST_GMRES, solve_by_gmres
-from fem3d.problems.heat import Film, HeatProblem
+from fem3d.problems.heat import HeatProblem
 from scenes.errors import NumericsError
 
 DUAL_RESIDUAL = 1e-6  # relative, of a dual solution
@@ -63,16 +62,6 @@ class LinearizedHeat(HeatProblem):
         """The tangent of a problem, with the films of the linear one."""
         given = {f.name: getattr(exact, f.name) for f in fields(HeatProblem) if f.init} | {"stiffness": stiffness}
         return cls(**given, exact=exact, about=about, rest=rest)
-
-    def with_films(self) -> Self:
-        """The same, with films that are tangents, too, where a boundary's heat is no straight line."""
-        films = dict(self.films)
-        for term in self.terms:
-            if isinstance(term, Surface):
-                for b in term.boundaries:
-                    entering, per_kelvin = term.entering_by_tangent(self.about, self.domain.on(b))
-                    films[b.name] = Film(self.inputs.split(entering), self.take(per_kelvin))
-        return replace(self, films=films)
 
     def lower(self, level: int) -> Self:
         kept = np.flatnonzero(self.domain.space.nested[level][self.order])

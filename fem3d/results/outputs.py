@@ -236,6 +236,7 @@ class OfStates(_Part):
 def of_part(part: _OfRises | OfStates, symmetry: Symmetry) -> Outputs:
     """The outputs of the whole structure."""
     out, zero, copies, heat = {"time": part.times}, np.zeros(part.times.shape), symmetry.copies, part.heat
+    # The flows of nonlinear boundaries take the place of their linear films.
     films = {name: part.g @ film.entering + part.along(film.per_kelvin) for name, film in heat.films.items()}
     flows = films | part.flows()
     probes = [each for each in heat.domain.scene.probes if each.name in symmetry.probes]

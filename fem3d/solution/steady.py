@@ -306,7 +306,7 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: Lineariz
     if newton.nonlinear:
         near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
         rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
-        problem = replace(near, about=heat.field(rise)).with_films()
+        problem = replace(near, about=heat.field(rise))
         problem.kept.update(solve_steady=near.solve_steady)
     else:
         rise = heat.refine_iteratively(rise, source)
