@@ -153,16 +153,6 @@ class Paths:
             flow += crossing.potential.load(part[0])
         return flow
 
-    def beside(self, rows: np.ndarray, count: int) -> np.ndarray:
-        """(``count`` of all cells,): values on the facets of crossings (rows,), in equal parts for the cells beside."""
-        parts, start = np.zeros(count), len(self.warmed.weights)
-        for crossing in self._crossings:
-            own = rows[start : start + crossing.cells.shape[1]] / len(crossing.cells)
-            for cells in crossing.cells:
-                np.add.at(parts, cells, own)
-            start += len(own)
-        return parts
-
 
 @dataclass(frozen=True, eq=False)
 class Terminal:
