@@ -40,15 +40,19 @@ SOLVE_ROUNDING = 1e-10  # relative error that rounding in the solves leaves in e
 class Study:
     """A scene's part to be solved, and its quantities.
 
-    ``steady`` and ``traces`` compute the reported quantities from the outputs. ``steady_scales`` and ``trace_scales``
-    compute the references of relative errors from the outputs (of the steady state where available). ``goals`` and
-    ``trace_goals`` name the probe of a steady quantity, or of a trace; ``ratios`` map quantities to the goal with the
-    same relative error.
-    ``extrapolated``: whether steady quantities include the estimated change by higher degrees, where available.
-    ``field_accuracy``: of the steady field at any point, over its largest rise; None where the field is not used.
-    Times in s: the ``end``, the ``earliest`` time at which the accuracy of traces holds, and ``instants`` that must be
-    among the rows. Messages state the ``drive``, a voltage (V) or a current (A).
-    ``from_start``: whether errors before ``earliest`` are needed, too.
+    Attributes
+    ----------
+    accuracy : largest error of a quantity over its scale
+    drive : voltage (V) or current (A), for messages
+    end, earliest, instants : end of the transient, the time from which on the accuracy of traces holds, and times that
+        must be among the rows (s)
+    goals, trace_goals : the probe of a steady quantity, or of a trace
+    ratios : the goal whose relative error a quantity has
+    steady, traces : compute the reported quantities from the outputs
+    steady_scales, trace_scales : compute the scales of errors from the outputs (of the steady state where available)
+    field_accuracy : of the steady field at any point, over its largest rise; None where the field is not used
+    extrapolated : whether steady quantities include the estimated change by higher degrees, where available
+    from_start : whether errors before ``earliest`` are needed, too
     """
 
     part: Symmetry

@@ -50,13 +50,17 @@ class Space(ABC):
     """Functions on the cells of scikit-fem's ``mesh``.
 
     A function is a vector of coefficients (functions,); a field has values at quadrature points, as (cells, points), or
-    (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's numbering,
-    ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each function belongs
-    to, and ``places`` (entities, 3) are their places.
+    (3, cells, points) for a vector.
 
-    Functions may jump across the facets ``torn`` (`fem3d.spaces.mapped`), ``origin`` (functions,) being its number
-    before the split. Functions that belong to no cell are ``beyond`` a face: by name, the functions of the face and
-    their partners in the same order.
+    Attributes
+    ----------
+    p : highest degree
+    dofs, size : (functions of a cell, cells), and the number of functions, in scikit-fem's numbering
+    entity : (functions,), the number of the vertex, edge, facet or cell of each function
+    places : (entities, 3), where these are
+    torn : facets across which functions jump (`fem3d.spaces.mapped`)
+    origin : (functions,), the number of each function before the split
+    beyond : by the name of a face, its functions, and partners in the same order that belong to no cell
     """
 
     mesh: Any
