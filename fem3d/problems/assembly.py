@@ -49,7 +49,7 @@ def assemble(domain: Domain) -> HeatProblem:
     stiffness, mass = part(stiffness, order), part(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
-    terms += nonlinear_surfaces(domain)
+    terms += [Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.on(b))]
     storage = Storage(domain) if len(following(domain, "specific_heat")) else None
     free = int((~given[order]).sum())
     fixed = order[free:]
@@ -168,26 +168,21 @@ def linear_film(domain: Domain, boundary: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Boundaries with one law, beyond their films, by a quadrature of ``more`` points along each axis than is due."""
+    """A boundary with a nonlinear heat flux, beyond its film, by a quadrature with ``more`` points along each axis."""
 
     domain: Domain
-    boundaries: tuple[Any, ...]
+    boundary: Any
     more: int = 1
     _kept: Kept = field(init=False, default_factory=Kept)
 
     @property
     def on(self) -> Faces:
-        """The faces of all, with the points of the quadrature."""
-        return self.on_one(np.concatenate([self.domain.on(b) for b in self.boundaries]))
+        """The faces, with the points of the quadrature."""
+        return self.on_some(self.domain.on(self.boundary))
 
-    def on_one(self, facets: np.ndarray) -> Faces:
+    def on_some(self, facets: np.ndarray) -> Faces:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
         return self._kept.made(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
-
-    @property
-    def boundary(self) -> Any:
-        """One that stands for all."""
-        return self.boundaries[0]
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): the heat that leaves beyond the film, in W."""
@@ -204,24 +199,15 @@ class Surface:
 
     def entering(self, u: np.ndarray, facets: np.ndarray) -> float:
         """The heat (W) that enters by some facets at a field u."""
-        seen = self.on_one(facets)
+        seen = self.on_some(facets)
         return -float((seen.areas * faces.flux(self.boundary, self._start + seen.value(u))).sum())
 
     def entering_by_tangent(self, u: np.ndarray, facets: np.ndarray) -> tuple[float, np.ndarray]:
         """The same by the tangent at a field u: at no rise (W), and per kelvin (functions,) in W/K."""
-        seen = self.on_one(facets)
+        seen = self.on_some(facets)
         per_kelvin = -seen.load(faces.slope(self.boundary, self._start + seen.value(u)))
         return self.entering(u, facets) - float(per_kelvin @ u), per_kelvin
 
     @property
     def _start(self) -> float:
         return float(self.domain.scene.initial_temperature)
-
-
-def nonlinear_surfaces(domain: Domain) -> tuple[Surface, ...]:
-    """One of each law of boundaries whose heat is no straight line of the temperature."""
-    alike: dict[Any, list[Any]] = {}
-    for b in domain.scene.boundaries:
-        if bends(b) and len(domain.on(b)):
-            alike.setdefault((b.kind, b.value, b.ambient), []).append(b)
-    return tuple(Surface(domain, tuple(boundaries)) for boundaries in alike.values())

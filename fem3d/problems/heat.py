@@ -139,8 +139,9 @@ class HeatProblem:
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all dofs,): the heat flow by conduction and films at a rise (all dofs), in W: K rise, and the terms."""
         flow: np.ndarray = self.stiffness @ rise
+        u = self.field(rise)
         for term in self.terms:
-            flow += self.take(term.outflow(self.field(rise)))
+            flow += self.take(term.outflow(u))
         return flow
 
     def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:

@@ -93,12 +93,11 @@ class LinearizedHeat(HeatProblem):
 def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> LinearizedHeat:
     """The tangent of a problem about a ``rise`` (all dofs), with a current of a ``density`` (A/m2) there."""
     u = heat.field(rise)
-    stiffness, matrix = heat.stiffness, csc_array((heat.size,) * 2)
-    for term in heat.terms:
-        symmetric, rest = term.tangent(u)
-        stiffness = csc_array(stiffness + part(symmetric, heat.order))
-        if rest is not None:
-            matrix = csc_array(matrix + part(rest, heat.order))
+    symmetric = rest = csc_array((heat.domain.space.size,) * 2)
+    for one, other in (term.tangent(u) for term in heat.terms):
+        symmetric, rest = symmetric + one, rest if other is None else rest + other
+    stiffness = csc_array(heat.stiffness + part(symmetric, heat.order)) if heat.terms else heat.stiffness
+    matrix = part(csc_array(rest), heat.order)
     columns = rows = np.empty((0, heat.size))
     if conductor is not None and conductor.warms and len(density):
         heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)

@@ -18,11 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from fem3d.problems.assembly import Surface
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
 from fem3d.results.extremes import Extreme, read_extremes
-from fem3d.results.probes import Voltmeter, potential_over_time, reading
+from fem3d.results.probes import Voltmeter, nonlinear_surfaces, potential_over_time, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced
@@ -182,9 +181,8 @@ class _OfRises(_Part):
         """The heat (W) that enters at each boundary of given temperature, or with a law of its own."""
         heat = self.heat
         flows = {name: self.reaction @ part[heat.free :] for name, part in heat.shares.items()}
-        for term in (each for each in heat.terms if isinstance(each, Surface)):
-            for b in term.boundaries:
-                flows[b.name] = np.array([term.entering(u, heat.domain.on(b)) for u in self.fields])
+        for name, term in nonlinear_surfaces(heat).items():
+            flows[name] = np.array([term.entering(u, term.on.facets) for u in self.fields])
         return flows
 
 

@@ -94,8 +94,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
     domain, row, entering = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     for b, on, shared in conditions:
         if bends(b) and isinstance(heat, LinearizedHeat):
-            term = next(term for term in heat.terms if isinstance(term, Surface) and b in term.boundaries)
-            into, per_kelvin = term.entering_by_tangent(heat.about, shared)
+            into, per_kelvin = nonlinear_surfaces(heat)[b.name].entering_by_tangent(heat.about, shared)
             row, entering = row + heat.take(per_kelvin), entering + heat.inputs.split(into)
         elif b.kind != "temperature" and not bends(b):
             area = domain.seen(shared).load()
@@ -107,11 +106,15 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
     bent = not isinstance(heat, LinearizedHeat) and any(bends(b) for b, _, _ in conditions)
 
     def by_law(heat: HeatProblem, u: np.ndarray) -> float:
-        surfaces = [term for term in heat.terms if isinstance(term, Surface)]
-        pairs = [(term, shared) for term in surfaces for b, _, shared in conditions if b in term.boundaries]
-        return sum(term.entering(u, shared) for term, shared in pairs)
+        surfaces = nonlinear_surfaces(heat)
+        return sum(surfaces[b.name].entering(u, shared) for b, _, shared in conditions if bends(b))
 
     return Reading(row, entering, given, by_law=by_law if bent else None)
+
+
+def nonlinear_surfaces(heat: HeatProblem) -> dict[str, Surface]:
+    """The nonlinear boundaries by name."""
+    return {term.boundary.name: term for term in heat.terms if isinstance(term, Surface)}
 
 
 def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
