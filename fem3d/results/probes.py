@@ -20,7 +20,7 @@ from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
-from scenes.model import Schedule, bends
+from scenes.model import bends
 from statespace import channels
 
 
@@ -100,7 +100,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
             area = domain.seen(shared).load()
             part = float(area @ domain.space.unit / domain.seen(on).areas.sum())
             entering = entering + part * heat.films[b.name].entering
-            if b.kind == "convection" and not isinstance(b.value, Schedule):
+            if b.kind == "convection":
                 row = row - b.value * heat.take(area)
     given = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")
     bent = not isinstance(heat, LinearizedHeat) and any(bends(b) for b, _, _ in conditions)
