@@ -1,9 +1,9 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
 A level is one mesh with its solutions in the nested spaces and the errors of its goals. Its answer is accepted, or the
-mesh is refined by its error indicators. It is refined everywhere where states go beyond a resistivity law, where it is
-too coarse for a law or only a lower space has no solution; where heating runs away, for a state just below the limit,
-to confirm that it does. Any other failure in the highest space ends the run.
+mesh is refined by its error indicators. A mesh is refined everywhere if states go beyond a resistivity law, if it is
+too coarse for a law, or if only a lower space has no solution. If the heating runs away, it is refined for a state just
+below the limit, to confirm the runaway. Any other failure in the highest space ends the run.
 """
 
 from __future__ import annotations
@@ -103,10 +103,15 @@ def indicators(level: Level | None, response: BoundedResponse | None = None) -> 
 
 @dataclass
 class Refinement:
-    """The request, and the state carried from one level to the next: the ``limit`` of the drive on the last mesh and
-    its ``change``; whether a transient ran away; of a transient without a steady state the ``slowest`` time constant
-    (s) and the ``generations`` of Krylov fields; with laws the last grid and its steady rise (functions,), ``coarser``,
-    from which Newton's method begins."""
+    """The request, and the state carried from one level to the next.
+
+    Attributes
+    ----------
+    limit, change : largest drive with a steady state on the last mesh, and its change from the mesh before
+    ran_away : whether a transient ran away on an earlier mesh
+    slowest, generations : time constant (s) and Krylov generations of the last transient without a steady state
+    coarser : with laws the last grid and its steady rise (functions,), from which Newton's method begins
+    """
 
     study: Study
     with_steady: bool
@@ -162,8 +167,8 @@ class Refinement:
         return response
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
-        """Refine the mesh for the state just below the limit; None if the limit is accurate, and the drive is larger by
-        more than its error: `SURELY` times its change from the mesh before, and the error by quadratures."""
+        """Refine the mesh for the state just below the limit. None if the limit is accurate and the drive exceeds it by
+        more than its error, `SURELY` times its change from the mesh before and the error by quadratures."""
         if isinstance(runaway, RunawayInTimeError):
             return self._refine_for_runaway_in_time(mesh)
         before, self.change = self.change, np.inf if self.limit is None else abs(runaway.limit - self.limit)

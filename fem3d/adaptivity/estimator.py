@@ -153,7 +153,7 @@ class Estimator:
 
     def indicators(self, goal: Contributions) -> np.ndarray:
         """Return (3, cells) the error of a goal after the last degree in each cell, by axis; their sum is the error
-        bound, without other errors than of the space. Of the sum over a group of cells it is
+        bound, without other errors than of the space. For the sums over a group of cells it is
 
             eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a),
 

@@ -165,7 +165,7 @@ def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | N
 def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> FineResponse:
     """Solve a problem with temperature-dependent properties in steps whose halves show their error.
 
-    Of the change 1 / (2^order - 1) is left. The order is 4, but in stiff problems may fall to that of the stages, 2
+    The error is 1 / (2^order - 1) of the change. The order is 4, but may fall in stiff problems to the stages' order 2
     (Hairer and Wanner, Solving ODEs II, section IV.15): a third of the change is stated. An error estimated within a
     step may vanish by chance; the change is zero only if the error is.
     """
@@ -198,8 +198,8 @@ def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
 
 
 def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineResponse) -> Response:
-    """Return the response of a lower space in as many generations of fields as the fine response; or with the same
-    steps, and quadratures of laws with a point fewer along each axis, so that the change shows their error too."""
+    """Return the response of a lower space in as many generations of fields as the fine response. At full order take
+    the same steps, and quadratures of laws with a point fewer along each axis: the change shows their error too."""
     tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
         march = March(base.heat, base.conductor, tolerance, points=-1)

@@ -163,9 +163,9 @@ def _indicators(
     of the inputs: the first and the last time, and the times of the largest change of each rise and of the trace that
     changes most (after a jump perhaps the entering heat).
 
-    The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for long:
-    the indicators of a rise are scaled by the ratio of the lower space's change to the contributions of either degree,
-    at least 1. One of two degrees does not change an even solution.
+    The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for long.
+    So the indicators of a rise are scaled by the ratio, at least 1, of the lower space's change to the contributions of
+    either degree: one of two degrees does not change an even solution.
     """
     probes, changes = problems.domain.probes, largest_differences(fine.traces, lower)
     rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]

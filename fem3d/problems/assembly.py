@@ -76,9 +76,12 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
 def _films_and_fluxes(
     domain: Domain,
 ) -> tuple[csc_array, np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
-    """int h u v plus the jumps at contacts over their resistance (functions, functions) in W/K, the former for u = 1
-    (functions,), int (h (T_air - T_0) + q_n) v (channels, functions) in W, and by boundary the heat that enters at no
-    rise (channels,) and per kelvin (functions,)."""
+    """Assemble the linear conditions on faces. Return
+
+    - int h u v + int_contacts [u] [v] / R, (functions, functions) in W/K, and int h v, (functions,) in W/K,
+    - int (h (T_air - T_0) + q_n) v, (channels, functions) in W,
+    - by boundary the heat that enters at no rise, (channels,) in W, and per kelvin, (functions,) in W/K.
+    """
     space, channels = domain.space, domain.inputs
     films, cooled = list[Entries](), np.zeros(space.size)
     loads, rows = np.zeros((channels.count, space.size)), {}
@@ -109,8 +112,8 @@ def _films_and_fluxes(
 
 
 def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[dict[str, np.ndarray], csc_array], np.ndarray]:
-    """u = g: which functions are fixed (functions,), the rises (channels, functions) in K, whose the heat that enters
-    there is, and by how much given temperatures contradict each other (functions,) in K."""
+    """Assemble u = g. Return which functions are fixed (functions,), their rises (channels, functions) in K, the shares
+    of boundaries in the reactions there (`share_reactions`), and `_contradiction`."""
     space, channels = domain.space, domain.inputs
     boundaries = [b for b in domain.scene.boundaries if b.kind == "temperature"]
     faces = [domain.faces(b) for b in boundaries]

@@ -41,9 +41,16 @@ class VanishedError(NotConvergedError):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A state ``x`` with derived values: ``rise`` (all dofs, K), ``potential`` (functions, V), the ``resistivity`` and
-    the current ``density`` (rows, points), the heat ``driven`` by the whole drive (all dofs, W), and the ``residual``
-    of heat (W) and current (A) at their unknowns."""
+    """A state of the coupled equations.
+
+    Attributes
+    ----------
+    x : the unknowns
+    rise, potential : (all dofs,) in K, and (functions,) in V
+    resistivity, density : (rows, points) in ohm m, and the current density (3, rows, points) in A/m2
+    driven : (all dofs,), the heat by the whole drive, in W
+    residual : (unknowns but mu,), the missing heat (W) and current (A)
+    """
 
     x: np.ndarray
     rise: np.ndarray

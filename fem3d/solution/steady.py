@@ -9,11 +9,11 @@ The drive is scaled by sqrt(mu), so that the Joule heat is scaled by mu. Without
 temperatures instead, A(u) = mu f.
 
 Newton's method (`fem3d.solution.newton`) starts at a given state of another space, or without drive and with mu = 1.
-Where its steps do not shrink fast, the path of states from mu = 0 is followed by pseudo-arclength continuation along
-secants (Keller, 1977), which passes folds: the state is the first one on the path at mu = 1, or the one to which
-Newton's method leads from a given state. Where the path turns back before, it has no state beyond the largest mu on it,
-and the heating counts as run away. It may also end at a rise of `HOTTEST`, at a vanishing resistivity or without
-convergence; near a pole, beyond a fold, or with the resistivity used up by a voltage this is a runaway, too.
+If its steps do not shrink fast, pseudo-arclength continuation along secants (Keller, 1977) follows the path of states
+from mu = 0 on, past folds. The result is the first state on the path at mu = 1, or the state to which Newton's method
+leads from a given state. If the path turns back before, no state exists beyond its largest mu, and the heating runs
+away. A path may also end at a rise of `HOTTEST`, at a vanishing resistivity or without convergence. Near a pole, beyond
+a fold, or with the resistivity used up by a voltage this is a runaway, too.
 """
 
 from __future__ import annotations
