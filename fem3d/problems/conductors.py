@@ -23,7 +23,7 @@ from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.current import SOLVED, Conductor
 from fem3d.problems.following import CellProperty, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Crossing, CurrentField, Label, Paths, Section, Terminal, crossings
+from fem3d.problems.paths import Crossing, CurrentField, Label, RowIntegrals, Section, Terminal, crossings
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material
@@ -41,7 +41,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     # Rows are the cells, then the facets of each contact that the current crosses.
     crossed, body = crossings(heat.domain), domain.body[cells]
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, body, None]
-    on = Paths(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios))
+    on = RowIntegrals(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios))
     initial, counts = domain.scene.initial_temperature, [len(c.warmed[0].areas) for c in crossed]
     lines = np.array([linear_resistivity(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
     cold = np.vstack([lines[body, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])

@@ -13,6 +13,7 @@ infinite R. Voltages and currents come as channels (`statespace.channels`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -23,7 +24,7 @@ from scipy.sparse import csc_array, diags_array, eye_array, hstack
 from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
 from fem3d.problems.following import MOST_GMRES, CellProperty, at_faces, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import CurrentField, Label, Paths, Section, Terminal
+from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
 from fem3d.spaces.integrals import Faces, halves, marked
 from scenes.errors import NumericsError
 
@@ -58,7 +59,7 @@ class Conductor:
 
     heat: HeatProblem
     cells: np.ndarray
-    on: Paths
+    on: RowIntegrals
     free: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
@@ -104,7 +105,7 @@ class Conductor:
         slope = self._by_law(self.following.slope, at, np.zeros_like(self.cold))
         return slope / self.resistivity(rise)
 
-    def _by_law(self, law: Solver, rise: np.ndarray, others: np.ndarray) -> np.ndarray:
+    def _by_law(self, law: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, others: np.ndarray) -> np.ndarray:
         """(rows, points): a law of the cells at a rise, and behind them ``others`` (rows, 1), which follow nothing."""
         n = len(self.cells)
         return np.concatenate([law(rise[:n]), np.broadcast_to(others[n:], rise[n:].shape)])

@@ -87,7 +87,7 @@ class Section:
         return sum((faces.flux(along * conductivity(faces)) for faces, along in self._sides), self.jumps)
 
 
-class Paths:
+class RowIntegrals:
     """Integrals over cells and crossings, as in `Cells`: rows are the cells, then the facets of each crossing, with
     points of no weight where there are fewer. `value` and `load` use the temperature's functions, `gradient` and `flow`
     the potential's. ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
@@ -97,9 +97,9 @@ class Paths:
         self.roots = roots
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
 
-    def finer(self, warmed: Cells, electric: Cells) -> Paths:
+    def finer(self, warmed: Cells, electric: Cells) -> RowIntegrals:
         """The same with other points in the cells."""
-        return Paths(warmed, electric, self._crossings, self.roots)
+        return RowIntegrals(warmed, electric, self._crossings, self.roots)
 
     def conductivity(self, resistivity: np.ndarray) -> np.ndarray:
         """(3, cells): along the axes (S/m), for a resistivity (rows, 1) along x."""
