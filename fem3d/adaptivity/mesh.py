@@ -155,11 +155,13 @@ class Answer:
 
 
 def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list[str]:
-    """Return the warning that ``relative`` errors exceed the accuracy: ``reason`` names the mesh and the remedy."""
+    """Warn if ``relative`` errors exceed the accuracy: ``reason`` names the mesh and the remedy."""
     over = {name: e for name, e in relative.items() if e > study.accuracy}
-    worst = max(over, key=lambda name: over[name], default="")
-    found = f"({len(over)} of {len(relative)}), {worst} with an estimated {over.get(worst, 0.0):.3g}"
-    return [f"probes are less accurate than the {study.accuracy:g} asked for {found}, on {reason}"] * bool(over)
+    if not over:
+        return []
+    worst = max(over, key=lambda name: over[name])
+    found = f"({len(over)} of {len(relative)}), {worst} with an estimated {over[worst]:.3g}"
+    return [f"probes are less accurate than the {study.accuracy:g} asked for {found}, on {reason}"]
 
 
 def estimate_field_error(level: Level) -> float:
