@@ -1,7 +1,7 @@
-"""Solve a mesh in its nested spaces and bound the errors of the steady quantities by dual-weighted residuals.
+"""Bound the errors of the steady quantities by dual-weighted residuals in nested spaces (`bound_errors`).
 
 With the dual solution z of a goal and the residual r of the solution in the next lower space, a degree changes the goal
-by the sum of z_i r_i over the functions i that it adds.
+by the sum of z_i r_i over the functions i that it adds (`fem3d.adaptivity.estimator`).
 """
 
 from __future__ import annotations
@@ -32,11 +32,13 @@ Rows = dict[str, np.ndarray]
 
 
 class Duals:
-    """The dual solutions of the thermal ``goals`` (a probe by name), linearized about a ``rise`` (all dofs, K).
+    """The dual solutions a(v, z) = J(v) of the thermal ``goals`` J (a probe by name), linearized about a ``rise`` (all
+    dofs, K), of the steady problem or of a step of ``time`` (s) from rest. Extremes are located in the rise.
 
-    They are of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in the rise.
-    ``rows`` are by goal the load vectors (all dofs,) divided by the ``scales``, and the rows of ``others`` as they
-    are; ``fields`` in each of the upper spaces the dual solutions (goals, functions), zero at fixed dofs.
+    Attributes
+    ----------
+    rows : by goal the load vector J (all dofs,) divided by its scale; and the rows of ``others`` as they are
+    fields : in each of the upper spaces z (goals, functions), zero at fixed dofs
     """
 
     def __init__(
