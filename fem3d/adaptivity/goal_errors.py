@@ -94,7 +94,7 @@ class Duals:
 
     @cached_property
     def _reactions(self) -> np.ndarray:
-        """(goals, functions): the values at fixed nodes that make a goal the reaction there, over the scales."""
+        """(goals, functions): the values at fixed dofs that make a goal the reaction there, over the scales."""
         heat, reactions = self.problems.heat, []
         for name in self.rows:
             boundaries = reading(heat, self.probes[name]).boundaries if name in self.probes else ()

@@ -109,7 +109,7 @@ def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndar
 
 
 def _load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
-    """(all nodes,): the manufactured loads and the loads of the scene (W)."""
+    """(all dofs,): the manufactured loads and the loads of the scene (W)."""
     domain = heat.domain
     on: Any = domain.space.on(np.arange(len(domain.body)))
     load = on.load(solution.f(*on.points))
