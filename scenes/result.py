@@ -22,15 +22,15 @@ class Estimate:
 @dataclass(frozen=True)
 class Traces:
     """Quantities over time: ``values[name]`` has one entry per entry of ``time`` (s); ``errors[name]`` bounds the
-    numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on, and that long after each
-    of the ``jumps`` (s) of a drive (of a sink from 10 us on); ``early`` bounds them at all other times,
-    where known."""
+    numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on (of a sink from 10 us on),
+    but for a while after each of the ``jumps`` of the drives: pairs of its time and that while (s). ``early`` bounds
+    them at all other times, where known."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]
     errors: dict[str, float]
     since: float = 0.0
-    jumps: tuple[float, ...] = ()
+    jumps: tuple[tuple[float, float], ...] = ()
     early: dict[str, float] = field(default_factory=dict)
 
     def error_at(self, name: str, times: np.ndarray) -> np.ndarray:
@@ -43,8 +43,8 @@ class Traces:
         """(n,): at which of some ``times`` (n,), in s, the errors hold. Between two jumps that are close to one
         another they do so from half way on at the latest."""
         mask = times >= self.since * (1 - 1e-9)
-        for jump, following in pairwise([*self.jumps, float(self.time[-1])]):
-            until = jump + min(self.since, (following - jump) / 2) * (1 - 1e-9)
+        for (jump, wait), (following, _) in pairwise([*self.jumps, (float(self.time[-1]), 0.0)]):
+            until = jump + min(wait, (following - jump) / 2) * (1 - 1e-9)
             mask &= ~((times >= jump) & (times < until))
         return mask
 

@@ -32,6 +32,11 @@ from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.result import Estimate, Result, Step, Traces
 from scenes.units import TIME
 
+SOON = 0.1
+"""Part of the first time of interest for which errors do not hold after a jump of a drive other than a temperature.
+Measured on 18 random scenes: later the true errors are below 0.93 of the bounds, sooner up to 2.4 times (from 0.03 on)
+and 100 times (from 0.001 on) as large."""
+
 
 def solve(
     scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False, rough: Result | None = None
@@ -72,7 +77,10 @@ def solve(
         details["warnings"] += structure.remarks(scene)
     details["warnings"] += on.warnings(study, answer.relative)
     if response is not None:
-        jumps = tuple(jump_times(answer.heat.inputs, study.end).tolist())
+        inputs, given = answer.heat.inputs, answer.heat.lifts.any(axis=1)
+        at = jump_times(inputs, study.end)
+        waits = np.where((inputs.jumps(at) * given).any(axis=-1), 1.0, SOON) * study.earliest
+        jumps = tuple(zip(at.tolist(), waits.tolist(), strict=True))
         traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
         return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities

@@ -115,7 +115,7 @@ def test_errors_hold_where_a_flux_ends_and_where_the_temperature_changes_the_pow
 def test_errors_hold_soon_after_a_flux_jumps_too():
     scene = random_scenes.boxes(57200079)
     found, truth = (solve(replace(scene, accuracy=scene.accuracy / finer)).over_time for finer in (1, 30))
-    since = [at + found.since * np.geomspace(1e-2, 2, 50) for at in found.jumps]
+    since = [at + found.since * np.geomspace(1e-2, 2, 50) for at, _ in found.jumps]
     times = np.unique(
         np.concatenate([np.geomspace(1e-2 * found.since, scene.end_time, 500), *since]).clip(max=scene.end_time)
     )
@@ -124,7 +124,9 @@ def test_errors_hold_soon_after_a_flux_jumps_too():
             np.interp(times, found.time, found.values[name]) - np.interp(times, truth.time, truth.values[name])
         )
         assert (apart <= found.error_at(name, times) + truth.error_at(name, times)).all()
-    assert not found.sure(np.array([found.jumps[0] + 0.1 * found.since])).any()
+    (flux, wait), *_ = found.jumps
+    assert wait == pytest.approx(0.1 * found.since)
+    assert not found.sure(np.array([flux + 0.05 * found.since])).any()
 
 
 @pytest.mark.long

@@ -44,7 +44,7 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys):
 
 
 def test_where_errors_hold_after_jumps():
-    traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=(4.0, 5.0))
+    traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=((4.0, 1.0), (5.0, 1.0)))
     times = np.array([0.0, 0.9, 1.0, 3.9, 4.0, 4.4, 4.5, 5.0, 5.9, 6.0, 10.0])
     assert times[traces.sure(times)].tolist() == [1.0, 3.9, 4.5, 6.0, 10.0]
 
