@@ -61,8 +61,7 @@ class Run:
     reduced1d : the 1D result, of the type of the 3D result; None without a 1D model
     checks : every check by its id
     why : the difference in parts, one for each assumption; with ``why=True``
-    sensitivities : how the models follow keys: ``["fem3d"].relative["sink.width"]["end_rise_K"]``; with
-        ``sensitivities``
+    sensitivities : how models follow keys, such as ``["fem3d"].relative["sink.width"]["end_rise_K"]``, if asked for
     uncertain : the u_input of quantities, and of the differences of models; with ``uncertain={...}``
     """
 
