@@ -273,9 +273,8 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
         rows.append([probe.name, *(_value(e, UNITS[probe.quantity], style) for e in _read(result, probe.name))])
     if traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
-        again = ", and that long after a jump of a given temperature, a tenth of it of another drive" * bool(
-            traces.jumps
-        )
+        wait = max((wait for _, wait in traces.jumps), default=0.0)
+        again = f", but not for {quantity(wait, 's', 3)} after each jump of a drive" * bool(wait)
         start = f"The errors hold from {quantity(traces.since, 's', 3)} on{again}; earlier extremes have their own."
         said += [start] * bool(traces.since)
         said.append("summary.json has the values at the output times, traces.csv all values.")

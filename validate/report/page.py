@@ -97,9 +97,7 @@ def _errors(document: Document) -> Section:
     steady = fem3d.get("steady") or {}
     # A sink's summary has no start of the errors over time: it is always the same.
     start = f"over time, from {quantity(over_time.get('accurate_from_s', 1e-5), 's', 2)} on"
-    start += ", and that long after a jump of a given temperature, a tenth of it of another drive" * bool(
-        over_time.get("jumps")
-    )
+    start += ", but not for a while after each jump of a drive" * bool(over_time.get("jumps"))
     groups = {
         "steady": {key: item.get("error") for key, item in steady.items()},
         start: over_time.get("errors") or {}, "1D model, over time": reduced1d.get("errors") or {},
