@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -40,10 +39,11 @@ class Traces:
         return np.where(self.sure(times), self.errors[name], self.early.get(name, np.inf))
 
     def sure(self, times: np.ndarray) -> np.ndarray:
-        """(n,): at which of some ``times`` (n,), in s, the errors hold. Between two jumps that are close to one
-        another they do so from half way on at the latest."""
+        """(n,): at which of some ``times`` (n,), in s, the errors hold. If a jump with as long a while follows closely,
+        they hold from half way to it on."""
         mask = times >= self.since * (1 - 1e-9)
-        for (jump, wait), (following, _) in pairwise([*self.jumps, (float(self.time[-1]), 0.0)]):
+        for n, (jump, wait) in enumerate(self.jumps, 1):
+            following = next((at for at, other in self.jumps[n:] if other >= wait), float(self.time[-1]))
             until = jump + min(wait, (following - jump) / 2) * (1 - 1e-9)
             mask &= ~((times >= jump) & (times < until))
         return mask

@@ -41,7 +41,7 @@ from scipy.sparse import csr_array
 
 from meshes.grading import Features
 from meshes.grid import Grid
-from scenes.model import Scene
+from scenes.model import ROUNDING, Scene
 
 # Rates a that are assumed at least: beside an edge unless theory has a slower one, and on bricks away from edges, where
 # 2 is the rate beside an edge of exponent 1/2. No faster rate than FASTEST is assumed: the contribution of an odd
@@ -146,7 +146,9 @@ class Estimator:
         passed = [b for b in scene.boundaries if b.kind in ("heat_flux", "convection", "radiation")]
         rims = np.zeros(s.shape, bool)
         for d, (breaks, i) in enumerate(zip(grid.breaks, intervals, strict=True)):
-            at = np.isin(breaks, [c for b in passed for c in (b.lower[d], b.upper[d]) if breaks[0] < c < breaks[-1]])
+            ends = [c for b in passed for c in (b.lower[d], b.upper[d])]
+            at = np.isclose(breaks[:, None], ends, 0.0, ROUNDING * np.ptp(breaks)).any(axis=1)
+            at[[0, -1]] = False  # ends of the scene or its part
             rims[d] = at[i] | at[i + 1]
         fastest = np.where(singular, edge, np.where(rims, 4.0, FASTEST)).clip(max=FASTEST)
         return cls(degrees, slowest, fastest, intervals * (degrees.max() + 1) + degrees)

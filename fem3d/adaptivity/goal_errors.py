@@ -85,7 +85,7 @@ class Duals:
 
     def by_power(self, state: SteadyState, resistance: Contributions | None) -> dict[str, Contributions]:
         """Return the contributions to each goal by the power, which changes at most as the ``resistance`` does by the
-        temperature: a goal with dual solution z contains (z rho |J|^2)."""
+        temperature: a goal with dual solution z contains int z rho |J|^2."""
         if resistance is None or state.conductor is None:
             return {}
         load = self.problems.heat.field(state.conductor.joule_load(state.density, state.rise))

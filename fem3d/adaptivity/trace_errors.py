@@ -126,11 +126,8 @@ def _errors(
     """
     lower = study.traces(outputs.of_transient(low, study.part, fine.times))
     changes, goals = largest_differences(fine.traces, lower), dict[str, np.ndarray]()
-    power, current, errors = (
-        estimator.indicators(problems.power_contributions),
-        dict[str, np.ndarray](),
-        dict[str, float](),
-    )
+    power = estimator.indicators(problems.power_contributions)
+    current, errors = dict[str, np.ndarray](), dict[str, float]()
     largest = max(change / fine.scales[name] for name, change in changes.items())
     if not steady or largest > (1 - ROW_SHARE) * study.accuracy:
         goals = _indicators(study, problems, estimator, fine, lower)

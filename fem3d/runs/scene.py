@@ -152,7 +152,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     followed = physics.may_follow(heat.domain.scene, over_time=transient is not None)
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
-        "levels": answer.levels, "symmetry": study.part.part,
+        "levels": answer.levels, "symmetry": study.part.part, "planes": study.part.planes,
         "warnings": warnings + outputs.tables(heat, np.array(rises), followed),
         "fields": Fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.steps),

@@ -67,7 +67,7 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Sensitivities:
     """Differentiate a scene's result by its numbers other than zero, or by some ``keys``; raises as `of_sink` does."""
     chosen = list(numbers(scene) if keys is None else keys)
-    steady, whole = result.traces is None, result.details["symmetry"] == "the whole"
+    steady, whole = result.traces is None, not result.details["planes"]
     if not steady and "transient" not in result.details:
         return Sensitivities({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
 

@@ -3,6 +3,7 @@
 import csv
 import html
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,9 @@ def test_where_errors_hold_after_jumps():
     traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=((4.0, 1.0), (5.0, 1.0)))
     times = np.array([0.0, 0.9, 1.0, 3.9, 4.0, 4.4, 4.5, 5.0, 5.9, 6.0, 10.0])
     assert times[traces.sure(times)].tolist() == [1.0, 3.9, 4.5, 6.0, 10.0]
+    # A jump with a shorter while does not end a longer one.
+    traces = replace(traces, jumps=((4.0, 1.0), (4.2, 0.1)))
+    assert times[traces.sure(times)].tolist() == [1.0, 3.9, 5.0, 5.9, 6.0, 10.0]
 
 
 def test_terminal_reads_at_80_columns(capsys):
