@@ -100,7 +100,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
     def solved(*x: float) -> tuple[Any, Result, list[str]]:
         """The scene at logarithms of the keys, its result, and the quantities of both."""
         moved = _moved(scene, keys, x)
-        result = solve_for_slopes(moved, keys)
+        result = _solve(moved)
         modelled = result.steady if np.isinf(times[-1]) else result.over_time.values
         if not (names := [name for name in data.values if name in data.u and name in modelled]):
             raise SceneError(
@@ -156,13 +156,12 @@ def _moved(scene: Any, keys: Sequence[str], logarithms: Sequence[float]) -> Any:
     return replace(checked(scene) if scene.parts == "boxes" else scene, expected_to_differ=None)
 
 
-def solve_for_slopes(scene: Any, keys: Sequence[str]) -> Result:
-    """Solve a sink or a free scene in 3D, with as much of its mirror symmetry as all keys keep."""
+def _solve(scene: Any) -> Result:
+    """Solve a sink or a free scene in 3D."""
     if scene.kind == "sink":
         from fem3d.runs.sink import solve as solve_sink
 
         return solve_sink(scene)
     from fem3d.runs.scene import solve
-    from fem3d.runs.sensitivities import need_whole
 
-    return solve(scene, whole=need_whole(scene, keys))
+    return solve(scene)

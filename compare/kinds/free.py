@@ -59,13 +59,12 @@ class FreeKind(Kind[AnyScene]):
         own = chosen_model(scene, options.model)
         progress("solving in 3D")
         with progress.stage("fem3d"):
-            whole = _whole(scene, options)
             try:
-                result = scene_run.solve(scene, progress, whole)
+                result = scene_run.solve(scene, progress)
             except RunawayInTimeError as error:
                 if options.export is not None or own is not None:
                     raise
-                ended, result, runs_away = scene_run.until(scene, error, progress, whole)
+                ended, result, runs_away = scene_run.until(scene, error, progress)
                 result = replace(result, details=result.details | {"scene": ended, "runs_away": runs_away})
             if own is not None and not scene.steady and not varies(scene):
                 still = replace(scene, steady=True, output_times=())
@@ -106,7 +105,7 @@ class FreeKind(Kind[AnyScene]):
     def plan_3d(self, scene: AnyScene, options: Options) -> Sequence[Step]:
         from fem3d.runs.scene import plan
 
-        return plan(scene, _whole(scene, options))
+        return plan(scene)
 
     def describe_1d(self, scene: AnyScene, options: Options) -> str:
         own = chosen_model(scene, options.model)
@@ -197,15 +196,6 @@ class FreeKind(Kind[AnyScene]):
             if name in own.values:
                 columns[f"reduced1d {name}"] = own.values[name]
         return columns
-
-
-def _whole(scene: AnyScene, options: Options) -> bool:
-    """Whether a scene is solved without its mirror symmetry, for sensitivities to a number of one side."""
-    if not options.follows_keys:
-        return False
-    from fem3d.runs.sensitivities import need_whole
-
-    return need_whole(scene, None if options.sensitivities else options.uncertain.relative)
 
 
 def varies(scene: AnyScene) -> bool:

@@ -60,7 +60,7 @@ def solve(
     answer = adapt(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
-    details |= {"plan": plan(scene, not study.part.planes, on), "answer": answer}
+    details |= {"plan": plan(scene, on), "answer": answer}
     if response is None:
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
         # An answer above the requested error has no error estimate away from the probes.
@@ -161,9 +161,9 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def plan(scene: AnyScene, whole: bool = False, mesh: Mesh | None = None) -> tuple[Step, ...]:
+def plan(scene: AnyScene, mesh: Mesh | None = None) -> tuple[Step, ...]:
     """Return the plan of `solve` beforehand; with the last ``mesh`` the plan as carried out."""
-    on, before = mesh or start(scene, whole)[1], tuple[Step, ...]()
+    on, before = mesh or start(scene)[1], tuple[Step, ...]()
     if isinstance(scene, MeshScene):
         domain: Any = on.domain
         graph: CellGraph = domain.placed
@@ -173,8 +173,6 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Mesh | None = None) -> tupl
         line, graph = part.step, grid.graph(part.scene)
         if part.planes and on.whole:
             line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")
-        elif part.planes and whole:
-            line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
         before = *(Step(what, "done", text) for what, text in structure.described(scene)), line
         reached = f"refined until every estimated error is below {scene.accuracy:g}"
         reached += ", or memory ends it" * on.whole
@@ -216,7 +214,7 @@ def electric_step(graph: CellGraph) -> Step:
 
 
 def until(
-    scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None, whole: bool = False
+    scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None
 ) -> tuple[AnyScene, Result, str]:
     """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence with the
     time of the runaway and the end of the result. Raises the ``runaway`` itself if no such result can be solved."""
@@ -225,7 +223,7 @@ def until(
         end = float(f"{BEFORE * time:.2e}")
         kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
         try:
-            result = solve(kept, progress, whole)
+            result = solve(kept, progress)
             return kept, result, f"{runs_away(runaway.time, scene.accuracy)}; it is solved up to {TIME.show(end)}"
         except RunawayInTimeError as earlier:
             time = min(earlier.time, end)

@@ -2,6 +2,8 @@
 
 A temperature is differentiated as a rise: of a sink above the room, of a free scene in the steady state above the mean
 of the coldest given temperatures (the start's, where none is given), over time above the start.
+
+A mesh is solved three times for each key. Where it is large, the scene is solved again for its slopes, to `ENOUGH`.
 """
 
 from __future__ import annotations
@@ -29,6 +31,10 @@ from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
 
+ENOUGH = 1e-2
+"""Accuracy of slopes of large scenes: an uncertainty has two significant digits (GUM 7.2.6)."""
+LARGE = 20_000
+"""Unknowns of a large scene, whose slope by a key takes a second or more."""
 ZERO = "it is zero within its error, of which there is no percent"
 AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
 
@@ -44,6 +50,9 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 
     Raises NumericsError if the sink itself cannot be solved again.
     """
+    if _is_large(sink, result):
+        sink = replace(sink, accuracy=ENOUGH)
+        result = sink_run.solve(sink, result.traces is not None)
     answer, left_out = result.details["answer"], dict[str, str]()
     if answer.response is not None and (why := physics.nonlinear(sink.scene(), True)):
         answer = replace(answer, response=None)
@@ -67,9 +76,14 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Sensitivities:
     """Differentiate a scene's result by its numbers other than zero, or by some ``keys``; raises as `of_sink` does."""
     chosen = list(numbers(scene) if keys is None else keys)
-    steady, whole = result.traces is None, not result.details["planes"]
+    steady, whole = result.traces is None, need_whole(scene, chosen)
     if not steady and "transient" not in result.details:
         return Sensitivities({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
+    large = _is_large(scene, result, len(result.details["planes"]) if whole else 0)
+    if large or (whole and result.details["planes"]):
+        scene = replace(scene, accuracy=ENOUGH) if large else scene
+        result = scene_run.solve(scene, whole=whole)
+    whole = not result.details["planes"]
 
     def study(key: str = "", step: float = 0.0) -> Study:
         other = neighbour(scene, key, step) if key else scene
@@ -93,14 +107,19 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
     return replace(found, left_out=left_out | found.left_out)
 
 
-def need_whole(scene: AnyScene, keys: Iterable[str] | None = None) -> bool:
-    """Whether one of the ``keys`` of a scene, all by default, changes one side of a mirror plane alone."""
+def need_whole(scene: AnyScene, keys: Iterable[str]) -> bool:
+    """Whether one of the ``keys`` of a scene changes one side of a mirror plane alone."""
     part = scene_run.part_of(scene, False)
-    for key in (numbers(scene) if keys is None else keys) if part.planes else ():
+    for key in keys if part.planes else ():
         with suppress(SceneError):  # it has no slope
             if not same_planes(part, scene_run.part_of(neighbour(scene, key, STEP), False)):
                 return True
     return False
+
+
+def _is_large(scene: Sink | AnyScene, result: Result, planes: int = 0) -> bool:
+    """Whether a scene is solved to `ENOUGH` for its slopes; ``planes`` of its symmetry are given up."""
+    return scene.accuracy < ENOUGH and result.details["unknowns"] * 2**planes > LARGE
 
 
 def _of_largest(found: Sensitivities, course: Course, known: Mapping[str, float]) -> Sensitivities:

@@ -94,6 +94,21 @@ def test_slopes_of_a_symmetric_part(run):
             assert slope.error < 2e-2
 
 
+def test_a_large_scene_is_solved_again_to_a_percent(monkeypatch):
+    scene = load_free("bridge")
+    result = scene_run.solve(scene)
+    fine = of_scene(scene, result)
+    monkeypatch.setattr("fem3d.runs.sensitivities.LARGE", 0)
+    coarse = of_scene(scene, result)
+    assert fine.steady.keys() == coarse.steady.keys()
+    for key, by_name in coarse.steady.items():
+        for name, slope in by_name.items():
+            better = fine.steady[key][name]
+            assert abs(slope.value - better.value) <= slope.error + better.error, (key, name)
+    errors = [max(e.error for by_name in each.steady.values() for e in by_name.values()) for each in (fine, coarse)]
+    assert 2 * errors[0] < errors[1] < 1e-2
+
+
 def test_a_wire_that_radiates_alone():
     """All heat leaves by radiation: eps sigma A (T^4 - T_a^4) = P, so that d T / d ln eps = -(T^4 - T_a^4) / (4 T^3),
     and by the power of a source the same with the other sign."""

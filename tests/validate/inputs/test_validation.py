@@ -103,7 +103,7 @@ def slopes_in_1d(sink: Sink, result: Result, keys: Sequence[str]) -> Slopes:
 
 @pytest.fixture(autouse=True)
 def _fits_in_1d(monkeypatch):
-    monkeypatch.setattr("compare.fitting.solve_for_slopes", lambda sink, keys: solve(sink, times=FEWER))
+    monkeypatch.setattr("compare.fitting._solve", lambda sink: solve(sink, times=FEWER))
     monkeypatch.setattr("compare.fitting.in_3d", slopes_in_1d)
 
 

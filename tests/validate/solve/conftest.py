@@ -40,7 +40,7 @@ def solve(scene: Scene, progress: object = None, whole: bool = False) -> Result:
     )  # fmt: skip
 
 
-def plan(scene: Scene, whole: bool = False) -> tuple[Step, ...]:
+def plan(scene: Scene) -> tuple[Step, ...]:
     """One line of the page."""
     return (STEP,)
 
