@@ -229,7 +229,7 @@ class CellMesh(Mesh):
         advice, remarks = reach.ADVICE, list[str]()
         if isinstance(self.source, Placed):
             advice = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
-            remarks = check.remarks(self.source.mesh)
+            remarks += filter(None, [self.source.separation])
         if self.simplex and self.degree < 3:
             remarks.insert(0, f"elements of degree 2, for degree 3 takes more memory: {allowed_memory(self.scene)}")
         return [*less_accurate(study, relative, f"{self._counted} of degree {self.degree}; {advice}"), *remarks]

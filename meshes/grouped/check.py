@@ -18,8 +18,6 @@ from scenes.free import rules
 from scenes.free.graph import CellGraph
 from scenes.model import FLOWS, GroupBoundary, GroupProbe, Material, MeshScene, is_zero
 
-CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"
-
 
 def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     """Place a scene on its mesh.
@@ -43,15 +41,6 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
         if probe.quantity in FLOWS:
             _refuse_mixed(placed, probe)
     return placed
-
-
-def remarks(mesh: GroupedMesh) -> list[str]:
-    """Return warnings about a mesh that may not be meant as it is."""
-    count = mesh.unjoined_corners()
-    return [
-        f"{count} corners of the mesh lie where another one is without being joined to it, so that neither heat nor "
-        f"current passes there; if the parts should touch, {CONFORMING}"
-    ] * (count > 0)
 
 
 def _named(scene: MeshScene) -> Iterator[tuple[str, str, tuple[str, ...]]]:
@@ -83,7 +72,7 @@ def _check_group(mesh: GroupedMesh, said: str, group: str, kinds: tuple[str, ...
         f"the {kind} groups are {listed(sorted(groups[kind]))}" if groups[kind] else f"it has no {kind} groups"
         for kind in kinds
     )
-    others = {name: f"a {kind} group" for kind in ("surface", "volume") for name in groups[kind]} | mesh.others
+    others = mesh.others | {name: f"a {kind} group" for kind in ("surface", "volume") for name in groups[kind]}
     if group in others:
         raise SceneError(f"{said} is {others[group]}, not a {' or '.join(kinds)} group: {given}")
     hint = did_you_mean(group, [name for kind in kinds for name in sorted(groups[kind])])
@@ -188,13 +177,19 @@ class Placed(CellGraph):
             return mask[np.concatenate(volumes)]
         return self.bordering(self.faces(probe), mask)
 
-    def explain_separation(self, sentence: str) -> str:
-        """Return a refusal with the count of parts and of corners that are not joined, where there are any."""
-        count, corners = int(self.parts(self.solid).max()), self.mesh.unjoined_corners()
-        if count == 1 and not corners:
-            return sentence
-        where = f" ({corners} corners lie where another one is without being joined to it)" if corners else ""
+    @cached_property
+    def separation(self) -> str:
+        """A sentence on parts and corners of the mesh that are not joined, "" where there are none."""
+        points = self.mesh.mesh.doflocs[:, : self.mesh.mesh.nvertices].T
+        rounded = np.rint((points - points.min(axis=0)) / (1e-9 * np.ptp(points, axis=0).max())).astype(np.int64)
+        count, corners = int(self.parts(self.solid).max()), len(points) - len(np.unique(rounded, axis=0))
+        said = [f"{count} parts that share no faces"] * (count > 1)
+        said += [f"{corners} corners that lie where another one is without being joined to it"] * (corners > 0)
         return (
-            f"the mesh has {count} {'parts' if count > 1 else 'part'} that share no faces{where}, so that neither heat "
-            f"nor current passes between them: if they should touch, {CONFORMING}; as it is, {sentence}"
-        )
+            f"the mesh has {' and '.join(said)}, so that neither heat nor current passes there: if they should touch, "
+            "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"
+        ) * bool(said)
+
+    def explain_separation(self, sentence: str) -> str:
+        """Return a refusal with the parts and corners that are not joined, where there are any."""
+        return f"{self.separation}; as it is, {sentence}" if self.separation else sentence

@@ -8,8 +8,9 @@ columns), large (16 columns) or free (commas) format.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections import Counter
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from meshes.grouped.model import MeshData, MeshFileError, node_rows
 
 Element = tuple[str, list[int], list[str]]
 """A cell: its kind by meshio's name, the numbers of its nodes in meshio's order, and its groups."""
+Key = tuple[str, str]
+"""The scope of a set or a surface, "part" or "assembly", and its name: both may have one of the same name."""
 # Types of elements: a family and the count of nodes; the kind of cell by meshio's names.
 _TYPE = re.compile(r"(?P<volume>(?:C|DC|DCC|AC|EMC|Q)3D)(\d+)|(?:CPS|CPEG?|D?CAX|DC2D|STRI|SFM3D|[MRF]3D|D?S)(\d)")
 _VOLUMES = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13", 15: "wedge15",
@@ -86,8 +89,8 @@ def _blocks(text: str) -> list[_Block]:
 
 def read_abaqus(text: str) -> MeshData:
     """Read an Abaqus input file. Raises MeshFileError."""
-    nodes, surfaces, in_assembly = dict[int, list[float]](), dict[str, list[list[str]]](), False
-    elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, set[int]](), dict[str, str]()
+    nodes, elements, scope = dict[int, list[float]](), dict[int, tuple[str, list[int]]](), "part"
+    sets, names, surfaces = dict[Key, set[int]](), dict[Key, str](), dict[Key, list[list[str]]]()
     blocks = _blocks(text)
     for word in ("INSTANCE", "PART"):
         if (count := sum(block.keyword == word for block in blocks)) > 1:
@@ -105,13 +108,14 @@ def read_abaqus(text: str) -> MeshData:
         if keyword.removeprefix("END ") in ("PART", "ASSEMBLY", "INSTANCE"):
             if keyword == "INSTANCE" and any(map(float, block.words)):
                 raise MeshFileError(f"{where} with a translation or rotation: write the part where it stands")
-            in_assembly = keyword in ("ASSEMBLY", "END INSTANCE")
+            scope = "assembly" if keyword in ("ASSEMBLY", "END INSTANCE") else "part"
         # Nodes and elements of the assembly itself are reference points and the like.
-        elif keyword == "NODE" and not in_assembly:
+        elif keyword == "NODE" and scope == "part":
             if options.get("SYSTEM", "R").upper() != "R":
                 raise MeshFileError(f"{where} with SYSTEM: write the nodes in rectangular coordinates")
-            nodes |= {int(row[0]): [float(x or 0) for x in (*row[1:4], "0", "0")[:3]] for row in block.rows}
-        elif keyword == "ELEMENT" and not in_assembly:
+            at = {int(row[0]): (*row[1:4], "0", "0")[:3] for row in block.rows}
+            nodes |= {n: [float(x.upper().replace("D", "E") or 0) for x in own] for n, own in at.items()}
+        elif keyword == "ELEMENT" and scope == "part":
             added = _elements(block)
             elements |= added
             members = set(added)
@@ -119,25 +123,34 @@ def read_abaqus(text: str) -> MeshData:
             ranges = [[int(word) for word in row if word] for row in block.rows]
             members = {number for first, last, *step in ranges for number in range(first, last + 1, *step)}
         elif keyword == "ELSET":
-            members = _resolved(block.words, sets)
+            members = _resolved(block.words, sets, scope)
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            surfaces[options.get("NAME", "")] = block.rows
+            surfaces[scope, options.get("NAME", "")] = block.rows
         if keyword in ("ELEMENT", "ELSET") and (name := options.get("ELSET")):
-            sets.setdefault(name.upper(), set()).update(members)
+            key = scope, name.upper()
+            sets.setdefault(key, set()).update(members)
             if "INTERNAL" not in options:
-                names.setdefault(name.upper(), name)
+                names.setdefault(key, name)
     if not nodes or not elements:
         raise MeshFileError("it has no *NODE, or no *ELEMENT of a solid: write nodes and elements")
     groups: dict[int, list[str]] = {number: [] for number in elements}
-    for key, name in names.items():
-        for number in sets[key] & elements.keys():
+    for name, members in _by_name({(key[0], name): sets[key] for key, name in names.items()}).items():
+        for number in members & elements.keys():
             groups[number].append(name)
     cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
-    for name, rows in surfaces.items():
-        cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
-    mesh, of_nodes = _assembled(nodes, cells), "a set of nodes (give a *SURFACE of element faces)"
-    mesh.others.update({block.options.get("NSET", ""): of_nodes for block in blocks if block.keyword == "NSET"})
+    faces = {key: _faces(rows, elements, sets, key[0]) for key, rows in surfaces.items()}
+    for name, each in _by_name(faces).items():
+        cells += [(kind, corners, [name]) for kind, corners in each]
+    mesh, others = _assembled(nodes, cells), [block for block in blocks if block.keyword in ("NSET", "SURFACE")]
+    of_nodes = "a set of nodes, shells or whole cells (give a *SURFACE of faces S1, S2, ...)"
+    mesh.others |= {block.options.get("NSET") or block.options.get("NAME", ""): of_nodes for block in others}
     return mesh
+
+
+def _by_name(given: dict[Key, Any]) -> dict[str, Any]:
+    """Return sets or surfaces by their names, after the scope where both scopes have one of the same name."""
+    count = Counter(name for _, name in given)
+    return {name if count[name] == 1 else f"{scope}.{name}": of for (scope, name), of in given.items()}
 
 
 def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
@@ -145,6 +158,9 @@ def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
     form = block.options.get("TYPE", "").upper()
     match = _TYPE.match(form)
     if not match:
+        # All but beams, springs and the like have more than five nodes.
+        if max(map(len, block.rows), default=0) > 6:
+            raise MeshFileError(f"line {block.line} has elements of type {form}: write solids as C3D or DC3D elements")
         return {}
     count = int(match[2] or match[3])
     kind = (_VOLUMES if match["volume"] else _SURFACES).get(count)
@@ -154,29 +170,35 @@ def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
     return {words[i]: (kind, words[i + 1 : i + 1 + count]) for i in range(0, len(words), count + 1)}
 
 
-def _resolved(words: list[str], sets: dict[str, set[int]]) -> set[int]:
+def _resolved(words: list[str], sets: dict[Key, set[int]], scope: str) -> set[int]:
     """Return the numbers of elements that are given by number, or by a set that is defined before."""
     numbers = set[int]()
     for word in words:
         # Names have parts and instances, and do not distinguish capitals.
         name = word.rpartition(".")[2].strip('"').upper()
-        if not name.isdigit() and name not in sets:
+        found = sets.get((scope if name == word.strip('"').upper() else "part", name), sets.get(("part", name)))
+        if not name.isdigit() and found is None:
             raise MeshFileError(f'it uses element set "{name}" without defining it')
-        numbers |= {int(name)} if name.isdigit() else sets[name]
+        numbers |= {int(name)} if found is None else found
     return numbers
 
 
 def _faces(
-    rows: list[list[str]], elements: dict[int, tuple[str, list[int]]], sets: dict[str, set[int]]
-) -> Iterator[tuple[str, list[int]]]:
-    """Yield the kind and the corners of the faces of a surface, whose rows have a set or element and a face."""
-    for name, *label in rows:
-        for number in _resolved([name], sets):
+    rows: list[list[str]], elements: dict[int, tuple[str, list[int]]], sets: dict[Key, set[int]], scope: str
+) -> list[tuple[str, list[int]]]:
+    """Return the kind and the corners of the faces of a surface, whose rows have a set or element and a face; none of
+    a surface with other rows."""
+    faces = list[tuple[str, list[int]]]()
+    for name, label in ((row[0], row[1].upper() if len(row) > 1 else "") for row in rows):
+        if not re.fullmatch("S[1-6]", label):
+            return []
+        for number in _resolved([name], sets, scope):
             kind, nodes = elements.get(number, ("", []))
             form = kind.rstrip("0123456789")
-            if form in _FACES and label and label[0].upper()[:1] == "S":
+            if form in _FACES:
                 face, corners = _FACES[form]
-                yield face, [nodes[i] for i in corners[int(label[0][1:]) - 1]]
+                faces.append((face, [nodes[i] for i in corners[int(label[1]) - 1]]))
+    return faces
 
 
 def read_nastran(text: str) -> MeshData:
@@ -197,6 +219,8 @@ def read_nastran(text: str) -> MeshData:
             kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(corners)]
             corners = [corners[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else corners
             elements.append((kind, corners, [str(card.integer(2) if card.field(2) else card.integer(1))]))
+        elif re.match("=|C(HEX|TET|PEN|PYR|IF)", card.name):
+            raise MeshFileError(f"{called} is not read: write each cell as a card CTETRA, CHEXA, CPENTA or CPYRAM")
     if not nodes or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
     return _assembled(nodes, elements)

@@ -89,13 +89,6 @@ class GroupedMesh:
         """Whether the cells are tetrahedra."""
         return len(self.mesh.t) == 4
 
-    def unjoined_corners(self) -> int:
-        """Return how many corners lie where another one is."""
-        points = self.mesh.doflocs[:, : self.mesh.nvertices].T
-        size = float(np.ptp(points, axis=0).max())
-        rounded = np.rint((points - points.min(axis=0)) / (1e-9 * size)).astype(np.int64)
-        return len(points) - len(np.unique(rounded, axis=0))
-
 
 def locate(mesh: Any, point: np.ndarray, inside: np.ndarray | None = None) -> tuple[int, np.ndarray] | None:
     """Find the cell of scikit-fem's mesh, among chosen cells (cells,), and the reference coordinates (3,) of a point.

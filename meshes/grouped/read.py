@@ -14,7 +14,6 @@ import io
 import re
 from dataclasses import replace
 from pathlib import Path
-from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -24,14 +23,6 @@ from meshes.grouped.model import Block, GroupedMesh, MeshData, MeshFileError, di
 from scenes.errors import SceneError, check_regular, printable, quoted
 from scenes.model import ROUNDING
 
-# Nodes of the cells whose name by meshio has no number.
-_NODES = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
-# Gmsh's place of each of meshio's nodes.
-_EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
-_ORDER = {
-    "tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], "hexahedron20": _EDGES,
-    "hexahedron27": [*_EDGES, 22, 23, 21, 24, 20, 25, 26],
-}  # fmt: skip
 KINDS = {
     "tetra": (4, 4), "tetra10": (4, 10), "hexahedron": (8, 8), "hexahedron20": (8, 20), "hexahedron27": (8, 27),
 }  # fmt: skip
@@ -39,13 +30,14 @@ KINDS = {
 _TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
 # The nodes of a straight cell in the order of its mirror image.
 _INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
-# Tags of cells that meshio reads from files of Gmsh and Medit.
-_TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
+# Tags of cells that meshio reads from files of Gmsh, Medit, Netgen and others; the first are of physical groups.
+_TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref", "netgen:index", "CellEntityIds", "su2:tag")
 
 
 def read_gmsh(data: bytes) -> MeshData:
     """Read a mesh in Gmsh's format 4.1. Raises MeshFileError."""
-    from meshio.gmsh import gmsh_to_meshio_type
+    from meshio._common import num_nodes_per_cell
+    from meshio.gmsh.common import _gmsh_to_meshio_order, _gmsh_to_meshio_type
 
     if b"$PartitionedEntities" in data:
         raise MeshFileError("it is partitioned: save it whole, without partitions")
@@ -62,12 +54,12 @@ def read_gmsh(data: bytes) -> MeshData:
     for _ in range(section.take("size", 4)[0]):
         dim, tag, number = (int(n) for n in section.take("int", 3))
         count = section.take_one("size")
-        if number not in gmsh_to_meshio_type:
+        if number not in _gmsh_to_meshio_type:
             raise MeshFileError(f"it has cells of Gmsh's type {number}: mesh with cells of first or second order")
-        kind = gmsh_to_meshio_type[number]
-        width = _NODES.get(kind) or int(kind.lstrip(ascii_lowercase))
-        rows = section.take("size", count * (1 + width)).reshape(count, 1 + width)
-        nodes = node_rows(ids, rows[:, 1:])[:, _ORDER.get(kind, slice(None))]
+        kind = _gmsh_to_meshio_type[number]
+        width = 1 + num_nodes_per_cell[kind]
+        rows = section.take("size", count * width).reshape(count, width)
+        nodes = _gmsh_to_meshio_order(kind, node_rows(ids, rows[:, 1:]))
         blocks.append((kind, nodes, tuple(names.get((dim, n), str(n)) for n in physical.get((dim, tag), []))))
         tags.append(tag)
     return _tagged(points, blocks, tags, names)
@@ -209,10 +201,7 @@ def _load(path: Path) -> MeshData:
     if not path.is_file():
         raise SceneError(f"mesh.file: {quoted(path)} is no file: give the path of a mesh, relative to the scene file")
     text_format = _TEXT_FORMATS.get(path.suffix.lower())
-    why = "it is damaged, or of another format: " + (
-        "save it in Gmsh's format 4.1" if path.suffix.lower() == ".msh" else
-        "give a Gmsh (.msh), Nastran (.bdf, .nas) or Abaqus (.inp) mesh"
-    )  # fmt: skip
+    why = "it is damaged, or of another format: give a Gmsh (.msh, format 4.1), Nastran (.bdf) or Abaqus (.inp) mesh"
     try:
         data = path.read_bytes()
         if text_format:
@@ -241,12 +230,12 @@ def _read_by_meshio(path: Path) -> MeshData:
         inside = [np.isin(every, [] if of[i] is None else of[i]) for of in sets.values()]
         tags = [found.cell_data[key][i] if key in found.cell_data else 0 * every for key in _TAGS]
         alike, which = np.unique(np.column_stack([*tags, *inside]).astype(int), axis=0, return_inverse=True)
-        for k, (physical, *tag, on) in enumerate((*row[:3], row[3:]) for row in alike.tolist()):
-            own = [name for name, member in zip(sets, on, strict=True) if member]
+        for k, (physical, *row) in enumerate(alike.tolist()):
+            own = [name for name, member in zip(sets, row[len(_TAGS) - 1 :], strict=True) if member]
             own += [names.get((dimension(block.type), physical), str(physical))] if physical else []
             nodes = np.asarray(block.data, int)[which.ravel() == k]
             blocks.append((block.type, nodes, tuple(own)))
-            elementary.append(max(tag))
+            elementary.append(max(row[: len(_TAGS) - 1]))
     return _tagged(np.asarray(found.points, float), blocks, elementary, names)
 
 
@@ -311,5 +300,5 @@ def _surfaces(
             own, at = np.unique(facets[members], return_index=True)
             surfaces[name] = own, side[members][at]
         else:
-            others.setdefault(name, "a surface with faces that are no faces of the volume cells")
+            others[name] = "a surface with faces that are no faces of the volume cells"
     return surfaces, others

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import compare
+from fem3d.runs.scene import solve
+from scenes import load
 from tests.meshes.grouped.boxes import KUHN
 from validate.cli import main
 
@@ -160,6 +162,11 @@ NASTRAN_REFUSED = {
     "some middle nodes": (deck(cells=small("CTETRA", 7, 1, 1, 2, 3, 5, 6)), "CTETRA 7 has 5 nodes: give 4 or 10"),
     "27 nodes": (deck(cells=small("CHEXA", 7, 1, *range(1, 21), *range(1, 8))), "CHEXA 7 has 27 nodes: give 8"),
     "no number": (deck(grids().replace("25", "2x")), 'GRID 5 has "2X" in place of a number'),
+    "replicated": (
+        deck(cells=small("CHEXA", 1, 1, *HEXAHEDRA[0]) + small("=", "*1")),
+        "= *1 is not read: write each cell",
+    ),
+    "a pyramid of OptiStruct": (deck(cells=solids() + small("CPYRA", 7, 1, 1, 5, 7, 3, 9)), "CPYRA 7 is not read"),
     "no node": (deck(grids(at=POINTS[:-1])), "a cell has node 20, which is not in the file"),
     "no cells": (deck(cells=""), "it has no GRID, or no cell such as CTETRA or CHEXA"),
     "wedges": (deck(cells=small("CPENTA", 7, 1, 1, 2, 3, 5, 6, 7)), "is made of wedge cells"),
@@ -202,6 +209,7 @@ ABAQUS = {
     "*ELSET, ELSET=metal\na, b\n",
     "instance": instance(nodes() + elements() + ENDS),
     "element surfaces": instance(nodes() + elements(), SURFACES),
+    "exponents with D": nodes().replace(".0", ".0D+00") + elements() + ENDS,
     "tetrahedra": nodes() + elements("C3D4", cells=TETRAHEDRA)
     + "".join(elements("CPS3", 100 + n, [f], f", ELSET={'left' if p == 2 else 'right'}") for n, (p, f) in
               enumerate(TRIANGLES)),
@@ -228,6 +236,15 @@ ABAQUS_REFUSED = {
     ),
     "parameters": ("*PARAMETER\na = 1.\n" + nodes(), "has *PARAMETER: write numbers"),
     "tie": (nodes() + elements() + ENDS + "*TIE, NAME=t\nleft, right\n", "has *TIE: merge the meshes"),
+    "continuum shells": (nodes() + elements("SC8R"), "has elements of type SC8R: write solids as C3D or DC3D"),
+    "sets of the part and the assembly": (
+        instance(nodes() + elements(), "*ELSET, ELSET=metal, INSTANCE=P-1\n1\n" + SURFACES),
+        'the volume groups are "assembly.metal" and "part.metal"',
+    ),
+    "a surface of shells": (
+        nodes() + elements() + ENDS.replace("left", "l") + "*SURFACE, NAME=left\nl, SPOS\n",
+        '"left" is a set of nodes, shells or whole cells (give a *SURFACE of faces S1, S2, ...)',
+    ),
     "short element": (nodes() + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", "do not fit TYPE=C3D8"),
     "no cells": (nodes(), "it has no *NODE, or no *ELEMENT of a solid"),
 }
@@ -315,7 +332,7 @@ GMSH_REFUSED = {
         gmsh_41(True, CELLS) + b"$PartitionedEntities\n$EndPartitionedEntities\n",
         "it is partitioned: save it whole",
     ),
-    "parametric": (gmsh_22(True, CELLS).replace("Nodes", "ParametricNodes"), "save it in Gmsh's format 4.1"),
+    "parametric": (gmsh_22(True, CELLS).replace("Nodes", "ParametricNodes"), "give a Gmsh (.msh, format 4.1)"),
     "unknown cells": (gmsh_41(True, CELLS).replace(b"3 1 4\n", b"3 1 140\n"), "it has cells of Gmsh's type 140"),
 }
 REFUSED: dict[str, Any] = {"bdf": NASTRAN_REFUSED, "inp": ABAQUS_REFUSED, "msh": GMSH_REFUSED}
@@ -344,7 +361,37 @@ def test_separate_parts_are_named_as_the_cause(potential, tmp_path, capsys):
         path.write_text(text.replace("probe = [", probe), encoding="utf-8")
     message = refusal(path, capsys)
     assert (
-        "the mesh has 2 parts that share no faces (4 corners lie where another one is without being joined" in message
+        "2 parts that share no faces and 4 corners that lie where another one is without being joined to it" in message
     )
     assert "BooleanFragments" in message
     assert ("nothing determines its potential" if potential else "nothing happens in this scene") in message
+
+
+def test_surfaces_of_part_and_assembly_with_one_name_are_two(tmp_path):
+    """The part's own "left" is the right end; both have internal sets of one name."""
+    own = SURFACES.replace("S6", "S4").replace("_left_S3, INTERNAL, INSTANCE=P-1\n1\n", "_left_S3, INTERNAL\n4\n")
+    text = instance(nodes() + elements() + own.replace("_right_S5", "_x").replace("=right", "=x"), SURFACES)
+    assert_solved(write(tmp_path, "bar.inp", text, left="assembly.left"))
+    assert_solved(write(tmp_path, "bar.inp", text, left="assembly.left", right="part.left"))
+
+
+def test_parts_that_have_no_corner_in_common_are_a_warning(tmp_path):
+    """The right half is thinner than the left half, and a film at its end cools it."""
+    thinner = POINTS[8:] * (1, 0.5, 0.5) + (0, 2.5, 2.5)
+    right = [[n + 4 for n in cell] for cell in HEXAHEDRA[2:]]
+    ends = elements("S4", 11, [LEFT], ", ELSET=left") + elements("S4", 12, [[n + 4 for n in RIGHT]], ", ELSET=right")
+    content = nodes(np.concatenate([POINTS[:12], thinner])) + elements(cells=HEXAHEDRA[:2] + right) + ends
+    path = write(tmp_path, "bar.inp", content)
+    text = path.read_text(encoding="utf-8").replace('group = "right", voltage = 0', 'group = "left", voltage = "0.1 V"')
+    text = text.replace('"right", temperature = "293 K"', '"right", convection = {coefficient = 10, ambient = "320 K"}')
+    path.write_text(text.replace('quantity = "current", group', "group"), encoding="utf-8")
+    found = solve(load(path)).details["warnings"]
+    assert any("the mesh has 2 parts that share no faces" in warning for warning in found)
+
+
+def test_tags_in_a_vtk_file_of_gmsh_are_groups(tmp_path):
+    cells = [("tetra", np.array(TETRAHEDRA) - 1), ("triangle", np.array([face for _, face in TRIANGLES]) - 1)]
+    tags = [np.ones(len(TETRAHEDRA), int), np.array([tag for tag, _ in TRIANGLES])]
+    mesh = meshio.Mesh(POINTS, cells, cell_data={"CellEntityIds": tags})
+    mesh.write(tmp_path / "bar.vtk", file_format="vtk42")
+    assert_solved(scene(tmp_path, "bar.vtk", **PROPERTIES))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import skfem
 
-from meshes.grouped.check import check, remarks
+from meshes.grouped.check import Placed, check
 from meshes.grouped.read import read
 from scenes.errors import SceneError
 from scenes.free import from_dict
@@ -171,12 +171,14 @@ def test_what_is_no_mesh_is_refused(suffix, tmp_path, capsys):
 
 
 def test_parts_that_only_lie_side_by_side_are_told(tmp_path):
-    mesh = boxes.grouped(from_dict(bridge()), "hexahedron", 1)
+    scene = from_dict(bridge())
+    mesh = boxes.grouped(scene, "hexahedron", 1)
     boxes.write(mesh, tmp_path / "m.msh")
-    assert remarks(read(tmp_path / "m.msh", 1.0)) == []
+    assert Placed(scene, read(tmp_path / "m.msh", 1.0)).separation == ""
     touching = take_off_the_foot(mesh)
     boxes.write(mesh, tmp_path / "m.msh")
-    assert remarks(read(tmp_path / "m.msh", 1.0))[0].startswith(f"{touching} corners of the mesh")
+    said = f"the mesh has 2 parts that share no faces and {touching} corners that lie where"
+    assert Placed(scene, read(tmp_path / "m.msh", 1.0)).separation.startswith(said)
 
 
 def take_off_the_foot(mesh: boxes.Built) -> int:
