@@ -14,15 +14,16 @@ from scenes.errors import SceneError
 from scenes.model import ROUNDING
 from scenes.units import TEMPERATURE, TIME, WORDS, Powers, Unit, UnitError, parse_unit
 
-_UNIT = re.compile(r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$")
-"""A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K" or "peak_K"; the last one counts."""
-_MISSING = re.compile(
-    r"|-?nan(\(ind\))?|n/?a|<na>|null|none|[-*?.]+|ol|ovld|over(flow|load|range)?|-?1\.#(qnan|ind)"
-    r"|#(n/?[av]|[^\W\d_/]+(/0)?[!?])", re.IGNORECASE
-)  # fmt: skip
-"""Cells without a number, such as "", "NaN", "OVLD", Fortran's "***", and a sheet's "#N/A" and "#DIV/0!"."""
+_UNIT = re.compile(
+    r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$|\s((?:[°º˚℃]|deg) ?\w?)$"
+)
+"""A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K", "peak_K" or "peak °C"; the last one counts."""
+_MISSING = re.compile(r"|[-*?.]+|#?n/?a|-?1\.#(qnan|ind)|#[\w/]+[!?]", re.IGNORECASE)
+"""Cells without a number, such as "", Fortran's "***", and a sheet's "#N/A" and "#DIV/0!"; `text` takes words so."""
 _HOUR, _FAHRENHEIT = Unit(TIME.powers, Fraction(3600)), Unit(TEMPERATURE.powers, Fraction(5, 9), Fraction(45967, 180))
-_OF_DATA = dict.fromkeys(("h", "hr", "hour", "hours"), _HOUR) | dict.fromkeys(("degf", "deg f", "°f"), _FAHRENHEIT)
+_OF_DATA = dict.fromkeys(("h", "hr", "hour", "hours", "std"), _HOUR) | dict.fromkeys(
+    ("degf", "deg f", "°f"), _FAHRENHEIT
+)
 """Units of data alone: in a scene "h" is many a height."""
 _VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
 
@@ -92,8 +93,8 @@ def parse_number(cell: str, mark: str = ".") -> float:
     if "_" in cell or (mark == "," and "." in cell):
         return np.inf
     try:
-        # Fortran writes 1.0D-06, COMSOL 293.15+0.0i.
-        plain = cell.replace(mark, ".").replace("D", "E").replace("d", "e")
+        # Fortran writes 1.0D-06, COMSOL 293.15+0.0i, Graphtec "+   20.1".
+        plain = re.sub("^([-+]) +", r"\1", cell).replace(mark, ".").replace("D", "E").replace("d", "e")
         number = complex(plain.removesuffix("i") + "j" * plain.endswith("i"))
     except ValueError:
         return np.inf
@@ -104,6 +105,7 @@ def parse_number(cell: str, mark: str = ".") -> float:
 
 def find_unit(text: str) -> Unit | None:
     """Return the unit of a text such as "ms", "degC" or "Volts"; ``None`` where the text is no unit."""
+    text = re.sub("[º˚]", "°", text)
     word = text.strip().lower().replace(".", "")
     if not word or word[0].isdigit() or word in _OF_DATA:
         return _OF_DATA.get(word)

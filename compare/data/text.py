@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import zip_longest
-from math import inf, isfinite, isinf
+from math import inf, isfinite, isinf, nan
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +60,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
     if not lines:
         raise SceneError("it has no rows: give a row of names with units, then numbers")
     try:
-        if pairs := _read_pairs([line for _, line in lines]):
+        if pairs := _read_pairs([line.strip() for _, line in lines]):
             return LIST, pairs
         of_comsol = text.lstrip('" \r\n').startswith("%")
         return "COMSOL table" if of_comsol else "table", _read_block(lines, remarks, of_comsol)
@@ -70,7 +70,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
 
 def _decode(data: bytes) -> str:
     """Decode UTF-8, UTF-16 or else Windows' Western code page. Raises SceneError for other content."""
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")) or data[1:4:2] == b"\0\0":
         return data.decode("utf-16", "replace")
     if b"\0" in data[:4000]:
         raise SceneError("it is binary, but no raw file of ngspice or LTspice: save the table as text or CSV")
@@ -89,14 +89,15 @@ def _split(line: str, separator: str | None) -> list[str]:
 
 def _read_pairs(lines: Sequence[str]) -> list[Column]:
     """Columns of one row from rows "probe, value" or "probe, value, unit"; empty where there are other rows."""
-    separator = next((mark for mark in "\t;,=:" if any(mark in line for line in lines)), ",")
+    separator = next((m for m in "\t;,=:" if 2 * sum(m in line for line in lines) > len(lines)), None)
     columns, common = dict[str, Column](), None
-    for number, (name, *cells) in enumerate(_split(line, separator) for line in lines):
-        match = _PAIR.fullmatch(" ".join(filter(None, cells)))
-        if not match or not name.strip("-+.0123456789,eETZ :/"):  # a number, a date or a time
-            if number:
+    for number, line in enumerate(lines):
+        name, *cells = _split(line, separator)
+        match, name = _PAIR.fullmatch(" ".join([*filter(None, cells)][:2])), name.strip('" :')
+        if not match or not name.strip("-+.0123456789,dDeETZ :/"):  # a number, a date or a time
+            if number and re.search(r"\d", line):
                 return []
-            # The first row may have names, and the unit of all values.
+            # Rows above the values may have names, and the unit of all values.
             common = next(filter(None, (split_unit(cell)[1] for cell in cells)), None)
             continue
         if name in columns:
@@ -116,44 +117,53 @@ def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, in
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         table = np.array([row for row in rows if len(row) == width]).reshape(-1, max(width, 1))
         texts, numbers = np.isinf(table).sum(axis=0), np.isfinite(table).sum(axis=0)
-        tried.append((numbers.sum(), -texts.sum(), width, (separator, mark, width, texts > numbers)))
+        of_texts = (texts > numbers) | ((texts > 0) & (2 * numbers < len(table)))  # remarks beside a few first rows
+        tried.append((numbers.sum(), -texts.sum(), width, (separator, mark, width, of_texts)))
     return max(tried, key=lambda each: each[:3])[-1]
 
 
 def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> list[Column]:
-    """The columns of the first block of numbers."""
+    """The columns of the longest block of numbers."""
     separator, mark, width, of_texts = _find_dialect(lines)
     numeric = np.flatnonzero(~of_texts)
-    rows, head, pending = list[list[float]](), list[str](), list[str]()
+    blocks, pending = [(list[list[float]](), list[str]())], list[str]()
     for number, line in lines:
-        cells = _split(line, separator)
+        cells, (rows, head) = _split(line, separator), blocks[-1]
         values = [parse_number(cell, mark) for cell in cells]
-        has_numbers, texts = any(map(isfinite, values)), [isinf(value) for value in values]
+        has_numbers = any(map(isfinite, values))
+        if (rows and separator) or (len(cells) == width and all(isfinite(values[k]) for k in numeric[:1])):
+            # Below the header a word such as "OPEN" is a missing number, but "1,234.5" is a wrong one.
+            values = [nan if isinf(v) and not re.search(r"\d", c) else v for v, c in zip(values, cells, strict=True)]
+        texts = [isinf(value) for value in values]
         # A page of a listing repeats the header; below another header that is not a remark the numbers start again.
         if rows and has_numbers and pending and pending[-1:] != head[-1:] and not rows[-1][0] < values[0] < inf:
-            break
+            rows, head = list[list[float]](), list[str]()
+            blocks.append((rows, head))
         if has_numbers and len(cells) == width and not any(texts[k] for k in numeric):
-            head, pending = (head if rows else pending), []
+            head += [] if rows else pending
+            pending = []
             rows.append(values)
         elif rows and has_numbers and (not any(texts) or (len(cells) == width and (separator or not texts[0]))):
-            raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers")
+            raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers such as 1234.5")
         elif line.strip("-=_*+|,; \t"):
             pending.append(line)
+    rows, head = max(blocks, key=lambda block: len(block[0]))
     if not rows:
         raise SceneError(f"it has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
     matrix = np.array(rows)
-    matrix[np.isinf(matrix)] = np.nan
+    matrix[:, np.isinf(matrix).any(axis=0)] = np.nan
     least = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
-    above = [_split_names(line, least, width, separator) for line in (head or remarks)[-3:]]
+    above = [_split_names(line, least, width, separator) for line in (head or remarks)[-5:]]
     if head + remarks * of_comsol and above[-1] is None:
         last = (head or remarks)[-1].strip()
-        raise SceneError(f"its header {quoted(last)} has another number of columns than the rows below it")
+        raise SceneError(f"its header {quoted(last)} has another number of columns than the rows below it: name each")
     names = [(name, "") for name in above[-1] or []] if above else []
     # Below the names their units may stand, and remarks below these.
     for upper, lower in zip(above[-2::-1], above[:0:-1], strict=False):
         units = [unit.strip("()[] ") for unit in lower or []]
         known = [find_unit(unit) is not None for unit in units if unit not in ("", "-", "1")]
-        if upper and known[:1] == [True] and 2 * sum(known) > len(known):
+        is_plain = known[:1] == [True] or not any(map(isfinite, map(parse_number, upper or [])))
+        if upper and is_plain and 2 * sum(known) > len(known):
             names = list(zip_longest(upper, units, fillvalue=""))
             break
     if not names:  # ngspice's wrdata may write the times before every vector.

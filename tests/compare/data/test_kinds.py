@@ -106,6 +106,15 @@ TRACES: dict[str, str | bytes] = {
     "quotes around numbers": '"time (s)","mid (K)"\n' + rows('"{:.9g}","{:.9g}"', TIMES, MID),
     "rule below the head": "time (s);mid (K)\n--------;-------\n" + rows("{:.9g};{:.9g}", TIMES, MID),
     "remark between rows": "time (s),mid (K)\n" + PAIRS.replace("\n", "\npower restored\n", 2),
+    "UTF-16 without a mark": ("time (s)\tmid (K)\r\n" + rows("{:.9g}\t{:.9g}", TIMES, MID)).encode("utf-16-le"),
+    "degrees behind a blank": "Time (s)\tmid °C\n" + rows("{:.9g}\t{:.9g}", TIMES, MID - 273.15),
+    "masculine ordinals for degrees": "Time [s],mid [ºC]\n" + rows("{:.9g},{:.9g}", TIMES, MID - 273.15),
+    "units below all but the index, signs apart": "Number,Time,mid,\nNO.,s,degC,\n"
+    + rows("{:.0f},{:.9g},+   {:.9g},", np.arange(6), TIMES, MID - 273.15),
+    "Origin": "Time\tmid\nms\tK\nComments\tT1\nF(x)=\t\n" + rows("{:.9g}\t{:.9g}", 1e3 * TIMES, MID),
+    "rows of statistics": "time (s);mid (K)\n" + rows("{:.9g};{:.9g}", TIMES, MID) + "\nMean;300.1\nMax;305.57\n",
+    "metadata like rows": "Dimension1, 6, 6\nDimension2, 1, 1\nDataName, time, mid\n"
+    + rows("DataValue, {:.9g}, {:.9g}", TIMES, MID),
     "numbered index": ",time (s),mid (K)\n" + rows("{:.0f},{:.9g},{:.9g}", np.arange(6), TIMES, MID),
 }  # fmt: skip
 
@@ -117,6 +126,15 @@ def test_kind_of_file_is_read(kind, scene):
     data = read(path, load(scene))
     assert data.time == pytest.approx(TIMES, abs=1e-9)
     assert data.values["mid"] == pytest.approx(MID, abs=2e-5)
+
+
+def test_metadata_beside_the_rows_are_no_column(scene):
+    """As old oscilloscopes of Tektronix write them: times and values are the fourth and the fifth column."""
+    path, beside = scene.with_name("data.csv"), ("Record Length,2500", "Source,CH1", "Scale,1e-3", *3 * [","])
+    path.write_text("".join(f"{b},,{t:.9g},{k:.9g},\n" for b, t, k in zip(beside, TIMES, MID, strict=True)))
+    data = read(path, load(scene), ["time (s)=4", "mid (K)=5"])
+    assert data.time == pytest.approx(TIMES)
+    assert data.values["mid"] == pytest.approx(MID)
 
 
 LTSPICE = "Title: * bar\nPlotname: Transient Analysis\nFlags: real forward\nNo. Variables: 3\nNo. Points: 6\n\
@@ -190,12 +208,25 @@ def test_temperatures_of_a_scene_that_cools_are_absolute(unit, first, scene):
         (lambda t: put(t, (THIRD, "1e-05,NaN")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (FIRST, "0,OVLD")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (FIRST, "0,+9.91E37")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
+        (lambda t: put(t, (FIRST, "0,OPEN")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
+        (lambda t: put(t, (THIRD, "1e-05,-∞")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (FIRST, "0,0")), [1, 2, 3, 4, 5], "1 placeholder rows of zeros"),
         (lambda t: put(t, (FIRST, "0,-999")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
         (lambda t: put(t, (THIRD, f"{THIRD}\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
         (lambda t: put(t, (THIRD, f"1e-05,293.15\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
     ],
-    ids=["#N/A", "NaN", "overload", "NaN of SCPI", "placeholder", "below 0 K", "event", "jump at an event"],
+    ids=[
+        "#N/A",
+        "NaN",
+        "overload",
+        "NaN of SCPI",
+        "word",
+        "infinity",
+        "placeholder",
+        "below 0 K",
+        "event",
+        "jump at an event",
+    ],
 )
 def test_rows_that_are_left_out(change, kept, said, scene):
     path = scene.with_name("data.csv")
@@ -204,6 +235,14 @@ def test_rows_that_are_left_out(change, kept, said, scene):
     assert data.time == pytest.approx(TIMES[list(kept)])
     assert data.values["mid"] == pytest.approx(MID[list(kept)])
     assert said in data.said
+
+
+def test_zeros_in_degrees_before_the_start_are_placeholders(scene):
+    path = scene.with_name("data.csv")
+    path.write_text("time (s),mid (degC)\n0,0\n" + rows("{:.9g},{:.9g}", TIMES[1:], MID[1:] - 273.15))
+    data = read(path, load(scene))
+    assert data.values["mid"] == pytest.approx(MID[1:])
+    assert "1 placeholder rows of zeros" in data.said
 
 
 STEADY = {
@@ -215,6 +254,12 @@ STEADY = {
     "table with an empty last row": "mid (K),quarter (K),I (mA)\n305.5728,302.4623,99.17895\n,,\n",
     "list": "mid, 305.5728 K\nquarter, 302.4623 K\nI, 99.17895 mA\n",
     "list of a circuit": "mid = 305.5728 K\nquarter = 302.4623 K\ni(I) = 9.917895e-02\n",
+    "operating point of LTspice": "  --- Operating Point ---\n\nV(mid):\t 305.5728\t voltage\n"
+    "V(quarter):\t 302.4623\t voltage\nI(I):\t -0.09917895\t device_current\n",
+    "operating point of ngspice": "\tNode      Voltage\n\t----      -------\n\t----\t-------\n\tmid  3.055728e+02\n"
+    "\tquarter  3.024623e+02\n\n\tSource\tCurrent\n\t------\t-------\n\n\tI#branch   -9.917895e-02\n",
+    "list with blanks": "mid 305.5728 K\nquarter 302.4623 K\nI 99.17895 mA\n",
+    "list with remarks": "Probe\tValue\tUnit\tRemark\nmid\t32.4228\t°C\tcentre\nquarter\t29.3123\t°C\t\n",
     "list with units": "probe,value,unit\nmid,32.4228,degC\nquarter,29.3123,degC\nI,99.17895,mA\n",
     "list with decimal commas": "Probe;Wert;Einheit\nmid;32,4228;°C\nquarter;29,3123;°C\nI;99,17895;mA\n",
     "list with its unit in the head": "Probe;T [°C]\nmid;32,4228\nquarter;29,3123\n",
@@ -270,6 +315,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         (COMSOL + "% X\n5E-5\n% T (K) @ t=0\n293\n", "sectionwise.*: export a table"),
         (COMSOL + "% x  y  z  T (K) @ t=0  T (K) @ t=1\n0 0 0 293 294\n", "spreadsheet.*: export a table"),
         (COMSOL + "% Time (s)  mid (K) @ V0=1  mid (K) @ V0=2\n0 293 294\n", "runs beside one another"),
+        ('time (ms),mid (K)\n"0.0",293\n"1,000.0",294\n"2,000.0",295\n', "with 90, not 00:01:30.*: there are"),
         ("time\tV(mid)\nStep Information: V=50m  (Step: 1/2)\n0\t293\n1e-6\t294\n", "several runs, from .step"),
         ("a, b\nc, d\n", "has no rows of numbers"),
         ('"time (s)","T (K), Point: (1.2.3, 0, 0)"\n' + PAIRS, r'Point: \(1.2.3, 0, 0\)" is called as no quantity'),
