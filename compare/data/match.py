@@ -171,7 +171,7 @@ def pick(
     steady, rows = target.quantities.steady, np.isfinite(time)
     notes = [f"{(~rows).sum()} rows without one are left out"] * (not rows.all())
     curve = next((c for c in keys if c.is_curve), None)
-    rows, words = _choose([c for c in keys if c is not curve], rows, target)
+    rows, words = _choose([c for c in keys if not c.is_curve], rows, target)
     if curve is not None:
         rows &= np.isfinite(curve.si) & (curve.si != 0)  # A scene without a drive has no 3D solution.
         words += "; " * bool(words) + f"the curve over {curve.plain} ({curve.role}), without its zeros"

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -85,11 +86,13 @@ class Fmu(Model):
         for name, own in outputs.items():
             (called, unit), symbol = self._readable[own], question.units[name]
             if called and unit.powers != parse_unit(symbol).powers:
-                raise SceneError(f"{quoted(own)}, for {quoted(name)}, is in {quoted(called)}, not in {symbol}")
+                raise SceneError(
+                    f"{quoted(own)}, for {quoted(name)}, is in {quoted(called)}, not in {symbol}: give one in {symbol}"
+                )
         given = {name: (value, self._settable[name][1]) for name, value in question.parameters.items()}
         start = {name: (value - float(unit.offset)) / float(unit.factor) for name, (value, unit) in given.items()}
         simulate = partial(
-            simulate_fmu, self._folder.name, validate=False, stop_time=end, output_interval=end / steps,
+            simulate_fmu, self._folder.name, validate=False, start_time=0.0, stop_time=end, output_interval=end / steps,
             step_size=end / steps, output=list(outputs.values()), start_values=start, relative_tolerance=1e-2 / steps,
             record_events=False,
         )  # fmt: skip
@@ -123,7 +126,10 @@ def open_model(given: str, folder: str) -> Fmu:
         extract(str(path), unpacked.name)
         platforms = supported_platforms(str(path))
         definitions = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
-        variables = [(each, _declared_unit(each, definitions)) for each in description.modelVariables]
+        tags = ElementTree.parse(f"{unpacked.name}/modelDescription.xml").iter()
+        # fmpy 0.3.32 overlooks this attribute of a variable; its tag, or the one inside, has it.
+        differences = {t.get("name") for t in tags for each in (t, *t) if each.get("relativeQuantity") in ("true", "1")}
+        variables = [(each, _declared_unit(each, definitions, differences)) for each in description.modelVariables]
     except Exception:
         raise SceneError("it is no FMU that can be read, of FMI 2 or 3: export it again") from None
     if platform not in platforms:
@@ -133,17 +139,16 @@ def open_model(given: str, folder: str) -> Fmu:
     return Fmu(path.name, unpacked, settable, readable)
 
 
-def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> tuple[str, Unit]:
+def _declared_unit(variable: Any, definitions: Mapping[str, Any], differences: set[str | None]) -> tuple[str, Unit]:
     """The unit that an FMU declares for a variable: by its BaseUnit, or else by its name."""
     kind, unknown = variable.declaredType, Unit((), Fraction(1))
     name = variable.unit or (kind.unit if kind else None)
     if not name:
         return "", Unit(PLAIN, Fraction(1))
-    if (base := definitions.get(name)) is None:
-        return name, find_unit(name) or unknown
-    powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K"))
-    if relative := variable.relativeQuantity or (kind and kind.relativeQuantity):
-        name += " as a difference"
-    if base.mol or base.cd or (relative and powers == TEMPERATURE.powers):
-        return name, unknown
-    return name, Unit(powers, Fraction(base.factor), Fraction(0.0 if relative else base.offset))
+    unit = find_unit(name) or unknown
+    if base := definitions.get(name):
+        powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K"))
+        unit = unknown if base.mol or base.cd else Unit(powers, Fraction(base.factor), Fraction(base.offset))
+    if variable.name in differences or (kind and kind.name in differences):
+        return f"{name} as a difference", unknown if unit.powers == TEMPERATURE.powers else unit
+    return name, unit

@@ -296,6 +296,8 @@ def test_steady_analyses_of_ngspice(scene):
     assert read(path, steady, ["I=i(v1)"]).values["I"] == pytest.approx([0.09917895])
     path.write_text(header.format("DC transfer characteristic", 2) + point + "1 0.2\n340\n-0.18\n", encoding="utf-8")
     assert read(path, steady, ["Vapp curve=v(v-sweep)"]).values["mid"] == pytest.approx([305.5728, 340])
+    path.write_text("v-sweep v(mid) v-sweep i(v1)\n0.1 305.5728 0.1 -0.09917895\n0.2 340 0.2 -0.18\n", encoding="utf-8")
+    assert read(path, steady, ["Vapp curve=v-sweep"]).values["mid"] == pytest.approx([305.5728, 340])
 
 
 def test_steady_rows_of_unknown_states_are_refused(scene):

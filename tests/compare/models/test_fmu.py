@@ -45,7 +45,9 @@ UNITS = """<UnitDefinitions>
 </UnitDefinitions>
 <TypeDefinitions><SimpleType name="Celsius"><Real unit="degC"/></SimpleType>
 <SimpleType name="Rise"><Real unit="degC" relativeQuantity="1"/></SimpleType></TypeDefinitions>
+<DefaultExperiment startTime="10" stopTime="20"/>
 <ModelVariables>"""
+"""The experiment is no part of a scene, whose times count from 0."""
 
 
 def build(
@@ -75,6 +77,7 @@ def build(
 
 CELSIUS = "T - 273.15", "x + 273.15"
 RISE = 'degC" declaredType="Rise'
+OWN_RISE = 'K" relativeQuantity="true'
 
 
 @pytest.fixture
@@ -111,7 +114,13 @@ def test_declared_units_are_converted_over_time(transient, tmp_path):
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(
     ("unit", "why"),
-    [("uW", '"top", for "tip", is in "uW"'), ("lm", "not in K"), ("furlong", '"furlong", not'), (RISE, "difference")],
+    [
+        ("uW", '"top", for "tip", is in "uW"'),
+        ("lm", "not in K"),
+        ("furlong", '"furlong", not'),
+        (RISE, "difference"),
+        (OWN_RISE, "difference"),
+    ],
 )
 def test_units_of_another_dimension_are_refused(steady, tmp_path, unit, why):
     model = build(tmp_path, tip=(f'unit="{unit}"', "T", "x"))
