@@ -31,7 +31,7 @@ _PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
 _VARYING = re.compile(r"[vi]\S*(\s+\S+){2}\s+(pulse|pwl|sin|exp|sffm|am|tr\w+)\b", re.IGNORECASE)
 """Sources without a dc value, of which `.op` takes the value at the start."""
 _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
-        ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
+        ".probe", ".save", ".width", ".meas", ".measure", ".four", ".backanno", ".end")  # fmt: skip
 """Analyses and output commands, which are replaced."""
 
 
@@ -129,9 +129,9 @@ def _solve(text: str, plot: str) -> dict[str, np.ndarray]:
                 raise SceneError("")
             _, columns = raw.read(path.read_bytes(), plot)
         except (OSError, SceneError):
-            lines = dict.fromkeys(line.strip() for line in said.splitlines())
-            signs = "error|singular|fail|too small|undefined|unknown|can't|no such"
-            wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
-            why = f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
+            # The line of the netlist and the reason follow.
+            signs = r"^(?!note).*(error|singular|fail|too small|undefined|unknown|can't|no such)(.*\n){1,3}"
+            wrong = re.search(signs, said, re.IGNORECASE | re.MULTILINE)
+            why = f" ({printable(' '.join(wrong[0].split()), 200)})" if wrong else ""
             raise SceneError(f"ngspice has no {plot}{why}") from None
     return {column.name: column.values for column in columns}

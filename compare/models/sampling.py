@@ -124,4 +124,12 @@ def solve(model: Model, scene: Any, fem3d: Result, say: Callable[[str], None]) -
     if not answered:
         raise SceneError(f"{said[0]}: give at least one of them")
     warnings = [f"{each}: no check is made of that" for each in said]
+    if not isinstance(scene, Sink):  # whose temperatures are rises
+        pairs = [(n, own.value, fem3d.steady[n].value) for n, own in steady.items() if question.units[n] == "K"]
+        warnings += [
+            f"{model.name} has {quantity(one, 'K')} for {quoted(n)}, and absolute kelvins are compared: add the "
+            "initial temperature to a rise, 273.15 to degrees Celsius"
+            for n, one, three in pairs
+            if one < max(three / 2, three - 250)
+        ][:1]
     return Result(model.name, steady, traces, {"own_model": model, "warnings": warnings})

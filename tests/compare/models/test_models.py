@@ -103,6 +103,14 @@ def test_rises_in_a_table_count_from_the_initial_temperature(outputs, steady, tr
     assert checks["tip_over_time"].verdict == "unresolved"
 
 
+def test_a_rise_in_place_of_a_temperature_is_a_warning(steady, tmp_path, capfd):
+    (tmp_path / "rise.csv").write_text("tip,100 K\n", encoding="utf-8")
+    model = str(tmp_path / "rise.csv")
+    assert main(["solve", str(steady), "--model", model, "--no-figures", "--out", str(tmp_path / "o")]) == 0
+    said = " ".join(capfd.readouterr().out.split())
+    assert 'rise.csv has 100.0 K for "tip", and absolute kelvins are compared: add the initial temperature' in said
+
+
 def test_a_declared_difference_is_no_surprise(steady, model, tmp_path):
     out = ["--out", str(tmp_path / "o"), "--no-figures", "--quiet"]
     asked = ["solve", str(steady), "--model", f"{model}:bar", *out]
