@@ -36,10 +36,10 @@ _REFUSED = {
     "TIE": "merge the meshes, so that the tied parts share nodes",
     **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"), "write all nodes and elements out"),
 }  # fmt: skip
-# Cards of cells, with the numbers of nodes that each may have.
+# Cards of cells, with the numbers of nodes that each may have; of shells the corners count.
 _SOLIDS = {"CTETRA": (4, 10), "CPYRAM": (5, 13), "CPENTA": (6, 15), "CHEXA": (8, 20)}
-_SHELLS = {"CTRIA3": (3,), "CTRIAR": (3,), "CTRIA6": (3, 6), "CQUAD4": (4,), "CQUADR": (4,), "CQUAD8": (4, 8),
-           "CQUAD": (4, 8, 9)}  # fmt: skip
+_SHELLS = {**dict.fromkeys(("CTRIA3", "CTRIAR", "CTRIA6"), (3,)),
+           **dict.fromkeys(("CQUAD4", "CQUADR", "CQUAD8", "CQUAD"), (4,))}  # fmt: skip
 # Nastran has the upright edges of a hexahedron before the edges of its top.
 _HEXAHEDRON20 = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 
@@ -211,7 +211,7 @@ def read_nastran(text: str) -> MeshData:
         if card.name == "GRID":
             nodes[card.integer(1)] = [card.real(i) for i in (3, 4, 5)]
         elif counts := (_SOLIDS | _SHELLS).get(card.name):
-            # A shell has further fields, such as THETA, after its nodes.
+            # A shell has further fields, such as THETA, after its corners.
             end = len(card.fields) if card.name in _SOLIDS else 3 + max(counts)
             corners = [card.integer(i) for i in range(3, end) if card.field(i)]
             if len(corners) not in counts:
@@ -220,7 +220,7 @@ def read_nastran(text: str) -> MeshData:
             corners = [corners[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else corners
             elements.append((kind, corners, [str(card.integer(2) if card.field(2) else card.integer(1))]))
         elif re.match("=|C(HEX|TET|PEN|PYR|IF)", card.name):
-            raise MeshFileError(f"{called} is not read: write each cell as a card CTETRA, CHEXA, CPENTA or CPYRAM")
+            raise MeshFileError(f"{called} is not read: write each node as a GRID and each cell as a CTETRA or CHEXA")
     if not nodes or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
     return _assembled(nodes, elements)

@@ -142,6 +142,9 @@ NASTRAN = {
     "no ENDDATA": deck().replace("ENDDATA\n", ""),
     "no BEGIN BULK": deck(head="$ Created by Gmsh\n"),
     "THETA of shells": deck(cells=solids() + small("CQUAD4", 99, 9, 1, 2, 4, 3, "0.", "")),
+    "a shell without some middle nodes": deck(
+        cells=solids().replace("CQUAD4  ", "CQUAD8  ") + small("CQUAD8", 99, 9, 1, 2, 4, 3, 9, "", 8, "", 90.0)
+    ),
     "comments": deck(cells=solids().replace("\n", " $ a comment\n", 3)),
     "tabs": deck("".join("\t".join(map(str, ("GRID", n, "", *p))) + "\n" for n, p in enumerate(POINTS, 1))),
     "exponents without E": deck(short_exponents()),
@@ -164,7 +167,7 @@ NASTRAN_REFUSED = {
     "no number": (deck(grids().replace("25", "2x")), 'GRID 5 has "2X" in place of a number'),
     "replicated": (
         deck(cells=small("CHEXA", 1, 1, *HEXAHEDRA[0]) + small("=", "*1")),
-        "= *1 is not read: write each cell",
+        "= *1 is not read: write each node",
     ),
     "a pyramid of OptiStruct": (deck(cells=solids() + small("CPYRA", 7, 1, 1, 5, 7, 3, 9)), "CPYRA 7 is not read"),
     "no node": (deck(grids(at=POINTS[:-1])), "a cell has node 20, which is not in the file"),
