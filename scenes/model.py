@@ -395,4 +395,6 @@ class MeshScene(FreeScene):
 
 
 AnyScene = Scene | MeshScene
+AnyBoundary = Boundary | GroupBoundary
+AnyProbe = Probe | GroupProbe
 """A scene of boxes, or one on a mesh."""

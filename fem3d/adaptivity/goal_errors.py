@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from fem3d.solution.steady import SteadyState
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import BeyondLawError, NumericsError
+from scenes.model import AnyProbe
 
 BY_TEMPERATURE = "by temperature "  # begins the names of rows
 Rows = dict[str, np.ndarray]
@@ -128,7 +129,7 @@ def potentials_at_power(problems: Problems, state: SteadyState) -> list[np.ndarr
     return [phi * np.sqrt(max(state.power, 0.0) / max(power, 1e-300)) for phi in potentials]
 
 
-def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
+def goal_row(heat: HeatProblem, probe: AnyProbe, rise: np.ndarray) -> np.ndarray | None:
     """Return the load vector (all dofs,) of a thermal probe, at an extreme's point; None for an electric probe."""
     if probe.quantity not in ("temperature", "heat_flow"):
         return None

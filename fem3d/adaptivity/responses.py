@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.conductors import combined_density, independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized
@@ -21,6 +20,7 @@ from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
 from fem3d.solution.march import FullResponse, March
+from fem3d.solution.reduced import combined_density, independent_currents
 from fem3d.solution.steady import NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov
 from scenes.errors import BeyondLawError, RunawayInTimeError
@@ -50,12 +50,14 @@ def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotS
     rises = [heat.inputs.at(0.0) @ heat.lifts, *(heat.take(field) for field, _ in hot)]
     driven = np.flatnonzero(conductor.voltages.any(axis=1))
     potentials = [[conductor.solve(rise, v) for v in conductor.voltages[driven]] for rise in rises]
-    patterns = independent(conductor, potentials[0])
+    patterns = independent_currents(conductor, potentials[0])
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
     for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
         loads.append(conductor.joule_load(combined_density(each, drive[driven]), rise))
-    return Base(heat, conductor, independent(conductor, [p for each in potentials for p in each]), lifts, loads)
+    return Base(
+        heat, conductor, independent_currents(conductor, [p for each in potentials for p in each]), lifts, loads
+    )
 
 
 def search_hot_states(
@@ -82,7 +84,7 @@ def search_hot_states(
         worst, largest = None, NEGLIGIBLE * accuracy
         for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
             voltage = g @ conductor.voltages
-            if not (voltage.any() and conductor.conducts(rise)):
+            if not (voltage.any() and (conductor.resistivity(rise) > 0).all()):
                 continue
             load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
             size = max(size, float(np.abs(load).sum()))
@@ -184,8 +186,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
 
 
 def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
-    """Return the problem linearized about its steady state, or without one about the hottest state of a response at
-    some times (s)."""
+    """Return the problem linearized about its steady state, else about the hottest state at some times (s)."""
     if base.steady is not None and isinstance(base.steady.heat, LinearizedHeat):
         return base.steady.heat
     heat, conductor, density = base.heat, base.conductor, np.empty(0)

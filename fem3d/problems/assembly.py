@@ -24,15 +24,14 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Kept, Ordering, part
-from fem3d.problems.conductors import share_reactions
+from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.following import Conduction, Storage, Term, following
-from fem3d.problems.heat import Film, HeatProblem, as_rise
+from fem3d.problems.heat import Cache, Film, HeatProblem, as_rise, share_reactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Entries, Faces, halves, marked, summed
 from fem3d.spaces.mapped import Interface
 from scenes import faces
-from scenes.model import Schedule, Value, bends
+from scenes.model import AnyBoundary, Schedule, Value, bends, values
 
 
 def assemble(domain: Domain) -> HeatProblem:
@@ -49,12 +48,12 @@ def assemble(domain: Domain) -> HeatProblem:
     stiffness, mass = part(stiffness, order), part(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
-    terms += [Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.on(b))]
+    terms += [Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.facets(b))]
     storage = Storage(domain) if len(following(domain, "specific_heat")) else None
     free = int((~given[order]).sum())
     fixed = order[free:]
     return HeatProblem(
-        domain=domain, free=free, order=order, ordering=Ordering(space.places), stiffness=stiffness, mass=mass,
+        domain=domain, free=free, order=order, elimination=Ordering(space.places), stiffness=stiffness, mass=mass,
         loads=(sources + loads)[:, order], given=values[:, fixed], generated=generated,
         shares={name: share[order] for name, share in shares.items()}, edges=part(edges, fixed),
         films={name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
@@ -94,7 +93,7 @@ def _films_and_fluxes(
             h, entering = linear_film(domain, b)
             flux = channels.split(entering)
         elif b.kind == "convection":
-            h = float(b.value)
+            h = float(*values(b.value))
             flux = h * as_rise(channels, b.ambient, domain.scene.initial_temperature)
         else:
             flux = channels.split(b.value)
@@ -161,11 +160,10 @@ def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> Non
     stiffness.data[on] = (stiffness.data[on] - (sums - cooled)[columns[on]]).astype(float)
 
 
-def linear_film(domain: Domain, boundary: Any) -> tuple[float, float]:
-    """The coefficient (W/(m2 K)) of the linear problem's film, and the flux (W/m2) that enters at the initial
-    temperature."""
+def linear_film(domain: Domain, boundary: AnyBoundary) -> tuple[float, float]:
+    """The coefficient h (W/(m2 K)) of the linear problem, and the flux (W/m2) that enters at no rise."""
     start = domain.scene.initial_temperature
-    near = np.array(max(start, float(boundary.ambient)))
+    near = np.array(max(start, *values(boundary.ambient)))
     return float(faces.coefficient(boundary, near)), -float(faces.flux(boundary, np.array(start)))
 
 
@@ -174,18 +172,18 @@ class Surface:
     """A boundary with a nonlinear heat flux, beyond its film, by a quadrature with ``more`` points along each axis."""
 
     domain: Domain
-    boundary: Any
+    boundary: AnyBoundary
     more: int = 1
-    _kept: Kept = field(init=False, default_factory=Kept)
+    _kept: Cache = field(init=False, default_factory=Cache)
 
     @property
     def on(self) -> Faces:
         """The faces, with the points of the quadrature."""
-        return self.on_some(self.domain.on(self.boundary))
+        return self.on_some(self.domain.facets(self.boundary))
 
     def on_some(self, facets: np.ndarray) -> Faces:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
-        return self._kept.made(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
+        return self._kept.get_or_make(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): the heat that leaves beyond the film, in W."""
@@ -193,8 +191,7 @@ class Surface:
         return self.on.load(faces.flux(self.boundary, self._start + rise) + entering - h * rise)
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
-        """(functions, functions) twice: the derivative in W/K, of `scenes.faces.coefficient` beyond the film's and of
-        the rest."""
+        """(functions, functions) twice: the derivative in W/K, by the coefficient beyond the film's, and the rest."""
         at = self._start + self.on.value(u)
         rest = faces.beyond(self.boundary, at)
         slope = faces.coefficient(self.boundary, at) - linear_film(self.domain, self.boundary)[0]

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
-from fem3d.problems.cholesky import Factors, Kept, Ordering, Solver, part
-from fem3d.problems.following import MOST_GMRES, CellProperty, at_faces, solve_by_gmres
-from fem3d.problems.heat import HeatProblem
+from fem3d.problems.cholesky import MOST_GMRES, Factors, Ordering, Solver, part, solve_by_gmres
+from fem3d.problems.following import CellProperty, at_faces
+from fem3d.problems.heat import Cache, HeatProblem
 from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
 from fem3d.spaces.integrals import Faces, halves, marked
 from scenes.errors import NumericsError
@@ -50,11 +50,12 @@ class Conductor:
     sections : the facets of the current probes inside
     matrix : (functions, functions), at the initial temperature
     names : (rows,), the `Label` of each row
-    ordering : of the factorization
+    elimination : the elimination order of the factorization
     solved : the allowed residual of a potential, relative
     terminals : electrodes of unknown potential
     following : the resistivity (ohm m) of rows with a law, which ``cold`` and ``warm`` leave out
     more : points of the quadrature along each axis beyond the default of the space
+    kept : computed so far: "solve_cold", "near", "cold_potentials", and the last "resistivity" with its rise
     """
 
     heat: HeatProblem
@@ -68,12 +69,12 @@ class Conductor:
     sections: dict[str, Section]
     matrix: csc_array
     names: np.ndarray
-    ordering: Ordering
+    elimination: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
     following: CellProperty | None = None
     more: int = 0
-    kept: Kept = field(init=False, default_factory=Kept)
+    kept: Cache = field(init=False, default_factory=Cache)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -145,10 +146,6 @@ class Conductor:
         """Whether any resistivity depends on the temperature."""
         return self.following is not None or bool(self.warm.any())
 
-    def conducts(self, rise: np.ndarray) -> bool:
-        """Whether the resistivity is positive everywhere."""
-        return bool((self.resistivity(rise) > 0).all())
-
     @cached_property
     def _basis(self) -> csc_array:
         """P: (functions, unknowns)."""
@@ -189,17 +186,17 @@ class Conductor:
     def _solver(self, matrix: csc_array) -> Solver:
         entities = self.space.entity[self.free]
         groups = np.concatenate([entities, len(self.space.places) + np.arange(len(self.terminals))])
-        return Factors(self.system(matrix), groups, self.ordering).solve
+        return Factors(self.system(matrix), groups, self.elimination).solve
 
     @property
     def solve_cold(self) -> Solver:
         """Solver of the unknowns of the cold conductor for currents (..., unknowns)."""
-        return self.kept.made("solve_cold", lambda: self._solver(self.matrix))
+        return self.kept.get_or_make("solve_cold", lambda: self._solver(self.matrix))
 
     @property
     def near(self) -> tuple[np.ndarray, Solver]:
         """The resistivity (rows, 1) of the conductor that preconditions, and its solver."""
-        return self.kept.made("near", lambda: (self.cold, self.solve_cold))
+        return self.kept.get_or_make("near", lambda: (self.cold, self.solve_cold))
 
     def preconditioner(self, resistivity: np.ndarray) -> Solver:
         """Return the solver of the last conductor with one resistivity in each row, or of a new one with the mean
@@ -233,7 +230,7 @@ class Conductor:
             currents = self.load(voltage) - self._basis.T @ (self.matrix @ given)
             return given + self.expanded(self.solve_cold(currents)) if voltage.any() else given
 
-        return self.kept.made("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
+        return self.kept.get_or_make("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
 
     @cached_property
     def _supplied_at(self) -> np.ndarray:
@@ -272,8 +269,7 @@ class Conductor:
         return known
 
     def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> CurrentField:
-        """Return the potential at a rise and given values, perhaps from the potential of a similar state, by GMRES to a
-        fraction `solved` of the potential.
+        """Return the potential at a rise and given values, by GMRES to a fraction `solved`, from a ``guess`` if given.
 
         Raises NumericsError where the resistivity is not positive, or where the iteration does not converge.
         """
@@ -293,7 +289,7 @@ class Conductor:
         change = precondition(self.unbalanced(potential, resistivity, voltage))
         size = float(np.linalg.norm(change)) / (float(np.linalg.norm(potential)) or 1.0)
         if size > self.solved:
-            solution, _ = solve_by_gmres(product, change, self.solved / size, MOST_GMRES)
+            solution, _ = solve_by_gmres(product, change, self.solved / size)
             if solution is None:
                 raise NumericsError(
                     f"the potential is not found in {MOST_GMRES} steps of GMRES, as the resistivity varies too much "
@@ -322,8 +318,7 @@ class Conductor:
     def current(self, potential: np.ndarray, resistivity: np.ndarray, rise: np.ndarray) -> CurrentField:
         """Return the current field of a potential (functions,) at a rise and the ``resistivity`` there.
 
-        The small currents that enter inside the conductor, by the residual of the potential, are supplied at the cold
-        potential.
+        The residual of the potential makes small currents enter inside the conductor: at the cold potential.
         """
         density = -self.on.gradient(potential) / resistivity
         reaction = -self.on.flow(density)

@@ -1,4 +1,4 @@
-"""Properties that follow the temperature: conduction and heat storage by laws, and GMRES.
+"""Properties that follow the temperature: conduction and heat storage by laws.
 
 The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
 grad u . grad v, by a quadrature of its own, and the two parts of its tangent: the matrix of k(T) - k0, symmetric, and
@@ -21,8 +21,6 @@ from fem3d.spaces.integrals import Cells, Faces, halves, summed
 from scenes import laws, physics
 from scenes.faces import COLDEST
 from scenes.laws import Property
-
-MOST_GMRES = 100  # of GMRES, without restarts
 
 
 class Term(Protocol):
@@ -197,43 +195,3 @@ def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarra
     """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
     seen = faces if faces.space is domain.space else Faces(domain.space, faces.facets, faces.cells)
     return CellProperty(domain, key, faces.cells).value(seen.value(u))
-
-
-def solve_by_gmres(
-    product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int
-) -> tuple[np.ndarray | None, int]:
-    """Solve a preconditioned linear system by GMRES without restarts (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7,
-    1986). SciPy's takes one product more, for the residual: a cold run of the sink takes 5 % longer with it.
-
-    Parameters
-    ----------
-    product : the preconditioned matrix times a vector (n,)
-    right : (n,), the preconditioned right-hand side
-    tolerance : largest norm of the residual, relative to the norm of ``right``
-    most : largest number of steps
-
-    Returns
-    -------
-    solution : (n,); None where the steps do not reach the tolerance
-    steps : number of steps taken
-    """
-    size, most = float(np.linalg.norm(right)), min(most, len(right))
-    if size == 0.0:
-        return right, 0
-    basis, hessenberg = np.empty((most + 1, len(right))), np.zeros((most + 1, most))
-    basis[0], target = right / size, np.append(1.0, np.zeros(most))
-    for k in range(most):
-        new = product(basis[k])
-        for _ in range(2):  # a second pass removes the rounding of the first
-            shares = basis[: k + 1] @ new
-            hessenberg[: k + 1, k] += shares
-            new = new - shares @ basis[: k + 1]
-        left = hessenberg[k + 1, k] = float(np.linalg.norm(new))
-        if not np.isfinite(left):
-            break
-        part_of, aim = hessenberg[: k + 2, : k + 1], target[: k + 2]
-        sums = np.linalg.lstsq(part_of, aim)[0]
-        if np.linalg.norm(part_of @ sums - aim) <= tolerance:
-            return size * sums @ basis[: k + 1], k + 1
-        basis[k + 1] = new / (left or 1.0)
-    return None, most

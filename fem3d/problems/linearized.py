@@ -5,8 +5,7 @@ rest: the change by a rise of the conductivity under the present gradient, and o
 current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
 relative change of the resistance in the circuit, a matrix of rank one.
 
-(K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by GMRES. K^-1 R is compact where R has fewer derivatives than K, and
-a few steps do.
+GMRES solves (1 + K^-1 R) d = K^-1 b in few steps: K^-1 R is compact, as R has fewer derivatives than K.
 """
 
 from __future__ import annotations
@@ -17,9 +16,8 @@ from typing import Any, Self
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part
+from fem3d.problems.cholesky import part, solve_by_gmres
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from scenes.errors import NumericsError
 
@@ -81,7 +79,7 @@ class LinearizedHeat(HeatProblem):
         def product(v: np.ndarray) -> np.ndarray:
             return v + solve(rest(v))
 
-        solutions = [solve_by_gmres(product, first, DUAL_RESIDUAL, MOST_GMRES)[0] for first in solve(loads)]
+        solutions = [solve_by_gmres(product, first, DUAL_RESIDUAL)[0] for first in solve(loads)]
         if any(solution is None for solution in solutions):
             raise NumericsError("the problem linearized about a state is singular, or close to it")
         return np.array(solutions)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -21,6 +20,7 @@ from scipy.sparse import csc_array
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
 from fem3d.spaces.mapped import Interface
+from scenes.model import AnyProbe
 
 Conductivity = Callable[[Faces], np.ndarray]
 """The conductivity at facets on the side of their cells: (facets, 1 or points), or with axes in front."""
@@ -28,9 +28,14 @@ Conductivity = Callable[[Faces], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Facets of a contact of some ``resistance`` (ohm m2) in the functions of the potential, and the ``warmed`` faces
-    in the functions of the temperature, one or two, with the ``cells`` (sides, facets) there; ``name`` is the contact
-    or the electrode behind it."""
+    """A contact, or an electrode behind one, that the current crosses.
+
+    Attributes
+    ----------
+    name, resistance : of the contact or the electrode, and ohm m2
+    potential : the facets in the functions of the potential
+    warmed, cells : the facets in the functions of the temperature on one or both sides, and (sides, facets) the cells
+    """
 
     name: str
     resistance: float
@@ -52,8 +57,8 @@ def crossings(domain: Domain) -> list[Crossing]:
             ))  # fmt: skip
     for b in domain.scene.boundaries:
         if b.name in electric.space.beyond:
-            warmed_by = domain.seen(domain.on(b), domain.live)
-            potential = Interface(electric.faces(b), electric.seen(domain.on(b), domain.live))
+            warmed_by = domain.seen(domain.facets(b), domain.live)
+            potential = Interface(electric.faces(b), electric.seen(domain.facets(b), domain.live))
             crossings.append(Crossing(b.name, b.contact_resistance, potential, (warmed_by,), warmed_by.cells[None]))
     return crossings
 
@@ -68,9 +73,10 @@ class Section:
     """
 
     def __init__(
-        self, domain: Domain, probe: Any, inside: np.ndarray, contacts: Sequence[tuple[np.ndarray, float]]
+        self, domain: Domain, probe: AnyProbe, inside: np.ndarray, contacts: Sequence[tuple[np.ndarray, float]]
     ) -> None:
-        facets, along, self.jumps = domain.facets(probe), domain.directions(probe)[:, None], np.zeros(domain.space.size)
+        region, self.jumps = domain.locate(probe), np.zeros(domain.space.size)
+        facets, along = region.numbers, region.signs[:, None]
         cells = domain.space.mesh.f2t[:, facets]
         both = (cells >= 0).all(axis=0) & inside[cells].all(axis=0)
         for torn, resistance in contacts:

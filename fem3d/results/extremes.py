@@ -44,7 +44,7 @@ class Extreme:
 
     def __init__(self, space: Space, patches: Sequence[Patch], sign: float) -> None:
         self.space, self.sign = space, sign
-        self.patches = [p for p in patches if len(p[0])]
+        self.patches = [patch for patch in patches if len(patch.cells)]
 
     def once(self) -> Extreme:
         """Return an extreme that is searched for once, and is then read at the same places of the cells.
@@ -92,11 +92,11 @@ class LatticeSearch:
         alike: dict[tuple[bytes, bytes, int], list[tuple[int, Patch]]] = {}
         seen, most = 0, max(1, AT_ONCE // (len(fields) * len(self._space.dofs)))
         for i, patch in ((i, patch) for i, extreme in enumerate(extremes) for patch in extreme.patches):
-            alike.setdefault((patch[1].tobytes(), patch[2].tobytes(), seen // most), []).append((i, patch))
-            seen += len(patch[0])
+            alike.setdefault((patch.corner.tobytes(), patch.sides.tobytes(), seen // most), []).append((i, patch))
+            seen += len(patch.cells)
         for group in alike.values():
-            cells, (_, corner, sides) = np.concatenate([patch[0] for _, patch in group]), group[0][1]
-            owner = np.repeat([i for i, _ in group], [len(patch[0]) for _, patch in group])
+            cells, (_, corner, sides) = np.concatenate([patch.cells for _, patch in group]), group[0][1]
+            owner = np.repeat([i for i, _ in group], [len(patch.cells) for _, patch in group])
             points = np.array(list(product(self._nodes, repeat=len(sides))))
             shapes = self._space.at((corner + points @ sides).T)
             local = signs[owner] * fields[:, self._space.dofs[:, cells]]

@@ -18,7 +18,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Response
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.element import product_rule
+from fem3d.spaces.element import cube_rule
 from fem3d.spaces.integrals import Space
 from meshes.symmetry import Symmetry
 from scenes.model import ROUNDING
@@ -90,8 +90,7 @@ class Fields:
         return np.concatenate([np.repeat(cells, len(low)) for cells, low, _ in self._cut])
 
     def _at(self, space: Space, functions: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
-        """(..., pieces, places): functions (..., functions) of a space at places (places, 3) of the reference cell, by
-        default the nodes."""
+        """(..., pieces, places): functions (..., functions) at reference places (places, 3), by default the nodes."""
         values, places = list[np.ndarray](), self._places if places is None else places
         for cells, low, sides in self._cut:
             table = space.at((low[:, None] + sides * places).reshape(-1, 3).T)
@@ -101,8 +100,7 @@ class Fields:
 
     @cached_property
     def _numbered(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Places (points, 3) in m, the node (points,) of all images that each is, and the points (images, pieces,
-        nodes) of the nodes."""
+        """Places (points, 3) in m, the node (points,) that each is, and the point (images, pieces, nodes) of each."""
         mapping, random = self._space.mesh.mapping(), np.random.default_rng(0)
         at = np.concatenate([
             mapping.F((low[:, None] + sides * self._places).reshape(-1, 3).T, tind=cells)
@@ -215,7 +213,7 @@ class Fields:
     def _distance(self, field: np.ndarray) -> float:
         """The distance (K) of the quadratic cells from a rise (functions,)."""
         simplex = self.cell_type == "tetra10"
-        at = self._space.rule(np.zeros(1, int), 0).points.T if simplex else product_rule(3, 3, 3)[0]
+        at = self._space.rule(np.zeros(1, int), 0).points.T if simplex else cube_rule(3, 3, 3)[0]
         shape = np.array([self._element.lbasis(at.T, i)[0] * np.ones(len(at)) for i in range(len(self._places))])
         off = np.abs(self._at(self._space, field) @ shape - self._at(self._space, field, at)).max()
         # The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.

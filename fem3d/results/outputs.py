@@ -11,6 +11,7 @@ for a steady state ``rounding`` (W, rounding error of flows that are zero).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,9 +20,9 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import CurrentField
+from fem3d.problems.paths import CurrentField, Label
 from fem3d.results.extremes import Extreme, read_extremes
-from fem3d.results.probes import Voltmeter, nonlinear_surfaces, potential_over_time, reading
+from fem3d.results.probes import Reading, Voltmeter, nonlinear_surfaces, reading
 from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced
@@ -29,6 +30,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from meshes.symmetry import Symmetry
 from scenes import laws
+from scenes.model import AnyProbe
 from statespace import channels
 
 Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
@@ -81,7 +83,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat, rises, at_rest = state.heat, state.rise[None], np.zeros((1, state.heat.size))
     currents, joule = _stacked([state.currents]), _stacked([state.joule])
-    part = _OfRises(heat, np.zeros(1), rises, at_rest, state.source[None], [state.potential], currents, joule)
+    part = OfRises(heat, np.zeros(1), rises, at_rest, state.source[None], [state.potential], currents, joule)
     part.power = np.array([state.power])
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
@@ -121,7 +123,7 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
     """The outputs of a response at full order at some times (s)."""
     heat, conductor, g = response.heat, response.conductor, response.heat.inputs.at(times)
     rises, rates = (np.array(each) for each in zip(*map(response.at, times.tolist()), strict=True))
-    loads, potentials, currents, joule = g @ heat.loads, list[CurrentField](), Outputs(), dict[Any, np.ndarray]()
+    loads, potentials, currents, joule = g @ heat.loads, list[CurrentField](), Outputs(), dict[Label, np.ndarray]()
     if conductor is not None:
         for rise, voltage in zip(rises, g @ conductor.voltages, strict=True):
             potentials.append(conductor.solve(rise, voltage, potentials[-1].potential if potentials else None))
@@ -129,65 +131,99 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
         currents = _stacked([p.currents for p in potentials])
         joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
     solved: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
-    return of_part(_OfRises(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
+    return of_part(OfRises(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
 
 
 def _stacked(each: Sequence[Mapping[Any, float]]) -> dict[Any, np.ndarray]:
     return {name: np.array([values[name] for values in each]) for name in each[0]}
 
 
-class _Part:
-    """The solved part at some times (s): currents by name, Joule heats by the labels of rows, the electric power (W),
-    and the inputs ``g`` (times, channels)."""
+class SolvedPart(ABC):
+    """The solved part at some times: the readings from which `of_part` makes the outputs.
+
+    Attributes
+    ----------
+    heat, times, g : the heat problem, the times (s), and the inputs then (times, channels)
+    currents : (times,) by electrode and probe, in A
+    joule : Joule heat (times,) by the labels of rows, in W
+    power : (times,), electric power in W
+    """
 
     def __init__(
-        self, heat: HeatProblem, times: np.ndarray, currents: Outputs, joule: Mapping[Any, np.ndarray]
+        self, heat: HeatProblem, times: np.ndarray, currents: Outputs, joule: Mapping[Label, np.ndarray]
     ) -> None:
         self.heat, self.times, self.g = heat, times, heat.inputs.at(times)
         self.currents, self.joule = currents, joule
         self.power: np.ndarray = sum(joule.values(), np.zeros(len(times)))
 
+    @abstractmethod
+    def along(self, row: np.ndarray) -> np.ndarray:
+        """(times,): the product of a row (all dofs,) with the rises."""
 
-class _OfRises(_Part):
+    @abstractmethod
+    def entering(self, fields: np.ndarray) -> np.ndarray:
+        """(k, times): the heat (W) that enters at the fixed dofs, tested with fields (k, all dofs)."""
+
+    @abstractmethod
+    def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
+        """(extremes, times) each: some extremes and their remainders."""
+
+    @abstractmethod
+    def potentials(self) -> Sequence[np.ndarray | None]:
+        """At each time the potential (functions,) of the parts with current, in V."""
+
+    def potential(self, probe: AnyProbe) -> np.ndarray:
+        """(times,): the potential (V) at a probe."""
+        meter = Voltmeter(self.heat.domain, probe)
+        return np.array([meter.read(phi, t) for phi, t in zip(self.potentials(), self.times.tolist(), strict=True)])
+
+    @abstractmethod
+    def flows(self) -> Outputs:
+        """The heat (W) that enters at each boundary of given temperature, or with a law of its own."""
+
+    def by_law(self, how: Reading) -> np.ndarray:
+        """(times,): the heat (W) that laws add to a reading; none in a reduced problem, which is linear."""
+        return np.zeros(len(self.times))
+
+
+class OfRises(SolvedPart):
     """By the rises, their rates and loads (each (times, all dofs)) and the potentials (functions,) at the times."""
 
     def __init__(
         self, heat: HeatProblem, times: np.ndarray, rises: np.ndarray, rates: np.ndarray, loads: np.ndarray,
-        potentials: Sequence[np.ndarray | None], currents: Outputs, joule: Mapping[Any, np.ndarray],
+        potentials: Sequence[np.ndarray | None], currents: Outputs, joule: Mapping[Label, np.ndarray],
     ) -> None:  # fmt: skip
         super().__init__(heat, times, currents, joule)
-        self.rises, self.potentials, self.fields = rises, potentials, heat.field(rises)
+        self.rises, self._potentials, self.fields = rises, potentials, heat.field(rises)
         leaving = np.array([heat.outflow(u) + heat.stored(u, w) for u, w in zip(rises, rates, strict=True)])
         self.reaction = (leaving - loads)[:, heat.free :]
 
     def along(self, row: np.ndarray) -> np.ndarray:
-        """(times,): the product of a row (all dofs,) with the rises."""
         return self.rises @ row
 
     def entering(self, fields: np.ndarray) -> np.ndarray:
-        """(k, times): the heat (W) that enters at the fixed dofs, tested with fields (k, all dofs)."""
         return fields[:, self.heat.free :] @ self.reaction.T
 
     def extremes(self, every: Sequence[Extreme]) -> tuple[np.ndarray, np.ndarray]:
-        """(extremes, times) each: some extremes and their remainders."""
         return read_extremes(every, self.fields, np.eye(len(self.times)))
 
-    def potential(self, probe: Any) -> np.ndarray:
-        """(times,): the potential (V) at a probe."""
-        meter = Voltmeter(self.heat.domain, probe)
-        return np.array([meter.read(phi, t) for phi, t in zip(self.potentials, self.times.tolist(), strict=True)])
+    def potentials(self) -> Sequence[np.ndarray | None]:
+        return self._potentials
 
     def flows(self) -> Outputs:
-        """The heat (W) that enters at each boundary of given temperature, or with a law of its own."""
         heat = self.heat
         flows = {name: self.reaction @ part[heat.free :] for name, part in heat.shares.items()}
         for name, term in nonlinear_surfaces(heat).items():
             flows[name] = np.array([term.entering(u, term.on.facets) for u in self.fields])
         return flows
 
+    def by_law(self, how: Reading) -> np.ndarray:
+        none = super().by_law(how)
+        return none if how.by_law is None else np.array([how.by_law(self.heat, u) for u in self.fields])
 
-class OfStates(_Part):
-    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s); methods as of `_OfRises`."""
+
+class OfStates(SolvedPart):
+    """By the states ``a`` (times, r) of a reduced problem and their rates (1/s)."""
 
     def __init__(self, base: Base, reduced: Reduced, times: np.ndarray, a: np.ndarray, rates: np.ndarray) -> None:
         self.base, self.reduced, self.a, self.rates = base, reduced, a, rates
@@ -221,13 +257,21 @@ class OfStates(_Part):
         fields = self.heat.field(np.concatenate([self.heat.whole(self.reduced.basis.T), self.heat.lifts]))
         return read_extremes(every, fields, np.concatenate([self.a, self.g], axis=1))
 
-    def potential(self, probe: Any) -> np.ndarray:
-        heat, reduced = self.heat, self.reduced
-        if probe.name not in reduced.potentials:
-            return potential_over_time(
-                self.base, lambda: heat.whole(self.a @ reduced.basis.T) + self.g @ heat.lifts, probe, self.times
-            )
-        shares, drop = reduced.potentials[probe.name]
+    def potentials(self) -> Sequence[np.ndarray | None]:
+        heat, conductor, solved = self.heat, self.base.conductor, list[np.ndarray]()
+        if conductor is None:
+            return [None] * len(self.times)
+        if not conductor.warms:
+            return [*(self.g @ conductor.cold_potentials)]
+        rises = heat.whole(self.a @ self.reduced.basis.T) + self.g @ heat.lifts
+        for rise, voltage in zip(rises, self.g @ conductor.voltages, strict=True):
+            solved.append(conductor.solve(rise, voltage, solved[-1] if solved else None).potential)
+        return solved
+
+    def potential(self, probe: AnyProbe) -> np.ndarray:
+        if probe.name not in self.reduced.potentials:  # an extreme, or in parts without current
+            return super().potential(probe)
+        shares, drop = self.reduced.potentials[probe.name]
         return self.g @ shares - np.einsum("ti,ti->t", self.c, self.z @ drop.T)
 
     def flows(self) -> Outputs:
@@ -235,35 +279,19 @@ class OfStates(_Part):
         return flows | {name: flows[name] - self._heat(tested) for name, tested in self.reduced.at_given.items()}
 
 
-def of_part(part: _OfRises | OfStates, symmetry: Symmetry) -> Outputs:
+def of_part(part: SolvedPart, symmetry: Symmetry) -> Outputs:
     """The outputs of the whole structure."""
     out, zero, copies, heat = {"time": part.times}, np.zeros(part.times.shape), symmetry.copies, part.heat
     # The flows of nonlinear boundaries take the place of their linear films.
     films = {name: part.g @ film.entering + part.along(film.per_kelvin) for name, film in heat.films.items()}
     flows = films | part.flows()
     probes = [each for each in heat.domain.scene.probes if each.name in symmetry.probes]
-    thermal = {p.name: reading(heat, p) for p in probes if p.quantity not in ("potential", "power")}
-    extremes = {name: how.extreme for name, how in thermal.items() if how.extreme is not None}
-    both = part.extremes([*extremes.values()]) if extremes else ((), ())
-    found = dict(zip(extremes, zip(*both, strict=True), strict=True))
+    values, remainders = _read_probes(part, probes, flows)
+    out |= {f"doubt:{name}": remainder for name, remainder in remainders.items()}
     for probe in probes:
-        if probe.quantity == "potential":
-            value = part.potential(probe)
-        elif probe.quantity == "power":
-            value = sum((label.shares.get(probe.name, 0.0) * joule for label, joule in part.joule.items()), zero)
-        elif (how := thermal[probe.name]).extreme is not None:
-            value, out[f"doubt:{probe.name}"] = found[probe.name]
-        elif probe.quantity == "current":
-            names = how.boundaries or (f"through:{probe.name}",)
-            value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
-        else:
-            along = part.along(how.row) + part.g @ how.entering
-            if how.by_law is not None and isinstance(part, _OfRises):
-                along = along + [how.by_law(heat, u) for u in part.fields]
-            value = sum((flows[name] for name in how.boundaries), along)
         factor, added = symmetry.probes[probe.name]
-        out[f"probe:{probe.name}"] = sum((channels.value(v, part.times) for v in added), factor * value)
-        if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
+        out[f"probe:{probe.name}"] = sum((channels.value(v, part.times) for v in added), factor * values[probe.name])
+        if probe.quantity == "heat_flow" and len(fields := heat.disputed(reading(heat, probe).boundaries)):
             out[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
     for name, flow in symmetry.flows.items():
         if flow.boundary in flows:
@@ -276,6 +304,28 @@ def of_part(part: _OfRises | OfStates, symmetry: Symmetry) -> Outputs:
     powers = {"power": part.power, "generated": part.g @ heat.generated}
     powers["dissipated"] = sum(part.joule.values(), zero)
     return out | {name: copies * value for name, value in powers.items()}
+
+
+def _read_probes(part: SolvedPart, probes: Sequence[Any], flows: Outputs) -> tuple[Outputs, Outputs]:
+    """By probe its value in the solved part, and by extreme the remainder of its search; ``flows`` by boundary (W)."""
+    zero, values = np.zeros(part.times.shape), Outputs()
+    readings = {p.name: reading(part.heat, p) for p in probes if p.quantity not in ("potential", "power")}
+    extremes = {name: how.extreme for name, how in readings.items() if how.extreme is not None}
+    found, remainders = part.extremes([*extremes.values()]) if extremes else ((), ())
+    values.update(zip(extremes, found, strict=True))
+    for probe in (p for p in probes if p.name not in extremes):
+        if probe.quantity == "potential":
+            value = part.potential(probe)
+        elif probe.quantity == "power":
+            value = sum((label.shares.get(probe.name, 0.0) * joule for label, joule in part.joule.items()), zero)
+        elif (how := readings[probe.name]) and probe.quantity == "current":
+            names = how.boundaries or (f"through:{probe.name}",)
+            value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
+        else:
+            linear = part.along(how.row) + part.g @ how.entering
+            value = sum((flows[name] for name in how.boundaries), linear + part.by_law(how))
+        values[probe.name] = value
+    return values, dict(zip(extremes, remainders, strict=True))
 
 
 def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:

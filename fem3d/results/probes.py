@@ -1,7 +1,6 @@
 """Evaluate each probe on a solution: means and heat flows are linear functionals, extremes are searched for.
 
-The flow of a whole boundary of given temperature is its reaction, which converges twice as fast as the integrated
-gradient used elsewhere.
+The flow of a whole boundary of given temperature is its reaction: it converges twice as fast as integrated gradients.
 """
 
 from __future__ import annotations
@@ -18,18 +17,22 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat
 from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme, read_extremes
-from fem3d.solution.transient import Base
 from fem3d.spaces.domain import Domain
-from scenes.model import bends
+from scenes.model import AnyProbe, bends
 from statespace import channels
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, currents times ``sign``; or the
-    value is its ``extreme``. Rows are over all dofs. ``by_law`` of a nonlinear problem: the heat (W) that laws add at a
-    field (functions,). The problem is an argument: it stores its readings, and a reference back would keep both in
-    memory."""
+    """A probe's value: row @ rise + entering @ g + flows or currents of boundaries + by_law, or its extreme.
+
+    Attributes
+    ----------
+    row, entering : (all dofs,), and (channels,)
+    boundaries, sign : whose flows, or whose currents times the sign, belong to the value
+    extreme : the search for an extreme
+    by_law : the heat (W) that laws add at a field (functions,) of the problem, which is no attribute: it keeps readings
+    """
 
     row: np.ndarray
     entering: np.ndarray
@@ -39,9 +42,9 @@ class Reading:
     by_law: Callable[[HeatProblem, np.ndarray], float] | None = None
 
 
-def reading(heat: HeatProblem, probe: Any) -> Reading:
+def reading(heat: HeatProblem, probe: AnyProbe) -> Reading:
     """Return the `Reading` of a probe of a temperature, a heat flow or a current, from a cache."""
-    return heat.kept.made(f"reading {probe.name}", lambda: _reading(heat, probe))
+    return heat.kept.get_or_make(f"reading {probe.name}", lambda: _reading(heat, probe))
 
 
 def keep_places(heat: HeatProblem) -> dict[str, Any]:
@@ -54,7 +57,7 @@ def keep_places(heat: HeatProblem) -> dict[str, Any]:
     }
 
 
-def _reading(heat: HeatProblem, probe: Any) -> Reading:
+def _reading(heat: HeatProblem, probe: AnyProbe) -> Reading:
     domain, nothing, no_inputs = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     if probe.quantity == "temperature":
         if probe.reduce == "mean":
@@ -62,11 +65,11 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
         return Reading(nothing, no_inputs, extreme=extreme(domain, probe))
     if probe.quantity == "current":
         return Reading(nothing, no_inputs, *_electrodes(domain, probe))
-    facets = domain.facets(probe)
+    facets = domain.locate(probe).numbers
     conditions = [
         (b, on, shared)
         for b in domain.scene.boundaries
-        if b.kind != "voltage" and len(shared := np.intersect1d(on := domain.on(b), facets))
+        if b.kind != "voltage" and len(shared := np.intersect1d(on := domain.facets(b), facets))
     ]
     cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in conditions)
     if not (domain.conditions_first and conditions) and (cut or not domain.exposed(facets).any()):
@@ -74,7 +77,7 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     return _of_conditions(heat, conditions)
 
 
-def _of_gradient(heat: HeatProblem, probe: Any) -> Reading:
+def _of_gradient(heat: HeatProblem, probe: AnyProbe) -> Reading:
     """The heat flow through a flat probe by the gradient of the temperature."""
     domain, cold = heat.domain, heat.domain.per_cell("thermal_conductivity")
 
@@ -117,25 +120,25 @@ def nonlinear_surfaces(heat: HeatProblem) -> dict[str, Surface]:
     return {term.boundary.name: term for term in heat.terms if isinstance(term, Surface)}
 
 
-def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
+def extreme(domain: Domain, probe: AnyProbe, inside: np.ndarray | None = None) -> Extreme:
     """The largest or smallest value over a probe, in some cells."""
     return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
 
 
-def gradient_row(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
+def gradient_row(domain: Domain, probe: AnyProbe, conductivity: Conductivity) -> np.ndarray:
     """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets: on the surface into
     the solid, inside as of a `Section`."""
-    facets = domain.facets(probe)
+    facets = domain.locate(probe).numbers
     seen = domain.seen(facets[domain.exposed(facets)])
     jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
     section = Section(domain, probe, np.ones(len(domain.body), bool), jumping)
     return section.row(conductivity) - seen.flux(conductivity(seen))
 
 
-def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
+def _electrodes(domain: Domain, probe: AnyProbe) -> tuple[tuple[str, ...], float]:
     """The electrodes that a flat probe covers, if any, and the sign of the currents that enter there."""
-    facets, electrodes = domain.facets(probe), [b for b in domain.scene.boundaries if b.kind == "voltage"]
-    names = [b.name for b in electrodes if len(on := domain.on(b)) and np.isin(on, facets).all()]
+    facets, electrodes = domain.locate(probe).numbers, [b for b in domain.scene.boundaries if b.kind == "voltage"]
+    names = [b.name for b in electrodes if len(on := domain.facets(b)) and np.isin(on, facets).all()]
     if names and domain.conditions_first:
         return tuple(names), 1.0
     pairs = domain.space.mesh.f2t[:, facets]
@@ -147,17 +150,17 @@ def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
     if domain.exposed(facets).all():
         return tuple(names), 1.0
     # Inside the solid: along the direction that counts, out of the electrode into the cell that conducts.
-    out_of_first = domain.directions(probe)[touching]
+    out_of_first = domain.locate(probe).signs[touching]
     into = np.where(alive[0], -out_of_first, out_of_first)
     return (tuple(names), float(into[0])) if (into == into[0]).all() else ((), 1.0)
 
 
-def starts_free(domain: Domain, probe: Any) -> bool:
+def starts_free(domain: Domain, probe: AnyProbe) -> bool:
     """Return whether a mean temperature equals the initial temperature at t = 0: no part of the probe, of the same
     dimension, lies on a boundary of given temperature."""
     given = [b for b in domain.scene.boundaries if b.kind == "temperature"]
     if domain.locate(probe).dimension == 2:
-        return not any(np.isin(domain.on(b), domain.facets(probe)).any() for b in given)
+        return not any(np.isin(domain.facets(b), domain.locate(probe).numbers).any() for b in given)
     fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in given)], axis=0)
     return not fixed[np.flatnonzero(domain.mean(probe))].all()
 
@@ -166,7 +169,7 @@ class Voltmeter:
     """A potential probe on a mesh, restricted to cells at a potential: its ``value`` (V) for a field (functions,);
     ``still`` lists functions at given voltages."""
 
-    def __init__(self, domain: Domain, probe: Any) -> None:
+    def __init__(self, domain: Domain, probe: AnyProbe) -> None:
         self._domain = domain = domain.electric
         inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
         # The potential that is solved for knows a part at the potential of an electrode (str).
@@ -186,21 +189,3 @@ class Voltmeter:
         for functions, voltage in self.still:
             field = np.where(functions > 0, functions * channels.value(voltage, np.array([time]))[0], field)
         return self.value(field)
-
-
-def potential_over_time(base: Base, rises: Callable[[], np.ndarray], probe: Any, times: np.ndarray) -> np.ndarray:
-    """(times,): the potential (V) of a probe outside of the reduced problem: an extreme, or in parts without current.
-    Where resistivity varies, the electric problem is solved at each time for the ``rises`` (times, all dofs)."""
-    conductor, heat, g = base.conductor, base.heat, base.heat.inputs.at(times)
-    meter = Voltmeter(heat.domain, probe)
-    if conductor is None:
-        return np.array([meter.read(None, float(t)) for t in times])
-    if not conductor.warms:
-        cold = np.zeros(heat.size)
-        fields = np.stack([conductor.solve(cold, v).potential for v in conductor.voltages])
-        return np.array([meter.read(x @ fields, float(t)) for x, t in zip(g, times, strict=True)])
-    readings, guess = [], None
-    for rise, voltage, time in zip(rises(), g @ conductor.voltages, times, strict=True):
-        guess = conductor.solve(rise, voltage, guess).potential
-        readings.append(meter.read(guess, float(time)))
-    return np.array(readings)

@@ -21,7 +21,6 @@ from fem3d.adaptivity import responses
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.conductors import independent
 from fem3d.results.outputs import Outputs
 from fem3d.results.probes import reading
 from fem3d.runs import probe_quantities, projection
@@ -29,6 +28,7 @@ from fem3d.runs import scene as scene_run
 from fem3d.runs.probe_quantities import OF_FLOW, earliest
 from fem3d.runs.projection import Projection
 from fem3d.solution import transient
+from fem3d.solution.reduced import independent_currents
 from fem3d.solution.transient import Base, Krylov
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -232,8 +232,7 @@ def _problem(
     scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, own: list[Reference]
 ) -> tuple[Problems, Symmetry]:
     """The problems with a channel for each input, and the part that is solved. They hold ``accuracy`` for inputs that
-    together make rises of the size of the scene's ``own``, relative to its scales or more, as such rises may cancel out
-    in a probe."""
+    together make rises like the scene's ``own``, relative to its scales or more, as rises may cancel out."""
     scales, named, mixed = own[0].scales, apart(scene, inputs), _mixed(scene, inputs, _rise(scene, own))
 
     def with_mixed(scene: Any) -> Any:
@@ -276,7 +275,7 @@ def _rich(
         none = np.empty((heat.free, 0))
         assert conductor is not None
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
-        alone = Base(heat, conductor, independent(conductor, cold), none, [])
+        alone = Base(heat, conductor, independent_currents(conductor, cold), none, [])
         return Projection(alone, alone.project(none), part, inputs, True), None
     slow = projection.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response

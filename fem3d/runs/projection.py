@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from fem3d.results.probes import Voltmeter, reading
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
-from scenes.model import UNITS
+from scenes.model import UNITS, AnyProbe
 from statespace.channels import Channel
 from statespace.reduction import Row, StateSpace
 
@@ -69,8 +68,7 @@ class Projection:
         return self.heat.whole(a @ self.reduced.basis.T) + g @ lifts[1:] + lifts[0]
 
     def state_space(self, places: Mapping[str, np.ndarray]) -> StateSpace:
-        """Write the projection as a state space; ``places`` are the rows (places, all dofs) of possible places of each
-        probe of an extreme."""
+        """Write the projection as a state space; ``places`` (places, all dofs) read the possible extremes by probe."""
         heat, reduced = self.heat, self.reduced
         fields, channels = reduced.supply.shape[1], heat.inputs.count
         system = {
@@ -104,7 +102,7 @@ class Projection:
         u[:, 0] = [sum(p.currents.get(name, 0.0) for name in boundaries) for p in self.base.patterns]
         return Row(u=u)
 
-    def _probe(self, probe: Any) -> Row:
+    def _probe(self, probe: AnyProbe) -> Row:
         """The row of a probe of no extreme."""
         if probe.quantity == "potential":
             if probe.name in self.reduced.potentials:

@@ -1,5 +1,4 @@
-"""Solve a free scene in 3D, of boxes or on a mesh file, with any conditions and probes, steady or over time; describe
-the plan and the result.
+"""Solve a free scene in 3D, of boxes or on a mesh file, steady or over time; describe the plan and the result.
 
 `until` follows a transient until shortly before a thermal runaway.
 """

@@ -28,9 +28,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part
+from fem3d.problems.cholesky import part, solve_by_gmres
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.linearized import linearized, refine_quadratures
 from fem3d.problems.paths import CurrentField
@@ -40,7 +39,8 @@ from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
 from scenes.units import TIME
 
-A = np.array([
+# Butcher's tableau of ESDIRK4(3)6L[2]SA: a_ij, of which the last row are the weights b_j; those of order 3; c_i.
+RK_A = np.array([
     [0, 0, 0, 0, 0, 0],
     [1 / 4, 1 / 4, 0, 0, 0, 0],
     [8611 / 62500, -1743 / 31250, 1 / 4, 0, 0, 0],
@@ -48,19 +48,19 @@ A = np.array([
     [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4, 0],
     [82889 / 524892, 0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
 ])  # fmt: skip
-EMBEDDED = np.array([
+RK_B3 = np.array([
     4586570599 / 29645900160, 0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920,
 ])  # fmt: skip
-C = np.array([0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1])
+RK_C = np.array([0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1])
 # Entry i extrapolates the rates of the stages up to i to the time of the next one, as a polynomial.
-AHEAD = [np.linalg.solve(np.vander(C[:i], increasing=True).T, C[i] ** np.arange(i)) for i in range(1, 6)]
+AHEAD = [np.linalg.solve(np.vander(RK_C[:i], increasing=True).T, RK_C[i] ** np.arange(i)) for i in range(1, 6)]
 NEWTON = 0.1  # error of Newton's method over that of a step (Hairer and Wanner, Solving ODEs II, section IV.8)
 STEP_RESIDUAL = 1e-2  # relative residual of a linear system
 MOST_STEP_GMRES = 40  # in one system, and in one step in time before new factors, which take about as long
 
 
 class CubicStep(NamedTuple):
-    """One step: its start and length (s), and the rises (K) and rates (K/s) of all nodes at both ends."""
+    """One step: its start and length (s), and the rises (K) and rates (K/s) of all dofs at both ends."""
 
     start: float
     length: float
@@ -70,7 +70,7 @@ class CubicStep(NamedTuple):
     last_rate: np.ndarray
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
+        """Return the rise (K) and the rate (K/s) of all dofs at a time (s)."""
         from scipy.interpolate import CubicHermiteSpline  # takes as long to import as all else; laws alone need it
 
         ends, rates = [self.rise, self.last_rise], [self.rate, self.last_rate]
@@ -99,23 +99,23 @@ class FullResponse:
         return [step.start + step.length * n / parts for step in self.steps for n in range(1, parts + 1)]
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
+        """Return the rise (K) and the rate (K/s) of all dofs at a time (s)."""
         return self.steps[int(step_at(self.steps, np.array([time]))[0])].at(time)
 
     def rises(self, times: np.ndarray) -> np.ndarray:
-        """Return (times, all nodes) the rise (K)."""
+        """Return (times, all dofs) the rise (K)."""
         return np.array([self.at(time)[0] for time in times.tolist()])
 
 
 class _State(NamedTuple):
-    """A rise (K) and its rate (K/s) at all nodes, and the potential then."""
+    """A rise (K) and its rate (K/s) at all dofs, and the potential then."""
 
     rise: np.ndarray
     rate: np.ndarray
     potential: CurrentField | None = None
 
 
-class _Linearization:
+class _StepTangent:
     """The derivative of the equations at a state, with factors of its symmetric part for one ``shift`` (s)."""
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, state: _State, shift: float) -> None:
@@ -132,7 +132,7 @@ class _Linearization:
         self._inverse = heat.factors(combined(self._capacity, shift, self._stiffness)).solve
 
     def solve(self, load: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
-        """Return the solution (free nodes,) of (C + shift (K + R)) d = load, and the steps of GMRES."""
+        """Return the solution (free dofs,) of (C + shift (K + R)) d = load, and the steps of GMRES."""
 
         def product(v: np.ndarray) -> np.ndarray:
             return self._inverse(self._capacity @ v + shift * (self._stiffness @ v + self._rest(v)))
@@ -166,7 +166,7 @@ class March:
         vertices = heat.unit[: heat.free] == 1.0
         self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
         self._rounding = 1e-11 * max(float(heat.domain.scene.initial_temperature), 1.0)
-        self._linearization: _Linearization | None = None
+        self._linearization: _StepTangent | None = None
         self._since, self._piece = 0.0, (np.zeros(heat.inputs.count),) * 2
         self._largest, self._contraction, self._inner = 0.0, CONTRACTS, 0
 
@@ -225,7 +225,7 @@ class March:
         change = np.concatenate([np.zeros(n), jumps @ heat.given])
         sudden = not time or change.any()
         if change.any():
-            # The free nodes keep the heat.
+            # The free dofs keep the heat.
             change[:n] -= heat.factors(heat.inner_mass).solve((heat.mass @ change)[:n])
             state = state._replace(rise=state.rise + change)
         bends = inputs.rates(time) - self._piece[1]
@@ -266,14 +266,14 @@ class March:
 
     def _step(self, state: _State, time: float, length: float) -> tuple[CubicStep, _State, float]:
         """A step of the ESDIRK method, with its error over the error allowed."""
-        n, shift, new, self._inner = self._heat.free, A[1, 1] * length, state, 0
+        n, shift, new, self._inner = self._heat.free, RK_A[1, 1] * length, state, 0
         rates = [state.rate[:n]]
-        for weights, ahead, c in zip(A[1:], AHEAD, C[1:].tolist(), strict=True):
+        for weights, ahead, c in zip(RK_A[1:], AHEAD, RK_C[1:].tolist(), strict=True):
             base = state.rise[:n] + length * sum(w * k for w, k in zip(weights, rates, strict=False))
             guess = sum(w * k for w, k in zip(ahead, rates, strict=False))
             new = self._stage(base, guess, time + c * length, shift, new)
             rates.append(new.rate[:n])
-        error = length * sum(w * k for w, k in zip(A[-1] - EMBEDDED, rates, strict=True))
+        error = length * sum(w * k for w, k in zip(RK_A[-1] - RK_B3, rates, strict=True))
         if self._inner > MOST_STEP_GMRES or self._contraction > CONTRACTS:
             self._linearization = None
         return (
@@ -286,8 +286,7 @@ class March:
         return max(self._tolerance * max(self._largest, largest(rise)), self._rounding)
 
     def _stage(self, base: np.ndarray, rate: np.ndarray, time: float, shift: float, near: _State) -> _State:
-        """The state at a time (s) with rise = base + shift * rate at the free nodes, by Newton's method from a rate and
-        a state near it."""
+        """The state at a time (s) with rise = base + shift * rate (free dofs,), by Newton's method from ``near``."""
         heat, conductor, (first, slope) = self._heat, self._conductor, self._piece
         g = first + (time - self._since) * slope
         given, changing = g @ heat.given, slope @ heat.given
@@ -303,7 +302,7 @@ class March:
             if not np.isfinite(lack).all():
                 break
             if self._linearization is None:
-                self._linearization = _Linearization(*self._linear, state, shift)
+                self._linearization = _StepTangent(*self._linear, state, shift)
             change, count = self._linearization.solve(lack[: heat.free], shift)
             self._inner += count
             rate, before, size = rate + change, size, shift * largest(change[self._vertices])

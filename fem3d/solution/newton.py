@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.cholesky import Solver
+from fem3d.problems.cholesky import Solver, solve_by_gmres
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import MOST_GMRES, Conduction, missed_by_quadrature, solve_by_gmres
+from fem3d.problems.following import Conduction, missed_by_quadrature
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, nonlinear, refine_quadratures
 from scenes.errors import BeyondLawError, NumericsError
@@ -104,7 +104,7 @@ class Newton:
         """The point of a rise (all dofs,), with a ``potential`` (functions,), else with the potential there."""
         c, potentials = self.conductor, np.empty(0)
         if c is not None:
-            if not c.conducts(rise):
+            if not (c.resistivity(rise) > 0).all():
                 raise VanishedError("the resistivity is not positive at the given temperatures")
             potentials = c.unknowns(c.solve(rise, c.voltages[0]).potential if potential is None else potential)
         return self.at(np.concatenate([rise[: self.heat.free], potentials, [mu]]))
@@ -256,7 +256,7 @@ class Linearization:
             leaving = self(x * scale)
             return preconditioned(solve(leaving[:n]), leaving, float(row @ (x * scale))) / scale
 
-        change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, RESIDUAL, MOST_GMRES)
+        change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, RESIDUAL)
         return None if change is None else change * scale, count
 
 

@@ -24,7 +24,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import CurrentField
+from fem3d.problems.paths import CurrentField, Label
 
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
@@ -33,17 +33,15 @@ DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent 
 class Reduced:
     """The matrices of r temperature fields and m current fields. The inputs' channels come first.
 
-    basis : (free nodes, r), orthonormal in the mass matrix, so that M is the identity
+    basis : (free dofs, r), orthonormal in the mass matrix, so that M is the identity
     stiffness : (r, r)
     source, inertia : (channels, r), the heat sources, and M of the lifts, tested with each field
     supply : (channels, m), the power that the electrodes would supply to each current field
-    drawn, given : (k, m) and (channels, k): where currents are given, drawn @ c = inputs @ given, with the least
-        dissipation
-    resistance : (m, m, channels + r), the matrix A by what the resistivity follows, inputs and states, with
-        resistances before electrodes
-    heating : (m, m, r, channels + r), the same of solids, tested with each field
-    in_box, at_given : (m, m, channels + r), the part of each conducting box, and the part at the nodes of a boundary of
-        given temperature
+    constraints, prescribed : (k, m) and (channels, k): where currents are given, constraints @ c = g @ prescribed
+    resistance : (m, m, channels + r), the matrix A, linear in inputs and states, with resistances before electrodes
+    heating : (m, m, r, channels + r), integral rho J_i . J_j T_l of the solids, linear likewise
+    in_box, at_given : (m, m, channels + r), the part of A of the rows with each label, and its part at the dofs of a
+        boundary of given temperature
     potentials : of probes the shares (channels,) of the voltages, and the drop by each current field (m, channels + r)
     """
 
@@ -52,11 +50,11 @@ class Reduced:
     source: np.ndarray
     inertia: np.ndarray
     supply: np.ndarray
-    drawn: np.ndarray
-    given: np.ndarray
+    constraints: np.ndarray
+    prescribed: np.ndarray
     resistance: np.ndarray
     heating: np.ndarray
-    in_box: dict[str, np.ndarray]
+    in_box: dict[Label, np.ndarray]
     at_given: dict[str, np.ndarray]
     potentials: dict[str, tuple[np.ndarray, np.ndarray]]
 
@@ -85,17 +83,18 @@ class Reduced:
         """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g (..., channels); NaN
         where the resistances are not positive, as no current answers a voltage there.
 
-        A c - drawn^T u = supply with drawn c = given, u being the unknown potentials of electrodes.
+        Where currents are given, A c - B^T u = s and B c is given: the least dissipation under the constraints B has
+        the multipliers u, the unknown potentials of electrodes.
         """
-        k, m = self.drawn.shape
+        k, m = self.constraints.shape
         matrix = _at(self.resistance, a, g)
         try:
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
             return np.full(matrix.shape[:-1], np.nan)
         whole = np.zeros((*matrix.shape[:-2], m + k, m + k))
-        whole[..., :m, :m], whole[..., :m, m:], whole[..., m:, :m] = matrix, self.drawn.T, self.drawn
-        right = np.concatenate([g @ self.supply, g @ self.given], axis=-1)
+        whole[..., :m, :m], whole[..., :m, m:], whole[..., m:, :m] = matrix, self.constraints.T, self.constraints
+        right = np.concatenate([g @ self.supply, g @ self.prescribed], axis=-1)
         coefficients: np.ndarray = np.linalg.solve(whole, right[..., None])[..., :m, 0]
         return coefficients
 
@@ -114,10 +113,10 @@ def _at(parts: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 def project(
     heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[CurrentField],
-    few: int, values: np.ndarray | None = None,
+    leading: int, values: np.ndarray | None = None,
 ) -> Reduced:  # fmt: skip
-    """The reduced problem on orthonormal temperature fields (free nodes, r), perhaps with their ``values`` in the
-    conductor, and current fields; of stiffness and heating the parts by the states of a ``few`` first fields alone."""
+    """The reduced problem on orthonormal temperature fields (free dofs, r), perhaps with their ``values`` in the
+    conductor, and current fields; stiffness and heating by the states of so many ``leading`` fields alone."""
     n, channels = heat.free, heat.inputs.count
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(heat.lifts):
@@ -125,16 +124,16 @@ def project(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.domain.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    stiffness = basis.T @ (heat.inner_stiffness @ basis[:, :few])
+    stiffness = basis.T @ (heat.inner_stiffness @ basis[:, :leading])
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
-    drawn, given = _given_currents(conductor, patterns, channels)
-    joule = _joule(heat, conductor, basis, patterns, few, values)
-    return Reduced(basis, stiffness, source, inertia, supply, drawn, given, **joule)
+    constraints, prescribed = _given_currents(conductor, patterns, channels)
+    joule = _joule(heat, conductor, basis, patterns, leading, values)
+    return Reduced(basis, stiffness, source, inertia, supply, constraints, prescribed, **joule)
 
 
 def _joule(
     heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[CurrentField],
-    few: int, values: np.ndarray | None,
+    leading: int, values: np.ndarray | None,
 ) -> dict[str, Any]:  # fmt: skip
     """The Joule heat in `Reduced` by its names.
 
@@ -142,8 +141,8 @@ def _joule(
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
-    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + few))
-    in_box, at_given = dict[str, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
+    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + leading))
+    in_box, at_given = dict[Label, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
     potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
     parts = {
         "resistance": resistance, "heating": heating, "in_box": in_box, "at_given": at_given, "potentials": potentials,
@@ -154,35 +153,29 @@ def _joule(
     densities = np.array([p.density for p in patterns])
     values = on.value(heat.field(basis.T)) if values is None else values
     fields = np.concatenate([on.value(heat.field(heat.lifts)), values])
-    fields_given = {name: on.value(heat.field(u)) for name, u in heat.shares.items()}
+    at_dofs = [on.value(heat.field(share)) for share in heat.shares.values()]
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
-    for name in dict.fromkeys(conductor.names.tolist()):
-        cells = conductor.names == name
-        weights = on.weights[cells]
-        cold, warm = ((weights * each[cells]).ravel() for each in (conductor.cold, conductor.warm))
-        v = fields[:, cells].reshape(channels + r, -1)
-        currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
-
+    for label in dict.fromkeys(conductor.names.tolist()):
+        rows = conductor.names == label
+        cold, warm = ((on.weights[rows] * each[rows]).ravel() for each in (conductor.cold, conductor.warm))
+        v = fields[:, rows].reshape(channels + r, -1)
+        currents = densities[:, :, rows].reshape(m, densities.shape[1], -1)
         products = np.einsum("idx,jdx->ijx", currents, currents)
-        shares = np.array([np.ones(cold.shape), *(u[cells].ravel() for u in fields_given.values())])
-        flat = (shares[:, None, None] * products).reshape(-1, len(cold))
-        linear = (warm * flat) @ v.T
-        linear[:, 0] += flat @ cold
-        whole, *parts_given = linear.reshape(len(shares), m, m, -1)
-        in_box[name] = whole
-        resistance += whole
-        for boundary, part in zip(fields_given, parts_given, strict=True):
-            at_given[boundary] += part
-        for i, j in zip(*np.tril_indices(m), strict=True):
-            heats = warm * products[i, j] * v[: channels + few]
-            heats[0] += cold * products[i, j]
-            heating[i, j] += v[channels:] @ heats.T
-            heating[j, i] = heating[i, j]
+        shares = np.array([np.ones(cold.shape), *(u[rows].ravel() for u in at_dofs)])
+        every = _integrals((shares[:, None, None] * products).reshape(-1, len(cold)), cold, warm, v)
+        in_box[label], *given = every.reshape(len(shares), m, m, -1)
+        resistance += in_box[label]
+        for part, added in zip(at_given.values(), given, strict=True):
+            part += added
+        for a, b in zip(*np.tril_indices(m), strict=True):
+            heats = warm * products[a, b] * v[: channels + leading]
+            heats[0] += cold * products[a, b]
+            heating[a, b] += v[channels:] @ heats.T
+            heating[b, a] = heating[a, b]
         for probe, (_, density, _) in conductor.influences.items():
-            across = np.einsum("idx,dx->ix", currents, density[:, cells].reshape(density.shape[0], -1))
-            potentials[probe][1][:] += (warm * across) @ v.T
-            potentials[probe][1][:, 0] += across @ cold
+            across = np.einsum("idx,dx->ix", currents, density[:, rows].reshape(density.shape[0], -1))
+            potentials[probe][1][:] += _integrals(across, cold, warm, v)
     for t in conductor.terminals:
         if t.conductance:
             through = np.array([p.currents[t.name] for p in patterns])
@@ -192,11 +185,19 @@ def _joule(
     return parts
 
 
+def _integrals(densities: np.ndarray, cold: np.ndarray, warm: np.ndarray, fields: np.ndarray) -> np.ndarray:
+    """(k, channels + r): the integrals of rho times some densities (k, points), linear in inputs and states. ``cold``
+    and ``warm`` (points,) have the weights of the points; ``fields`` (channels + r, points) are lifts and fields."""
+    integrals: np.ndarray = (warm * densities) @ fields.T
+    integrals[:, 0] += densities @ cold
+    return integrals
+
+
 def _given_currents(
     conductor: Conductor | None, patterns: Sequence[CurrentField], channels: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`Reduced.drawn` and `Reduced.given`: sums of the given currents that the fields draw independently. The fields
-    have all their channels' currents, so that dependent currents are given alike."""
+    """`Reduced.constraints` and `Reduced.prescribed`: sums of the given currents that the fields draw independently.
+    The fields have all their channels' currents, so that dependent currents are given alike."""
     if conductor is None or not conductor.draws_current or not patterns:
         return np.empty((0, len(patterns))), np.empty((channels, 0))
     fed = [i for i, t in enumerate(conductor.terminals) if not t.conductance]
@@ -209,7 +210,7 @@ def _given_currents(
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
-    """Make fields (free nodes, r) orthonormal in the mass matrix, without dependent fields: by Gram and Schmidt, and a
+    """Make fields (free dofs, r) orthonormal in the mass matrix, without dependent fields: by Gram and Schmidt, and a
     last pass by Cholesky, which is enough for fields that are nearly orthonormal."""
     products = fields.T @ (heat.inner_mass @ fields)
     if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
@@ -222,7 +223,7 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
 def independent_fields(
     fields: np.ndarray, mass: csc_array, known: np.ndarray, loads: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Make fields (free nodes, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
+    """Make fields (free dofs, r) orthonormal in the mass matrix in their order, to each other and to ``known`` ones,
     without dependent fields: by Gram and Schmidt, twice for each (Giraud et al., Numer. Math. 101, 2005). Return the
     known and the new fields, and the products of the mass matrix and these, of which ``loads`` are the known ones."""
     # About 16 fields are made orthogonal to earlier ones in one product of matrices.
@@ -240,3 +241,31 @@ def independent_fields(
                 new, products = (np.column_stack([a, b / np.sqrt(remaining)]) for a, b in ((new, u), (products, v)))
         known, loads = np.hstack([known, new]), np.hstack([loads, products])
     return known, loads
+
+
+def independent_currents(
+    conductor: Conductor, potentials: Sequence[CurrentField], least: float = 0.0
+) -> list[CurrentField]:
+    """The current fields of some potentials, orthogonal to earlier fields in the cold resistance, scaled to the first.
+
+    Fields whose independent part is relatively smaller than ``least`` are left out. So are parts below 1e-6: scaled up,
+    the residuals of their potentials would violate the conservation of charge.
+    """
+    patterns: list[CurrentField] = []
+    product = conductor.product
+    for potential in potentials:
+        new = potential
+        whole = product(new.density, new.density)
+        for pattern in patterns:
+            share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
+            new = new.plus(-share, pattern, 1.0)
+        remaining = product(new.density, new.density)
+        if remaining > max(1e-6, least) ** 2 * whole:
+            size = product(patterns[0].density, patterns[0].density) if patterns else remaining
+            patterns.append(new.plus(0.0, new, np.sqrt(size / remaining)))
+    return patterns
+
+
+def combined_density(parts: Sequence[CurrentField], c: np.ndarray) -> np.ndarray:
+    """The current density with coefficients c."""
+    return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)

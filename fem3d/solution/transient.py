@@ -15,13 +15,12 @@ from functools import partial
 
 import numpy as np
 
-from fem3d.problems.conductors import independent
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import nonlinear
 from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import CollocationStep, Source, Trajectory, integrate
-from fem3d.solution.reduced import Reduced, independent_fields, orthonormal, project
+from fem3d.solution.reduced import Reduced, independent_currents, independent_fields, orthonormal, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
 
@@ -34,7 +33,7 @@ class Base:
     ----------
     heat, conductor : the problems; ``heat`` is the exact one where a law makes it nonlinear
     patterns : the current fields
-    fields, loads : (free nodes, any number), temperature fields, and loads (all nodes,) in W to respond to
+    fields, loads : (free dofs, any number), temperature fields, and loads (all dofs,) in W to respond to
     size, steady : norm of the state that errors are relative to, and a steady state of a nonlinear problem, if known
     """
 
@@ -57,7 +56,7 @@ class Base:
         if conductor is not None and state.potential is not None:
             hot = conductor.current(state.potential, conductor.resistivity(state.rise), state.rise)
             cold = conductor.solve(lift, conductor.voltages[0]) if conductor.warms else hot
-            patterns = independent(conductor, [cold, hot], NEGLIGIBLE * accuracy)
+            patterns = independent_currents(conductor, [cold, hot], NEGLIGIBLE * accuracy)
             load = load + conductor.joule_load(patterns[0].density, lift)
             fields.insert(0, heat.solve_steady(load[: heat.free]))
         return Base(heat, conductor, patterns, np.column_stack(fields), _with_inertia(heat, [load]), heat.norm(rise))
@@ -77,16 +76,16 @@ class Base:
         basis = orthonormal(self.heat, fields)
         return project(self.heat, self.conductor, basis, self.patterns, basis.shape[1])
 
-    def near(self, known: Reduced, few: int, values: np.ndarray | None) -> tuple[Reduced, np.ndarray]:
+    def near(self, known: Reduced, leading: int, values: np.ndarray | None) -> tuple[Reduced, np.ndarray]:
         """The reduced problem on the fields of a ``known`` one that this is near, with ``values`` (r, rows, points) in
-        the conductor; and sums (r, r) of the fields that are orthonormal here. The response is of the ``few`` first
-        fields: how the others act on each other is of the second order, and left as it is."""
+        the conductor; and sums (r, r) of the fields that are orthonormal here. The response is of the
+        ``leading`` fields: how the others act on each other is of the second order, and left as it is."""
         r, basis, patterns = known.states, known.basis, self.patterns
-        few = few if len(patterns) == len(known.resistance) else r
-        new = project(self.heat, self.conductor, basis, patterns, few, values)
-        parts = (basis.T @ (self.heat.inner_mass @ basis[:, :few]), np.eye(r)), (new.stiffness, known.stiffness)
-        mass, stiffness = (np.block([[a[:few], a[few:].T], [a[few:], b[few:, few:]]]) for a, b in parts)
-        others = (known if few < r else new).heating[..., new.heating.shape[-1] :]
+        k = leading if len(patterns) == len(known.resistance) else r
+        new = project(self.heat, self.conductor, basis, patterns, k, values)
+        parts = (basis.T @ (self.heat.inner_mass @ basis[:, :k]), np.eye(r)), (new.stiffness, known.stiffness)
+        mass, stiffness = (np.block([[a[:k], a[k:].T], [a[k:], b[k:, k:]]]) for a, b in parts)
+        others = (known if k < r else new).heating[..., new.heating.shape[-1] :]
         heating = np.concatenate([new.heating, others], axis=-1)
         return replace(new, stiffness=stiffness, heating=heating), np.linalg.inv(np.linalg.cholesky(mass)).T
 
@@ -97,7 +96,7 @@ def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray
 
 
 def jumping_lifts(heat: HeatProblem) -> np.ndarray:
-    """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
+    """(free dofs, any number): the lifts of given temperatures that jump. At that instant the free dofs stay as they
     were, which needs a field in the space that cancels the lift; without it heat would appear from nowhere."""
     inputs = heat.inputs
     jumps = np.vstack([inputs.at(0.0), inputs.jumps(inputs.knots(heat.domain.scene.end_time))])
@@ -143,7 +142,7 @@ class Transient:
         return a, sources - a * self.trajectory.rates
 
     def rises(self, times: np.ndarray) -> np.ndarray:
-        """(times, all nodes): the temperature rise (K)."""
+        """(times, all dofs): the temperature rise (K)."""
         heat = self.base.heat
         rises: np.ndarray = heat.whole(self.trajectory(times)[0] @ self.reduced.basis.T)
         return rises + heat.inputs.at(times) @ heat.lifts if heat.lifts.any() else rises
@@ -160,7 +159,7 @@ class Krylov:
         self._ends = [0]  # after each generation, how many fields there are
 
     def fields(self, generations: int) -> np.ndarray:
-        """(free nodes, fields): the base's own first, then some generations of one field for every load."""
+        """(free dofs, fields): the base's own first, then some generations of one field for every load."""
         for number in range(len(self._ends) - 1, generations):
             fields = self._solves[number % len(self._solves)](self._next.T).T
             if not number and not self._base.fields.shape[1] and not fields.any():
@@ -226,7 +225,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
 
 def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
     """Return whether a linear resistivity is within `LEAST` of its cold value everywhere, and below the inverse at a
-    given current, at a rise (all nodes, K) and a time (s). A law has values at all temperatures.
+    given current, at a rise (all dofs, K) and a time (s). A law has values at all temperatures.
 
     Raises BeyondLawError where the resistivity that is used up heats nothing on the way: one that rises with the
     temperature, and any at a given current, whose heat falls with it.

@@ -2,7 +2,7 @@
 
 Vectors run over all functions of the grid's highest degree; coefficients above the degrees of their intervals are
 zero. All cells are axis-parallel, so every matrix is the reference matrix scaled by the sides
-(`fem3d.spaces.element.local`)."""
+(`fem3d.spaces.element.reference_matrices`)."""
 
 from __future__ import annotations
 
@@ -13,20 +13,8 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
-from fem3d.spaces.element import (
-    Degrees,
-    ElementHexTrunk,
-    Rule,
-    Side,
-    active,
-    local,
-    modes,
-    product_rule,
-    products,
-    rule,
-    separate,
-    side,
-)
+from fem3d.spaces import element
+from fem3d.spaces.element import Degrees, ElementHexTrunk, Rule, Side, multi_indices
 from fem3d.spaces.integrals import AT_ONCE, Entries, Space, entities
 from meshes.grid import Grid
 
@@ -61,13 +49,13 @@ class BrickSpace(Space):
     def position(self) -> np.ndarray:
         """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even numbers are
         the grid's breakpoints, odd numbers its intervals."""
-        return self._of_functions(2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(modes(self.p), 2)][:, None])
+        return self._of_functions(2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(multi_indices(self.p), 2)][:, None])
 
     @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): how far the degrees can be lowered with each function still in the space; negative for
         functions above the degrees of their intervals, and more than any degree for vertices."""
-        axes, k = self.position % 2 == 1, self._of_functions(modes(self.p)[:, None])
+        axes, k = self.position % 2 == 1, self._of_functions(multi_indices(self.p)[:, None])
         degrees = self.grid.of_entities[:, *self.position.T].T.astype(int)
         slack = np.where(axes, degrees - k, self.p + 1).min(axis=1)
         together = np.where(axes, degrees, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
@@ -81,13 +69,13 @@ class BrickSpace(Space):
 
     def energies(self, k: np.ndarray, c: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Divide the energy among the axes along which each function of v is of a degree above 1, equally."""
-        volume, energies, along = self.h.prod(axis=0), np.empty((len(v), 3, self.h.shape[1])), modes(self.p) > 1
+        volume, energies, along = self.h.prod(axis=0), np.empty((len(v), 3, self.h.shape[1])), multi_indices(self.p) > 1
         scale = np.concatenate([k * volume / self.h**2, [c * volume]])
         shares = np.where(along.any(axis=1), along.T / np.maximum(along.sum(axis=1), 1), 1 / 3)
         present = np.asarray(v.any(axis=0))
         for cells in self._classes:
             at = self.dofs[:, cells]
-            flows = (separate(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape)
+            flows = (element.stacked_matrices(self.p, self._highest(cells)) @ u[at]).reshape(4, *at.shape)
             of_v = present[at].any(axis=1)
             heats = np.einsum("dc,dfc->fc", scale[:, cells], flows[:, of_v])
             energies[..., cells] = shares[:, of_v] @ (heats * v[:, at[of_v]])
@@ -97,7 +85,7 @@ class BrickSpace(Space):
         h, entries, scale = self.h[:, cells], [], np.zeros((4, self.h.shape[1]))
         scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):
-            (rows, columns, one), at = local(self.p, self._highest(alike)), self.dofs[:, alike]
+            (rows, columns, one), at = element.reference_matrices(self.p, self._highest(alike)), self.dofs[:, alike]
             both = one[:3].T @ scale[:3, alike] + 1j * np.outer(one[3], scale[3, alike])
             entries.append((both.ravel() / 2, at[rows].ravel(), at[columns].ravel()))
         return entries
@@ -123,7 +111,7 @@ class BrickSpace(Space):
         return 1 / h, h.prod(axis=0)
 
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
-        return products(modes(self.p), X, along)
+        return element.shape_functions(multi_indices(self.p), X, along)
 
     def sample(self, u: np.ndarray, points: np.ndarray) -> np.ndarray:
         """(...): a field (functions,) at points (3, ...) in m, meaningless outside of the solid."""
@@ -142,11 +130,12 @@ class BrickSpace(Space):
 
 @lru_cache(maxsize=32)
 def _rule(p: int, degrees: Degrees, more: int) -> Rule:
-    points, weights = product_rule(*(degree + 1 + more for degree in degrees))
-    return rule(points.T, weights, partial(products, modes(p)), np.flatnonzero(active(p, degrees)))
+    points, weights = element.cube_rule(*(degree + 1 + more for degree in degrees))
+    functions = partial(element.shape_functions, multi_indices(p))
+    return element.make_rule(points.T, weights, functions, np.flatnonzero(element.active_functions(p, degrees)))
 
 
 @lru_cache(maxsize=64)
 def _side(p: int, number: int, more: int) -> Side:
-    points, weights = product_rule(p + 1 + more, p + 1 + more)
-    return side(RefHex, number, (points.T, weights), partial(products, modes(p)))
+    points, weights = element.cube_rule(p + 1 + more, p + 1 + more)
+    return element.make_side(RefHex, number, (points.T, weights), partial(element.shape_functions, multi_indices(p)))

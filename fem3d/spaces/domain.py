@@ -15,33 +15,32 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.element import gauss
+from fem3d.spaces.element import cube_rule
 from fem3d.spaces.integrals import Faces, Space
 from fem3d.spaces.mapped import MappedSpace, split
 from meshes import grid as grids
 from meshes.grid import Grid
 from meshes.grouped.check import Placed
 from meshes.grouped.model import locate
-from scenes import laws
+from scenes import laws, model
 from scenes.free.graph import between
-from scenes.model import (
-    FLOWS,
-    Boundary,
-    Contact,
-    GroupBoundary,
-    GroupProbe,
-    Material,
-    Point,
-    Probe,
-    Scene,
-    Schedule,
-    Value,
-)
 from statespace.channels import Inputs
 
 D = TypeVar("D", bound="Domain")
-Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
+
+
+class Patch(NamedTuple):
+    """Parts of cells that are alike: the whole of each of n cells, or a side, an edge or a point of it.
+
+    Attributes
+    ----------
+    cells : (n,) array
+    corner, sides : (3,) and (k, 3) arrays, in the coordinates of the reference cell; k is the dimension
+    """
+
+    cells: np.ndarray
+    corner: np.ndarray
+    sides: np.ndarray
 
 
 class Region(NamedTuple):
@@ -59,7 +58,7 @@ class Region(NamedTuple):
     dimension: int
     numbers: np.ndarray
     signs: np.ndarray = np.empty(0, int)
-    point: Point | None = None
+    point: model.Point | None = None
     parts: tuple[str, ...] = ()
 
 
@@ -67,7 +66,7 @@ class Region(NamedTuple):
 class Joint:
     """A contact that isn't perfect, and its facets."""
 
-    contact: Contact
+    contact: model.Contact
     facets: np.ndarray
 
 
@@ -86,14 +85,14 @@ class Domain(ABC):
     contacts : facets at which the temperature or the potential may jump
     """
 
-    scene: Any
+    scene: model.AnyScene
     space: Space
     body: np.ndarray
     names: tuple[str, ...]
-    materials: tuple[Material, ...]
-    sources: tuple[tuple[Value, np.ndarray], ...]
+    materials: tuple[model.Material, ...]
+    sources: tuple[tuple[model.Value, np.ndarray], ...]
     live: np.ndarray
-    still: tuple[tuple[np.ndarray, Value | str], ...]
+    still: tuple[tuple[np.ndarray, model.Value | str], ...]
     anchored: bool
     potentials: Space | None = field(default=None, kw_only=True)
     contacts: tuple[Joint, ...] = field(default=(), kw_only=True)
@@ -128,7 +127,7 @@ class Domain(ABC):
     def inputs(self) -> Inputs:
         """The channels of all values that vary in time."""
         values = [v for b in self.scene.boundaries for v in (b.value, b.ambient)] + [v for v, _ in self.sources]
-        return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, Schedule))))
+        return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, model.Schedule))))
 
     def exposed(self, facets: np.ndarray) -> np.ndarray:
         """(facets,): which are on the surface."""
@@ -142,15 +141,15 @@ class Domain(ABC):
         kept = fine.any(axis=0)
         return Faces(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
 
-    def on(self, boundary: Any) -> np.ndarray:
-        """The facets on which a condition acts."""
+    def facets(self, boundary: model.AnyBoundary) -> np.ndarray:
+        """(facets on which a condition acts,): their numbers."""
         return self.faces(boundary).facets
 
-    def faces(self, boundary: Any) -> Faces:
+    def faces(self, boundary: model.AnyBoundary) -> Faces:
         """Integrals over the facets on which a condition acts: a voltage where current flows, a flux on exposed facets;
         of a voltage behind a contact, by the functions beyond it."""
         if boundary.name not in self._faces:
-            facets, inside = self.facets(boundary), self.live if boundary.kind == "voltage" else None
+            facets, inside = self.locate(boundary).numbers, self.live if boundary.kind == "voltage" else None
             facets = facets if boundary.kind in ("temperature", "voltage") else facets[self.exposed(facets)]
             self._faces[boundary.name] = self.seen(facets, inside)
         face, space = self._faces[boundary.name], self.space
@@ -165,14 +164,6 @@ class Domain(ABC):
     def locate(self, item: Any) -> Region:
         """Return the place of a condition or a probe."""
 
-    def facets(self, item: Any) -> np.ndarray:
-        """Return the facets of a condition or of a flat probe."""
-        return self.locate(item).numbers
-
-    def directions(self, item: Any) -> np.ndarray:
-        """Return `Region.signs` of the facets of a flat probe."""
-        return self.locate(item).signs
-
     def part(self, name: str) -> np.ndarray:
         """(cells,): which are of a part that a contact or a probe names; none if symmetry has cut it off."""
         return np.array([each == name for each in self.names])[self.body]
@@ -181,7 +172,7 @@ class Domain(ABC):
         """(cells,): whether each cell is in a part with one of these names."""
         return np.any([np.zeros(len(self.body), bool), *map(self.part, names)], axis=0)
 
-    def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
+    def mean(self, probe: model.AnyProbe, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): the contribution of each to the mean over a probe; of ``inside`` (cells,) alone where given."""
         region, space = self.locate(probe), self.space
         beside = self._beside(region, inside)
@@ -192,27 +183,24 @@ class Domain(ABC):
             return self.seen(region.numbers, beside).load() / self.seen(region.numbers).areas.sum()
         row, lengths = np.zeros(space.size), 0.0
         for cells, corner, sides in self.patches(probe, inside):
-            if not len(sides):
-                row[space.dofs[:, cells[0]]] = space.at(corner[:, None])[0]
-                return row
-            ends = space.mesh.mapping().F(np.stack([corner, corner + sides[0]], axis=1), tind=cells)
-            length = np.linalg.norm(ends[..., 1] - ends[..., 0], axis=0)
-            for x, w in zip(*gauss(space.p // 2 + 1), strict=True):
-                values = space.at((corner + x * sides[0])[:, None])[0]
+            ends = space.mesh.mapping().F(np.stack([corner, corner + sides.sum(axis=0)], axis=1), tind=cells)
+            length = np.linalg.norm(ends[..., 1] - ends[..., 0], axis=0) if len(sides) else np.ones(1)
+            for x, w in zip(*cube_rule(*len(sides) * [space.p // 2 + 1]), strict=True):
+                values = space.at((corner + x @ sides)[:, None])[0]
                 np.add.at(row, space.dofs[:, cells], values[:, None] * (w * length))
             lengths += float(length.sum())
         return row / max(lengths, 1e-300)
 
-    def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
-        """Return the parts of cells that a probe lies in: whole cells, or sides, edges or a point of one each."""
+    def patches(self, probe: model.AnyProbe, inside: np.ndarray | None = None) -> list[Patch]:
+        """Return the parts of cells that a probe lies in."""
         region, mesh = self.locate(probe), self.space.mesh
         beside = self._beside(region, inside)
         if region.dimension == 3:
             cells = region.numbers[beside[region.numbers]]
-            return [(cells, np.zeros(3), np.eye(3))]
+            return [Patch(cells, np.zeros(3), np.eye(3))]
         if region.dimension == 0:
             place = locate(mesh, np.array(region.point), beside)
-            return [] if place is None else [(np.array([place[0]]), place[1], np.zeros((0, 3)))]
+            return [] if place is None else [Patch(np.array([place[0]]), place[1], np.zeros((0, 3)))]
         flat = region.dimension == 2
         parts, corners = (mesh.t2f, mesh.refdom.facets) if flat else (mesh.t2e, mesh.refdom.edges)
         wanted = np.zeros(parts.max() + 1, bool)
@@ -224,7 +212,7 @@ class Domain(ABC):
         for number in np.unique(numbers):
             a, *others = mesh.refdom.p[:, list(corners[number])].T
             sides = np.stack([others[0] - a, others[-1] - a] if flat else [others[0] - a])
-            patches.append((cells[numbers == number], a, sides))
+            patches.append(Patch(cells[numbers == number], a, sides))
         return patches
 
     def _beside(self, region: Region, inside: np.ndarray | None) -> np.ndarray:
@@ -237,9 +225,9 @@ class Domain(ABC):
 class Boxes(Domain):
     """A scene of boxes on bricks or tetrahedra; no plane of the scene cuts a cell."""
 
-    scene: Scene
+    scene: model.Scene
 
-    def locate(self, item: Boundary | Probe) -> Region:
+    def locate(self, item: model.Boundary | model.Probe) -> Region:
         mesh, names, graph = self.space.mesh, getattr(item, "boxes", ()), grids.graph(self.scene)
         flat, off = graph.flat(item.lower, item.upper), np.array(graph.small)
         dimension = 3 - len(flat)
@@ -277,22 +265,22 @@ class Groups(Domain):
         """(cells,): whether each cell is in a volume group."""
         return self.placed.part(name)
 
-    def locate(self, item: GroupBoundary | GroupProbe) -> Region:
+    def locate(self, item: model.GroupBoundary | model.GroupProbe) -> Region:
         name, mesh, parts = item.group or "", self.placed.mesh, tuple[str, ...]()
-        if isinstance(item, GroupProbe):
+        if isinstance(item, model.GroupProbe):
             parts = (item.side,) if item.side else ()
             if item.at is not None:
                 return Region(0, np.empty(0, int), point=item.at, parts=parts)
             if item.groups:
                 return Region(3, np.flatnonzero(self.parts(item.groups)), parts=parts)
             # A flow passes the surface of this name; a potential is read there where not all cells conduct.
-            cells = None if item.quantity in FLOWS else mesh.volumes.get(name)
+            cells = None if item.quantity in model.FLOWS else mesh.volumes.get(name)
             if cells is not None and (item.quantity != "potential" or self.placed.conducting[cells].all()):
                 return Region(3, cells, parts=parts)
         return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
 
 
-def boxes(scene: Scene, cells: Any, degree: int = 3) -> Boxes:
+def boxes(scene: model.Scene, cells: Any, degree: int = 3) -> Boxes:
     """Return the domain of a scene of boxes (or of its symmetric part) on a grid of bricks, or with elements of a
     degree on scikit-fem's mesh of `meshes.columns`."""
     space = BrickSpace(cells) if isinstance(cells, Grid) else MappedSpace(cells, degree)
@@ -321,8 +309,7 @@ def groups(placed: Placed, degree: int = 3) -> Groups:
 
 
 def with_contacts(domain: D) -> D:
-    """Return a domain whose temperature and potential jump at the contacts of its scene. Functions beyond a face
-    carry a voltage behind a contact."""
+    """Return a domain with jumps at the contacts of its scene, and functions beyond faces with a voltage behind one."""
     scene, space = domain.scene, domain.space
     behind = [b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance]
     contacts = [c for c in scene.contacts if not c.perfect]
@@ -334,7 +321,7 @@ def with_contacts(domain: D) -> D:
     alive = between(f2t, live, live)
     thermal = _every(j.facets for j in joints if j.contact.thermal_resistance)
     electric = np.intersect1d(_every(j.facets for j in joints if j.contact.electrical_resistance), alive)
-    beyond = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}
+    beyond = {b.name: domain.seen(domain.facets(b), domain.live) for b in behind if len(domain.facets(b))}
     apart = beyond or not np.array_equal(thermal, electric)
     potentials = split(space, electric, beyond) if apart else None
     return replace(domain, space=split(space, thermal), potentials=potentials, contacts=tuple(joints))

@@ -18,7 +18,8 @@ References: Grisvard, Elliptic Problems in Nonsmooth Domains, section 4.4; Kello
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from skfem import Basis, ElementLinePp, MeshLine
@@ -76,8 +77,7 @@ def at_edges(domain: Domain) -> np.ndarray:
 
 
 def at_vertices(domain: Domain) -> np.ndarray:
-    """Return (2, 3, vertices) the smallest exponents `at_edges` that end at each vertex, by the axis closest to each
-    edge, without contradictions."""
+    """Return (2, 3, vertices) the smallest exponent below 1 of edges at each vertex, by the axis closest to an edge."""
     mesh = domain.space.mesh
     smallest = np.full((2, 3, mesh.p.shape[1]), np.inf)
     for at, exponents in zip(smallest, at_edges(domain), strict=True):
@@ -110,7 +110,7 @@ def _given(domain: Domain, kind: str) -> np.ndarray:
     numbers, given = dict[Any, int](), np.zeros(domain.space.mesh.facets.shape[1], int)
     for b in domain.scene.boundaries:
         if b.kind == kind:
-            given[domain.on(b)] = numbers.setdefault(b.value, len(numbers) + 1)
+            given[domain.facets(b)] = numbers.setdefault(b.value, len(numbers) + 1)
     return given
 
 
@@ -123,9 +123,9 @@ def _passing(domain: Domain) -> np.ndarray:
     hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
     for b in scene.boundaries:
         if b.kind == "heat_flux":
-            passing[domain.on(b)] |= b.value != 0.0
+            passing[domain.facets(b)] |= b.value != 0.0
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
-            film, facets = faces.coefficient(b, np.array(hottest)) if bends(b) else b.value, domain.on(b)
+            film, facets = faces.coefficient(b, np.array(hottest)) if bends(b) else b.value, domain.facets(b)
             normal = np.ptp(mesh.p[:, mesh.facets[:, facets]], axis=1).argmin(axis=0)
             passing[facets] |= film * extents[normal] >= PASSES * k[normal, mesh.f2t[0, facets]]
     return passing
@@ -148,24 +148,13 @@ def _exponents(
         uneven = cut
     marked = np.zeros(mesh.p.shape[1], bool)
     marked[mesh.facets[:, uneven]] = True
-    cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & (k > 0).all(axis=0))
-    edge, start, angle, of_cell, first, last = _wedges(mesh, cells)
-    order = np.lexsort([start, edge])
-    order = order[marked[mesh.edges[:, edge[order]]].all(axis=0)]
-    edge, start, angle, of_cell, first, last = (x[order] for x in (edge, start, angle, of_cell, first, last))
-    k = k[_axis(mesh)[edge], of_cell]
-    # Index of the previous wedge around the same edge.
-    begins = np.flatnonzero(np.diff(edge, prepend=-1))
-    ends = np.append(begins[1:], len(edge))[: len(begins)] - 1
-    before = np.arange(len(edge)) - 1
-    before[begins] = ends
-    gap = (start - start[before] - angle[before]) % (2 * np.pi)
-    gap = np.where((gap > DEGREE) & (gap < 2 * np.pi - DEGREE), gap, 0.0)
-    cut, passing = cut[first], passing[first] | passing[last]
+    around = _wedges(mesh, marked, np.all(k > 0, axis=0))
+    k, cut = k[_axis(mesh)[around.edge], around.cell], cut[around.first]
+    passing = passing[around.first] | passing[around.last]
+    ahead, behind, gap, angle = given[around.first], given[around.last[around.before]], around.gap, around.angle
     # Rays at which a wedge of another kind begins; wedges between two of them are joined.
-    breaks = (k != k[before]) | (given[first] > 0) | (gap > 0) | cut
-    ahead, behind = given[first], given[last[before]]
-    for i, j in zip(begins.tolist(), (ends + 1).tolist(), strict=True):
+    breaks = (k != k[around.before]) | (ahead > 0) | (gap > 0) | cut
+    for i, j in pairwise([*np.flatnonzero(np.diff(around.edge, prepend=-1)).tolist(), len(k)]):
         at = i + np.flatnonzero(breaks[i:j])
         values = {*ahead[i:j].tolist(), *behind[i:j].tolist()} - {0}
         flat = len(at) == 1 and not values and angle[i:j].sum() < np.pi + DEGREE
@@ -180,7 +169,7 @@ def _exponents(
         # Half of the exponent of the dual solution where the solution jumps.
         s = exponent(*zip(*wedges, strict=True)) / (2 if len(values) > 1 else 1)
         if s < 1 + (AROUND_ONE if len(values) > 1 or (values and passing[i:j].any()) else -AROUND_ONE):
-            exponents[edge[i]] = s
+            exponents[around.edge[i]] = s
     return exponents
 
 
@@ -195,9 +184,21 @@ def _sides(reference: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.array(facets).T, np.array(corners).T
 
 
-def _wedges(mesh: Any, cells: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return for each edge of some cells, (any number,) each: the edge, the start angle about it and the angle of the
-    cell (radians), the cell, and its first and last facet about the edge."""
+class _Wedges(NamedTuple):
+    """The cells around some edges (n,), one edge after the other, and in turn around each."""
+
+    edge: np.ndarray
+    cell: np.ndarray
+    angle: np.ndarray  # radians
+    gap: np.ndarray  # radians, of the void before a wedge
+    first: np.ndarray  # facet at which a wedge begins
+    last: np.ndarray
+    before: np.ndarray  # index of the wedge before, around the same edge
+
+
+def _wedges(mesh: Any, marked: np.ndarray, solid: np.ndarray) -> _Wedges:
+    """Return the wedges around edges between ``marked`` vertices (vertices,), of ``solid`` cells (cells,)."""
+    cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & solid)
     at, edges = mesh.p[:, mesh.t[:, cells]], mesh.t2e[:, cells].ravel()
     ends = mesh.p[:, mesh.edges[:, edges]]
     axis = ends[:, 1] - ends[:, 0]
@@ -213,9 +214,18 @@ def _wedges(mesh: Any, cells: np.ndarray) -> tuple[np.ndarray, ...]:
         facets.append(mesh.t2f[numbers][:, cells].ravel())
     turn = (angles[1] - angles[0]) % (2 * np.pi)
     swapped = turn > np.pi
-    start = np.where(swapped, angles[1], angles[0]) % (2 * np.pi)
-    begin, end = np.where(swapped, facets[::-1], facets)
-    return edges, start, np.where(swapped, 2 * np.pi - turn, turn), np.tile(cells, len(mesh.t2e)), begin, end
+    start, angle = np.where(swapped, angles[1], angles[0]) % (2 * np.pi), np.where(swapped, 2 * np.pi - turn, turn)
+    first, last = np.where(swapped, facets[::-1], facets)
+    order = np.lexsort([start, edges])
+    order = order[marked[mesh.edges[:, edges[order]]].all(axis=0)]
+    each = edges, np.tile(cells, len(mesh.t2e)), angle, first, last, start
+    edge, cell, angle, first, last, start = (x[order] for x in each)
+    begins = np.flatnonzero(np.diff(edge, prepend=-1))
+    before = np.arange(len(edge)) - 1
+    before[begins] = np.append(begins[1:], len(edge))[: len(begins)] - 1
+    gap = (start - start[before] - angle[before]) % (2 * np.pi)
+    gap = np.where((gap > DEGREE) & (gap < 2 * np.pi - DEGREE), gap, 0.0)
+    return _Wedges(edge, cell, angle, gap, first, last, before)
 
 
 @lru_cache(maxsize=512)

@@ -114,8 +114,7 @@ class Space(ABC):
         each cell's symmetric matrix: a half of all, or its upper triangle with half of the diagonal."""
 
     def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
-        """The integrals of k grad u . grad v and of c u v over all or some cells, for k (n,), or (3, n) along the axes,
-        and c (n,)."""
+        """The integrals of k grad u . grad v and c u v over all or n cells, with k (n,), or (3, n) by axis, c (n,)."""
         upper = summed(self._entries(np.arange(len(c)) if cells is None else cells, k, c), self.size)
         # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
         return halves((upper + upper.T).tocsc())
@@ -205,8 +204,7 @@ class Cells:
         return summed([self.entries(density)], self._space.size)
 
     def entries(self, density: np.ndarray, other: Cells | None = None) -> Entries:
-        """The entries of `mass_of` in each cell; columns by the functions of an ``other`` object with the same cells,
-        if given."""
+        """The entries of `mass_of`; columns by the functions of an ``other`` object with the same cells, if given."""
         present = self._rule.present
         values, count = self._rule.values[:, present], present.sum()
         # Cell by cell, as functions times weights at many points are large.

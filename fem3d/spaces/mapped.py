@@ -27,7 +27,7 @@ from skfem.element import Element
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
-from fem3d.spaces.element import Rule, Side, gauss, modes, products, rule, side
+from fem3d.spaces.element import Rule, Side, gauss, make_rule, make_side, multi_indices, shape_functions
 from fem3d.spaces.integrals import Entries, Faces, Space, entities, summed
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
@@ -48,8 +48,7 @@ Kind = tuple[bool, int]
 
 
 class MappedSpace(Space):
-    """The space on scikit-fem's ``mesh``, of the highest degree or a lower one on tetrahedra, whose vertices are in
-    ascending order."""
+    """The space on scikit-fem's ``mesh``; the vertices of tetrahedra are in ascending order."""
 
     def __init__(self, mesh: Any, degree: int = 3) -> None:
         simplex = len(mesh.t) == 4
@@ -122,7 +121,7 @@ def _order(kind: Kind) -> int:
 def _values(kind: Kind, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""
     if not kind[0]:
-        return products(modes(2, full=True), X, along)
+        return shape_functions(multi_indices(2, full=True), X, along)
     corner = np.stack([1 - X.sum(axis=0), *X])
     slope = np.zeros(4) if along is None else np.array([-1.0, *np.eye(3)[along]])
 
@@ -142,7 +141,7 @@ def _values(kind: Kind, X: np.ndarray, along: int | None = None) -> np.ndarray:
 @lru_cache
 def _rule(kind: Kind, order: int) -> Rule:
     points, weights = _collapsed(order) if kind[0] else get_quadrature(RefHex, order)
-    return rule(points, weights, partial(_values, kind))
+    return make_rule(points, weights, partial(_values, kind))
 
 
 def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +164,7 @@ def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
 def _side(kind: Kind, number: int, more: int) -> Side:
     reference, order = RefTet if kind[0] else RefHex, _order(kind) + 2 * more
     points = _collapsed(order, 2) if kind[0] else get_quadrature(reference.brefdom, order)
-    return side(reference, number, points, partial(_values, kind))
+    return make_side(reference, number, points, partial(_values, kind))
 
 
 def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = None) -> S:

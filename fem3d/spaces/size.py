@@ -9,17 +9,16 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.element import Degrees, local
+from fem3d.spaces.element import Degrees, reference_matrices
 from meshes import grid as grids
 from meshes.grid import Grid
 from scenes.errors import TooLargeError
 from scenes.free.grid import crowding
-from scenes.model import Scene
+from scenes.model import AnyScene, Scene
 
 LEAF, AT_LEAF = 120.0, 40.0
 """Unknowns of a piece that `fem3d.problems.cholesky` dissects no more, as so small a dense block takes next to no time;
@@ -48,9 +47,8 @@ class Size:
 
 
 def factor_entries(unknowns: float, join: float) -> float:
-    """Entries of a Cholesky factor along a nested dissection: ``LEAF`` for each unknown, and at depth k 2^k joins. The
-    unknowns of a join fall from ``join`` to ``AT_LEAF`` as a power of the size of the halved piece (George, SIAM J.
-    Numer. Anal. 10, 1973)."""
+    """Entries of a Cholesky factor by nested dissection (George, SIAM J. Numer. Anal. 10, 1973): ``LEAF`` per unknown,
+    and at depth k 2^k joins. The unknowns of a join fall from ``join`` to ``AT_LEAF`` as a power of a piece's size."""
     depth = max(np.log2(unknowns / LEAF), 1.0)
     level = np.arange(int(np.ceil(depth)))
     joins = join * (AT_LEAF / max(join, AT_LEAF)) ** (level / depth)
@@ -72,7 +70,7 @@ def size_of_grid(scene: Scene, grid: Grid) -> Size:
     for (x, y, z), count in zip(np.ndindex(shape), counts.tolist(), strict=True):
         unknowns += count * _functions((x, y, z)) if count else 0
         if count and min(x, y, z):
-            cells, entries = cells + count, entries + count * len(local(shape[0] - 1, (x, y, z))[0])
+            cells, entries = cells + count, entries + count * len(reference_matrices(shape[0] - 1, (x, y, z))[0])
     layers = list[int]()
     for d in range(3):
         across = grid.solid.sum(axis=tuple({0, 1, 2} - {d}))
@@ -91,8 +89,7 @@ def _size(cells: int, unknowns: int, layer: float, live: float, matrices: float,
 
 @lru_cache
 def _functions(degrees: Degrees) -> int:
-    """The functions of a vertex, edge, face or inside by the degrees along the axes that it extends along, 0 standing
-    for the others."""
+    """The functions of a vertex, edge, face or inside by its degrees along x, y, z: 0 where it has no extent."""
     j, k, m = (np.arange(2, p + 1) if p else np.zeros(1, int) for p in degrees)
     return int((j[:, None, None] + k[:, None] + m <= max(degrees)).sum())
 
@@ -122,7 +119,7 @@ def check_memory(scene: Scene, size: Size, when: str, why: str = "") -> None:
         )
 
 
-def memory_limit(scene: Any) -> float:
+def memory_limit(scene: AnyScene) -> float:
     """Return the bytes that a run of a scene may take in all."""
     words = _words(Path("/proc/self/statm"))
     resident = float(words[1]) * os.sysconf("SC_PAGE_SIZE") if len(words) > 1 else 0.0  # of this process, where known
@@ -130,7 +127,7 @@ def memory_limit(scene: Any) -> float:
     return float(scene.memory or 0.8 * (free_memory() + resident))
 
 
-def allowed_memory(scene: Any) -> str:
+def allowed_memory(scene: AnyScene) -> str:
     """Return the limit in words, for a message."""
     size = f"{memory_limit(scene) / 1e9:.2g} GB"
     return f"run.memory allows {size}" if scene.memory else f"this machine has {size} to spare"

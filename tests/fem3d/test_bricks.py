@@ -12,7 +12,7 @@ from skfem.helpers import dot, grad
 from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
-from fem3d.spaces.element import ElementHexTrunk, modes
+from fem3d.spaces.element import ElementHexTrunk, multi_indices
 from fem3d.spaces.integrals import Faces
 from meshes.grid import Grid
 from scenes.model import Box, Material, Probe, Scene
@@ -32,7 +32,7 @@ def trunk(p):
 
 @pytest.mark.parametrize("p", range(1, 9))
 def test_element_has_functions_of_trunk_space(p):
-    assert len(modes(p)) == len(np.unique(modes(p), axis=0)) == trunk(p)
+    assert len(multi_indices(p)) == len(np.unique(multi_indices(p), axis=0)) == trunk(p)
     assert trunk(p) == Basis(CUBE, ElementHexTrunk(p), intorder=1).N
 
 
@@ -148,7 +148,7 @@ def dense(space, probe, u, count=25):
 def functions(space, count, seed, fall=0.25):
     """Random functions whose modes beyond the second fall with their degree, as in solutions."""
     found = np.random.default_rng(seed).normal(size=(count, space.size))
-    of_mode = np.where(modes(space.p) > 1, modes(space.p), 0).sum(axis=1)
+    of_mode = np.where(multi_indices(space.p) > 1, multi_indices(space.p), 0).sum(axis=1)
     scale = np.empty(space.size)
     scale[space.dofs] = fall ** np.maximum(of_mode - 2, 0)[:, None]
     return found * scale
@@ -176,5 +176,5 @@ def test_needle_intervals_beside_a_plane_are_not_on_it():
     breaks = np.array([0.0, 5e-14, 1e-12, 1e-4])
     grid = Grid((breaks, breaks, breaks), (np.ones(3, int),) * 3, (box,))
     flat = boxes(Scene("bar", (box,), (), (probe,)), grid)
-    assert len(flat.facets(probe)) == 9
-    assert (flat.directions(probe) == -1).all()
+    assert len(flat.locate(probe).numbers) == 9
+    assert (flat.locate(probe).signs == -1).all()

@@ -13,7 +13,9 @@ from fem3d.problems.linearized import linearized
 from fem3d.runs.scene import solve
 from fem3d.solution import exponential
 from fem3d.solution.exponential import integrate
-from fem3d.solution.march import EMBEDDED, A, C, March
+from fem3d.solution.march import RK_A as A
+from fem3d.solution.march import RK_B3, March
+from fem3d.solution.march import RK_C as C
 from scenes.errors import NumericsError
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -28,7 +30,7 @@ def test_tableau_satisfies_order_conditions():
     """Order 4 of the method and order 3 of the embedded one (Hairer, Norsett and Wanner, table II.2.1), and L-stability
     with a stiffly accurate last stage: R(infinity) = 1 - b A^-1 1 = 0 on the implicit stages."""
     b = A[-1]
-    for weights, order in ((b, 4), (EMBEDDED, 3)):
+    for weights, order in ((b, 4), (RK_B3, 3)):
         conditions = [
             (weights.sum(), 1), (weights @ C, 1 / 2), (weights @ C**2, 1 / 3), (weights @ (A @ C), 1 / 6),
             (weights @ C**3, 1 / 4), (weights @ (C * (A @ C)), 1 / 8), (weights @ (A @ C**2), 1 / 12),
@@ -45,7 +47,7 @@ def test_tableau_satisfies_order_conditions():
 
 
 def radau(heat, conductor, times):
-    """(times, all nodes): the rises by SciPy's Radau, with a dense mass matrix."""
+    """(times, all dofs): the rises by SciPy's Radau, with a dense mass matrix."""
     n = heat.free
 
     def state(time, inner):

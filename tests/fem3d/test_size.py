@@ -54,7 +54,7 @@ def test_predicted_factor_size_is_within_two(pads):
     grid = first(scene, 1e-2)
     heat = assemble(boxes(scene, grid))
     matrix = heat.stiffness[: heat.free][:, : heat.free]
-    true = Factors(matrix, heat.domain.space.entity[heat.order[: heat.free]], heat.ordering).entries
+    true = Factors(matrix, heat.domain.space.entity[heat.order[: heat.free]], heat.elimination).entries
     assert 0.65 < size_of_grid(scene, grid).factors / true < 2.1
 
 
