@@ -13,9 +13,7 @@ from fem3d.problems.linearized import linearized
 from fem3d.runs.scene import solve
 from fem3d.solution import exponential
 from fem3d.solution.exponential import integrate
-from fem3d.solution.march import RK_A as A
-from fem3d.solution.march import RK_B3, March
-from fem3d.solution.march import RK_C as C
+from fem3d.solution.march import RK_A, RK_B3, RK_C, March
 from scenes.errors import NumericsError
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -29,7 +27,7 @@ SLOWEST = BAR[1] ** 2 * SILICON.heat_capacity / (np.pi**2 * 130.0)
 def test_tableau_satisfies_order_conditions():
     """Order 4 of the method and order 3 of the embedded one (Hairer, Norsett and Wanner, table II.2.1), and L-stability
     with a stiffly accurate last stage: R(infinity) = 1 - b A^-1 1 = 0 on the implicit stages."""
-    b = A[-1]
+    A, b, C = RK_A, RK_A[-1], RK_C
     for weights, order in ((b, 4), (RK_B3, 3)):
         conditions = [
             (weights.sum(), 1), (weights @ C, 1 / 2), (weights @ C**2, 1 / 3), (weights @ (A @ C), 1 / 6),

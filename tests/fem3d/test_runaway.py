@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks import invariants
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.responses import BEFORE
 from fem3d.runs.scene import solve, until
@@ -18,7 +19,7 @@ from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.free.tables import as_toml
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import Sink
-from tests.fem3d import off, plain_grid, silicon, state_on, steady_on
+from tests.fem3d import drawn, off, plain_grid, silicon, state_on, steady_on
 from tests.fin import fin_runaway_voltage
 from validate.cli import main
 
@@ -158,3 +159,19 @@ def test_temperatures_without_positive_resistivity_are_refused():
     scene = replace(bar(1.0, hot), steady=True)
     with pytest.raises(NumericsError, match="resistivity zero or less at the temperatures"):
         steady_on(scene, plain_grid(scene), VOLTS)
+
+
+@pytest.mark.long
+def test_a_state_is_found_where_meshes_swing_below_zero():
+    """A film that a flux enters by an edge: 29,000 K hot there, as a power of -0.35 has it, and down to -1,000 K on the
+    first meshes."""
+    hard = drawn("laws 3023")
+    assert invariants.compared(hard, invariants.solve(hard), 3.0)[0] <= 1.0
+
+
+@pytest.mark.long
+def test_a_resistivity_that_falls_to_zero_runs_away():
+    """Not by a fold: a line of -0.0033 per kelvin ends 304 K above the cold end, in one box of two in series."""
+    scene = drawn("laws 3064")
+    with pytest.raises(RunawayError, match="thermal runaway"):
+        solve(scene)
