@@ -26,7 +26,7 @@ from scenes.model import Schedule, Value
 from scenes.result import Result
 from statespace.runtime import CompactModel, Given
 
-SOONER = 3.0  # the first shift of responses over time is the earliest time over this
+SOONER = 3.0  # the first shift is the earliest time over this: fields of a shift hold responses from a tenth of it on
 
 Times = tuple[float, float] | None
 """The earliest time and the slowest response (s) of a model; None of a model of the steady state."""

@@ -32,7 +32,7 @@ from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayIn
 SURELY = 3.0
 # Fraction of a limit: a mesh is refined for the state at this drive before the limit is believed.
 BELOW = 0.95
-MOST_LEVELS = 40
+MOST_LEVELS = 40  # each aims at half the error (`mesh.AIM`): 2^-40 is 1e-12, below rounding
 Progress = Callable[[str], None]
 
 

@@ -14,8 +14,8 @@ from scenes.model import Scene
 
 ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers, and of rough solutions
-HARDLY = 0.25  # exponent below which edges need more layers than fit above rounding
-LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
+HARDLY = 0.25  # exponent of edges that are out of reach: layers down to 1e-9 (ROUNDING) leave (1e-9)^(2 s) = 3e-5
+LAYER = 0.1  # layers shorter than this fraction of the narrowest length see their edge alone: ten lengths to the next
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:

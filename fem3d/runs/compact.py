@@ -45,7 +45,7 @@ TRUTH, ROUGH = 0.5, 3.0
 """Parts of the accuracy: for the runs and the mesh of the compact model, and for a mesh that does not reach it."""
 LONGEST, ALWAYS = 4.0, 30.0
 """Limit of the runs: this multiple of the processor time of the 3D solution, or at least these seconds."""
-MOST_PLACES = 12  # of an extreme
+MOST_PLACES = 12  # of an extreme that a model reads: a choice, as each is a row of its outputs
 
 
 def compact(

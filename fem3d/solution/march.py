@@ -55,7 +55,7 @@ RK_C = np.array([0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1])
 # Entry i extrapolates the rates of the stages up to i to the time of the next one, as a polynomial.
 AHEAD = [np.linalg.solve(np.vander(RK_C[:i], increasing=True).T, RK_C[i] ** np.arange(i)) for i in range(1, 6)]
 NEWTON = 0.1  # error of Newton's method over that of a step (Hairer and Wanner, Solving ODEs II, section IV.8)
-STEP_RESIDUAL = 1e-2  # relative residual of a linear system
+STEP_RESIDUAL = 1e-2  # relative residual of a linear system: a tenth of what Newton's method may leave
 MOST_STEP_GMRES = 40  # in one system, and in one step in time before new factors, which take about as long
 
 

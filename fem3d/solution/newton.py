@@ -20,7 +20,7 @@ from scenes.errors import BeyondLawError, NumericsError
 
 # Relative residual of a linear system: a step of Newton's method is about this part of the one before, or larger.
 RESIDUAL = 1e-4
-MOST_NEWTON = 20  # steps at one point
+MOST_NEWTON = 20  # steps at one point: at the slowest contraction, `CONTRACTS`, they gain six digits
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
 # section 2.1: 1/2).
 CONTRACTS = 0.5

@@ -26,7 +26,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField, Label
 
-DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
+DEPENDENT = 1e-6  # smallest independent part of a field, relative; rounding, 1e-16, is then 1e-10 of the part
 
 
 @dataclass(frozen=True, eq=False)

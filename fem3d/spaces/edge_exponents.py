@@ -33,7 +33,7 @@ from scenes.model import Scene, bends
 
 AROUND_ONE = 0.05  # edges of an exponent nearer to 1, or above, are left to the degree, but for contradictions
 RESOLVED = 1e-3  # of the shortest edge: at a contact with a shorter length k R the rim counts as smooth: a choice
-PASSES = 0.05  # Biot number of a film, with the extent of the scene, from which on it contradicts
+PASSES = 0.05  # Biot number, with the scene's extent, from which on a film contradicts: the gradient is 5 % of a rise
 ANGULAR = 8  # degree of the angular problem's elements, whose exponents are then exact to about 1e-8
 DEGREE = np.pi / 180  # angles are rounded to this, which moves an exponent by a percent
 

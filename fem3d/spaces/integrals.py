@@ -15,7 +15,7 @@ from scipy.sparse import coo_array, csc_array
 from fem3d.spaces.element import Rule, Side
 
 S = TypeVar("S", bound="Space")
-AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory
+AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory: 32 MB
 
 
 def halves(both: csc_array) -> tuple[csc_array, csc_array]:

@@ -33,7 +33,7 @@ from statespace.result import QUANTITIES, DeviceResult, device_result
 from statespace.stability import Stability
 
 LESS = 3
-"""The run that estimates the error in space has elements of a degree lower by this."""
+"""The run that estimates the error in space has elements of a degree lower by this: half of a refinement's 6."""
 
 
 class UnstableStepError(ValueError):

