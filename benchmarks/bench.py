@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks import measure, programs
 from benchmarks.measure import Entry
 from compare.processes import processors
-from compare.report.table import Row, Table
+from compare.report import Row, Table
 
 OURS, REDUCTION, SCIKIT_FEM = "this toolkit", "reductions", "scikit-fem"
 TOOLS = OURS, SCIKIT_FEM

@@ -1,7 +1,6 @@
 """The public interface from Python: solve a scene, and read checks, quantities and traces."""
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ from compare.options import FREE, as_text, check, of_kind, read, settings, texts
 from compare.outcome import Outcome
 from compare.pipeline import plugin
 from compare.processes import single_threaded
-from compare.report.table import Style
 from compare.slopes import Slopes
 from compare.verdict import Check
 from scenes import load, overridden
@@ -105,13 +103,12 @@ class Run:
 
     def report(self) -> str:
         """Return the report that the command prints."""
-        return pipeline.report_text(self.outcome, Style())
+        return str(plugin("report")(self.outcome))
 
     __repr__ = report
 
     def _repr_html_(self) -> str:
-        said = f"<p><strong>{escape(' '.join(pipeline.headline(self.outcome, Style()).split()))}</strong></p>"
-        return "\n".join([said, *(part.html() for part in pipeline.sections(self.outcome, Style(page=True))[:3])])
+        return str(plugin("excerpt")(self.outcome))
 
 
 def run(scene: Any = "sink", *, overrides: Overrides = (), out: str | Path | None = None, **options: Any) -> Run:

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenes import loading, units
+from scenes import units
 from scenes.errors import SceneError, printable, quoted
-from scenes.keys import ACCURACY, TYPES
+from scenes.keys import ACCURACY
 from scenes.kinds import Quantity
 from scenes.uncertain import Uncertain
 from scenes.uncertain import read as read_uncertain
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
-BUILTIN = {SINK: "sink", DEVICE: "device"}
-"""The scene that is solved where none is named, by kind; a free scene must be named."""
 SAMPLES = 10, 100_000  # Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name.
 
 Given = Mapping[str, Any]
@@ -86,15 +84,6 @@ class Option:
     def default(self) -> Any:
         """The value where the option is not given."""
         return () if self.repeats else self.name.startswith("--no-") if self.switch else self.otherwise
-
-    def words(self, text: Any) -> list[str]:
-        """Return its words in a folder's name: the name and the text, unless `in_name` differs."""
-        if text == self.default or text in (None, False) or self.in_name == "":
-            return []
-        texts = [str(part) for part in text] if self.repeats else [str(text)] * (not self.switch)
-        if self.in_name is not None:
-            return [self.in_name.format(part) for part in texts]
-        return [self.name.lstrip("-"), *texts]
 
 
 class Export(NamedTuple):
@@ -330,13 +319,6 @@ def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
     return made
 
 
-def load(kind: str, source: str, settings: Sequence[str]) -> Any:
-    """Load a scene of a kind with overrides. Raises SceneError."""
-    if kind in TYPES:
-        return loading.load(source, settings, scene_type=TYPES[kind])
-    return loading.load_free(source, settings)
-
-
 def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
     """Return the values of the given options, in the order of the table. Raises SceneError."""
     values: dict[str, Any] = {"command": command}
@@ -350,34 +332,3 @@ def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
             value = tuple(value)
         values |= value if isinstance(value, dict) else {option.key: value}
     return Options(**values)
-
-
-def folder_name(kind: str, given: Given, scene: Any, overrides: Sequence[str]) -> Path:
-    """Return the usual folder of a run, "results/sink-2V-width20um-steady".
-
-    ``overrides`` are the settings of the scene, of a free scene with the keys that options stand for.
-    """
-    # A key of the scene is in the name by the scene, or by the overrides; a sink has no key for --steady.
-    named = [option for option in of_kind(kind) if not option.sets or (kind == SINK and option.name == "--steady")]
-    words = [word for option in named for word in option.words(given.get(option.key))]
-    if kind == FREE:
-        return safe_folder(scene.name, *setting_words(overrides), *words)
-    # Overrides of tolerances, which the scene's own text leaves out.
-    of_checks = [setting for setting in overrides if re.match(r"\s*(checks\.)?(tolerances|expect_differs)\b", setting)]
-    return safe_folder(scene.name, loading.distinguishes(scene), *words, *setting_words(of_checks))
-
-
-def setting_words(settings: Sequence[str]) -> list[str]:
-    """The words of settings in a folder's name: "width20um"."""
-    words = []
-    for key, _, value in (setting.partition("=") for setting in settings):
-        value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
-        words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
-    return words
-
-
-def safe_folder(name: str, *words: str) -> Path:
-    """A folder below results/, its name without characters that a file system or a shell minds."""
-    words = tuple(re.sub(r":(?=\d)", "", word.replace("..", "up")) for word in words)
-    safe = [re.sub(r"[^\w.+-]", "", re.sub(r"[\s/\\:]+", "-", word.strip())).strip("-.") for word in words]
-    return Path("results") / "-".join(filter(None, (name, loading.shortened("-".join(filter(None, safe))))))

@@ -11,13 +11,13 @@ from compare.kinds import kind_of
 from compare.models import Model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style, sentences, wrapped
+from compare.report import Section, Style
 from compare.slopes import remarks
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
 
 PLUGINS: dict[str, Callable[..., Any]] = {}
-"""By name: "write" writes a results folder, "sweep" solves many designs."""
+"""By name: "write" writes a results folder, "sweep" solves many designs, "report" and "excerpt" show a run."""
 
 
 def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
@@ -90,19 +90,6 @@ def sections(outcome: Outcome[Any], style: Style) -> list[Section]:
     return kind_of(outcome.scene).sections(outcome, style) + [
         each.section(outcome.analyses[each.name], outcome, style) for each in ANALYSES if each.name in outcome.analyses
     ]
-
-
-def report_text(outcome: Outcome[Any], style: Style) -> str:
-    """Return the report for a terminal: alarms, the answer, the sections, the warnings."""
-    said = (wrapped(f"Warning: {text}") for text in sentences(outcome.warnings))
-    parts = (section.text(style) for section in sections(outcome, style))
-    return "\n\n".join(filter(None, (headline(outcome, style), *parts, *said)))
-
-
-def headline(outcome: Outcome[Any], style: Style) -> str:
-    """Return the first lines of a report: alarms, then the answer."""
-    alarms = style.head(*(f"Warning: {text}" for text in sentences(outcome.alarms)))
-    return "\n".join(filter(None, (alarms, kind_of(outcome.scene).headline(outcome, style))))
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:

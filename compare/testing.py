@@ -14,7 +14,7 @@ from typing import Any
 
 import compare
 from compare import quantities
-from compare.report.checks import amount
+from compare.report import amount
 from compare.verdict import COVERS, Check, compared, judge
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME

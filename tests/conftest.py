@@ -141,9 +141,11 @@ def _plugins():
     """The functions that an installation registers as entry points, also in a checkout that is not installed anew."""
     from compare.pipeline import PLUGINS
     from validate.report.output import run
+    from validate.report.page import excerpt
+    from validate.report.text import report
     from validate.sweep.run import sweep
 
-    PLUGINS.update(write=run, sweep=sweep)
+    PLUGINS.update(write=run, sweep=sweep, report=report, excerpt=excerpt)
 
 
 def pytest_configure() -> None:

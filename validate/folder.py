@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.options import safe_folder, setting_words
+from compare.options import FREE, SINK, Given, Option, of_kind
+from scenes import loading
 from scenes.errors import SceneError, quoted, reason
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -179,6 +180,47 @@ MODEL = Content(
 )  # fmt: skip
 
 
+def folder_of_run(kind: str, given: Given, scene: Any, overrides: Sequence[str]) -> Path:
+    """Return the usual folder of a run, "results/sink-2V-width20um-steady".
+
+    ``overrides`` are the settings of the scene, of a free scene with the keys that options stand for.
+    """
+    # A key of the scene is in the name by the scene, or by the overrides; a sink has no key for --steady.
+    named = [option for option in of_kind(kind) if not option.sets or (kind == SINK and option.name == "--steady")]
+    words = [word for option in named for word in _words(option, given.get(option.key))]
+    if kind == FREE:
+        return _folder(scene.name, *_setting_words(overrides), *words)
+    # Overrides of tolerances, which the scene's own text leaves out.
+    of_checks = [setting for setting in overrides if re.match(r"\s*(checks\.)?(tolerances|expect_differs)\b", setting)]
+    return _folder(scene.name, loading.distinguishes(scene), *words, *_setting_words(of_checks))
+
+
 def folder_of_sweep(scene: str, kind: str, settings: Sequence[str], *words: str) -> Path:
     """ "results/sink-sweep-width10um-200um-20-steady": the varied and the overridden keys, then other options."""
-    return safe_folder(f"{scene}-{kind}", *setting_words([re.sub("[:,]", "-", text) for text in settings]), *words)
+    return _folder(f"{scene}-{kind}", *_setting_words([re.sub("[:,]", "-", text) for text in settings]), *words)
+
+
+def _words(option: Option, text: Any) -> list[str]:
+    """The words of an option in a folder's name: its name and the text, unless ``in_name`` differs."""
+    if text == option.default or text in (None, False) or option.in_name == "":
+        return []
+    texts = [str(part) for part in text] if option.repeats else [str(text)] * (not option.switch)
+    if option.in_name is not None:
+        return [option.in_name.format(part) for part in texts]
+    return [option.name.lstrip("-"), *texts]
+
+
+def _setting_words(settings: Sequence[str]) -> list[str]:
+    """The words of settings in a folder's name: "width20um"."""
+    words = []
+    for key, _, value in (setting.partition("=") for setting in settings):
+        value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
+        words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
+    return words
+
+
+def _folder(name: str, *words: str) -> Path:
+    """A folder below results/, its name without characters that a file system or a shell minds."""
+    words = tuple(re.sub(r":(?=\d)", "", word.replace("..", "up")) for word in words)
+    safe = [re.sub(r"[^\w.+-]", "", re.sub(r"[\s/\\:]+", "-", word.strip())).strip("-.") for word in words]
+    return Path("results") / "-".join(filter(None, (name, loading.shortened("-".join(filter(None, safe))))))

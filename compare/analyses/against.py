@@ -17,7 +17,7 @@ from compare.against import Data, simulated
 from compare.analyses.base import Analysis
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style, Table
+from compare.report import Section, Style, Table
 from compare.slopes import Slopes, combined
 from compare.verdict import COVERS
 from scenes.formats import cut, quantity, signed, span, with_error

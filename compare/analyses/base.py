@@ -5,7 +5,7 @@ from typing import ClassVar, Generic, TypeVar
 
 from compare.options import Options
 from compare.outcome import AnyOutcome, Progress, Solvable
-from compare.report.table import Section, Style
+from compare.report import Section, Style
 from scenes.result import Step, step
 
 T = TypeVar("T")

@@ -6,7 +6,7 @@ from compare import fitting
 from compare.analyses.base import Analysis
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style, Table, short_key
+from compare.report import Section, Style, Table, short_key
 from scenes.formats import percent
 from scenes.result import Step, step
 

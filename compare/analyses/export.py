@@ -5,7 +5,7 @@ from typing import Any
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style, Table
+from compare.report import Section, Style, Table
 
 
 class CompactExport(Analysis[dict[str, Any]]):

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from compare.analyses.base import Analysis
 from compare.outcome import Outcome, Progress
-from compare.report.table import Row, Section, Style, Table, sentences
+from compare.report import Row, Section, Style, Table, sentences
 from compare.verdict import ratio
 from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError

@@ -16,7 +16,7 @@ import numpy as np
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
-from compare.report.table import Row, Section, Style, Table, short_key
+from compare.report import Row, Section, Style, Table, short_key
 from compare.slopes import Slopes, combined
 from compare.verdict import Check, judge, part
 from scenes.errors import SceneError

@@ -8,7 +8,7 @@ from typing import Any
 from compare.analyses.base import Analysis
 from compare.blame import Budget, Part, Split, budget, network_budget
 from compare.outcome import Outcome, Progress
-from compare.report.table import Section, Style, Table
+from compare.report import Section, Style, Table
 from scenes.errors import NumericsError
 from scenes.formats import difference_text, quantity
 from scenes.result import Estimate

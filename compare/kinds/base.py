@@ -12,7 +12,7 @@ from compare import against, hottest
 from compare.models import Model, chosen_model, open_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
-from compare.report.table import Section, Style
+from compare.report import Section, Style
 from compare.slopes import Slopes
 from compare.verdict import Check, Definition, judged
 from scenes.model import AnyScene
@@ -185,8 +185,8 @@ class Kind(ABC, Generic[S]):
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
 
     @abstractmethod
-    def headline(self, outcome: Outcome[S], style: Style) -> str:
-        """Return the first lines of the report: the answer, and how many checks differ."""
+    def headline(self, outcome: Outcome[S], style: Style) -> list[str]:
+        """Return the first paragraphs of the report: the answer, and how many checks differ."""
 
     @abstractmethod
     def sections(self, outcome: Outcome[S], style: Style) -> list[Section]:

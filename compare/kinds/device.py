@@ -11,8 +11,7 @@ from compare import hottest
 from compare.kinds.base import Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.checks import checked, counted
-from compare.report.table import Section, Style, Table, checks_document, sentences
+from compare.report import Section, Style, Table, checked, checks_document, counted, sentences
 from compare.slopes import Slopes, device_1d
 from compare.verdict import Definition
 from scenes.device import Device
@@ -162,7 +161,7 @@ class DeviceKind(Kind[Device]):
         whole = designs.exported(outcome.runs.base) if outcome.fem3d is None else outcome.device_3d.exported
         return compact(whole, export.states, export.accuracy, progress)
 
-    def headline(self, outcome: Outcome[Device], style: Style) -> str:
+    def headline(self, outcome: Outcome[Device], style: Style) -> list[str]:
         """State what the sensor's power settles to and when, and the number of checks that differ."""
         scene, external, run = outcome.scene, outcome.scene.external, outcome.runs.base
         when = f"from cold, with {external.initial_temperature:g} K outside,"
@@ -175,8 +174,7 @@ class DeviceKind(Kind[Device]):
         if ends and math.isfinite(ends[-1]):
             how = f"settles to {percent(BAND, 1)} in {milliseconds(ends[-1])}, at {power}"
         by = ", by the paper's scheme," * (outcome.options.scheme == "paper")
-        said = f"{scene.name}: {when}{by} the sensor's power {how}. {counted(outcome)}"
-        return style.head(said.rstrip())
+        return [f"{scene.name}: {when}{by} the sensor's power {how}. {counted(outcome)}".rstrip()]
 
     def sections(self, outcome: Outcome[Device], style: Style) -> list[Section]:
         """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""

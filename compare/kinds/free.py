@@ -16,8 +16,7 @@ from compare.models.sampling import make_question
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.quantities import compare_probes
-from compare.report.checks import checked, counted
-from compare.report.table import Row, Section, Style, Table, checks_document, steady_document, wrapped
+from compare.report import Row, Section, Style, Table, checked, checks_document, counted, steady_document
 from compare.slopes import Slopes, in_3d, own_model
 from compare.verdict import Check
 from scenes import physics
@@ -132,7 +131,7 @@ class FreeKind(Kind[AnyScene]):
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:
         return scene
 
-    def headline(self, outcome: Outcome[AnyScene], style: Style) -> str:
+    def headline(self, outcome: Outcome[AnyScene], style: Style) -> list[str]:
         """State the first probes, or the answer about a model, then unknowns and heat balance."""
         scene, details, end = outcome.scene, outcome.solved.details, TIME.show(outcome.scene.end_time)
         what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
@@ -146,8 +145,8 @@ class FreeKind(Kind[AnyScene]):
         # No balance is stated where no heat passes.
         balance = details.get(key)
         closed = f", heat balanced to {balance:.0e}" if balance and math.isfinite(balance) else ""
-        how = wrapped(f"{what} in 3D, {details['unknowns']} unknowns{closed}.")
-        return "\n".join([style.head(answer, counted(outcome, f"{scene.name}: ")), how])
+        how = f"{what} in 3D, {details['unknowns']} unknowns{closed}."
+        return [answer, counted(outcome, f"{scene.name}: "), how]
 
     def sections(self, outcome: Outcome[AnyScene], style: Style) -> list[Section]:
         """Return the probes, the checks of a model, and the lines of a network."""

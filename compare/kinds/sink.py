@@ -8,8 +8,7 @@ from compare.blame import Budget, answer, budget, causes, repeats
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.checks import checked, counted
-from compare.report.table import Section, Style, Table, checks_document, steady_document
+from compare.report import Section, Style, Table, checked, checks_document, counted, steady_document
 from compare.sink_checks import CHECKS, at_rest
 from compare.slopes import Slopes, in_3d, own_model, sink_1d
 from compare.verdict import PAPER, Check, Definition, judged, part
@@ -146,11 +145,11 @@ class SinkKind(Kind[Sink]):
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
 
-    def headline(self, outcome: Outcome[Sink], style: Style) -> str:
+    def headline(self, outcome: Outcome[Sink], style: Style) -> list[str]:
         name, reduced1d = sink_text(outcome.scene), outcome.reduced1d
         if reduced1d is not None and reduced1d.model != PAPER:
             name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
-        return style.head(outcome.answer, counted(outcome, f"{name}: "))
+        return [outcome.answer, counted(outcome, f"{name}: ")]
 
     def sections(self, outcome: Outcome[Sink], style: Style) -> list[Section]:
         """Return the steady quantities, and the checks with their reasons."""

@@ -45,8 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
             raise SceneError(f'"{file}" can\'t be written: there is no folder "{file.parent}"')
     from benchmarks.bench import PARTS, preface, sections_of
     from benchmarks.bench import run as measure
-    from compare.report.table import Section
+    from compare.report import Section
     from validate.report.summary import as_json, write_document
+    from validate.report.text import section_text
 
     wanted = arguments.part or [part for part in PARTS if part != "start-up" or not arguments.quick]
     with progress() as say:
@@ -66,13 +67,15 @@ def run(arguments: argparse.Namespace) -> int:
             lines += [f"![{name}](figures/{drawn[name].name})", ""] if name in drawn else []
         page_file.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
     written = ", ".join(map(str, [*files, *drawn.values()]))
-    texts = [Section(title, content[:2]).text(style()) for title, content in sections.values()]
+    texts = [section_text(Section(title, content[:2]), style()) for title, content in sections.values()]
     show("\n\n".join(texts) + (f"\n\nWrote {written}" if written else ""))
     return FINE
 
 
 def _markdown(parts: bench.Content) -> list[str]:
-    return [line for part in parts for line in ([part, ""] if isinstance(part, str) else part.markdown())]
+    from validate.report.text import markdown
+
+    return [line for part in parts for line in ([part, ""] if isinstance(part, str) else markdown(part))]
 
 
 def _draw(title: str, measurements: dict[str, Any], path: Path) -> None:

@@ -19,11 +19,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.rows import Row
-from compare.options import BUILTIN, FREE, TABLE, Option, check, folder_name, load, of_kind, read, settings, whole
-from compare.report.table import WIDTH, Section, Style, Table, wrapped
-from compare.report.table import Row as Line
+from compare.options import FREE, TABLE, Option, check, of_kind, read, settings, whole
+from compare.report import Row as Line
+from compare.report import Section, Style, Table
 from scenes.errors import SceneError, quoted, reason
+from scenes.keys import TYPES
+from scenes.loading import load, load_free
 from validate.cli.terminal import BAD_INPUT, DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
+from validate.folder import folder_of_run
+from validate.report import text as texts
 from validate.report.summary import as_json
 
 if TYPE_CHECKING:
@@ -74,8 +78,8 @@ def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
 def options_of(kind: str) -> dict[str, str]:
     """The options of a run of a kind of scene, from the options table."""
     scene = {"scene SCENE.toml": "a scene file, or an example: bridge, plate, hotplate"}
-    if kind in BUILTIN:
-        scene = {"[scene SCENE.toml]": f'a scene file (default: the built-in "{BUILTIN[kind]}")'}
+    if kind in TYPES:
+        scene = {"[scene SCENE.toml]": f'a scene file (default: the built-in "{kind}")'}
     return scene | {o.flag: o.help for o in of_kind(kind)}
 
 
@@ -95,11 +99,14 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     named = out(arguments)
     check(kind, chosen)
     overrides = settings(kind, chosen, arguments.set)
-    scene = load(kind, arguments.scene or BUILTIN.get(kind, ""), overrides)
+    if kind in TYPES:
+        scene = load(arguments.scene or kind, overrides, scene_type=TYPES[kind])
+    else:
+        scene = load_free(arguments.scene, overrides)
     options = read(kind, chosen, scene, arguments.command_line)
     if options.monte_carlo:
         import_module("validate.sweep.monte_carlo")  # which adds its analysis
-    folder = named or folder_name(kind, chosen, scene, overrides if kind == FREE else arguments.set)
+    folder = named or folder_of_run(kind, chosen, scene, overrides if kind == FREE else arguments.set)
     planned = None
     if arguments.explain or arguments.dry_run:
         from compare.pipeline import plan
@@ -114,13 +121,11 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     with progress(arguments.quiet) as say:
 
         def tell(outcome: Outcome[Any]) -> None:
-            from compare.pipeline import headline, report_text
-
             say("")  # which clears the line
             if arguments.quiet:
-                show(" ".join(headline(outcome, style()).split()))
+                show(" ".join(texts.headline(outcome, style()).split()))
             elif not arguments.json:
-                show(report_text(outcome, style()) + "\n")
+                show(texts.report(outcome, style()) + "\n")
 
         outcome = write(scene, options, folder, Progress(say), tell)
     if arguments.json:
@@ -150,16 +155,16 @@ def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> s
     folder, here = outcome.folder, Path.cwd()
     # A path is not broken over lines, so that it can be copied.
     where = f"Results in {folder.relative_to(here) if folder.is_relative_to(here) else folder}/\n"
-    return "\n\n".join([*parts, where + wrapped(said, "  ", "  ")])
+    return "\n\n".join([*parts, where + texts.wrapped(said, "  ", "  ")])
 
 
 def plan_text(steps: Sequence[Step], style: Style, title: str = "Plan", done: str = "planned") -> str:
     """The plan: each step with its state, where it is not skipped ``done``, and reason."""
-    lines = [style.paint(title, "heading")]
+    lines = [texts.paint(title, "heading", style)]
     for step in steps:
         mark, state = ("-", step.state) if step.state == "skipped" else ("+", done)
         text = f"{mark} {state:<8}{step.step}: {step.reason}"
-        lines.append(textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent=" " * 12))
+        lines.append(textwrap.fill(text, texts.WIDTH, initial_indent="  ", subsequent_indent=" " * 12))
     return "\n".join(lines)
 
 
@@ -221,14 +226,14 @@ def headline(rows: Sequence[Row]) -> str:
 
 def text(rows: Sequence[Row], style: Style) -> str:
     """Return the tables for a terminal: the rows of a case below its name, with the notes of rows that do not agree."""
-    parts = [style.paint(headline(rows), "heading")]
+    parts = [texts.paint(headline(rows), "heading", style)]
     for group, members in groupby(rows, lambda row: row.group):
         lines = []
         for case, each in groupby(members, lambda row: row.case):
             lines.append(Line([case]))
             lines += [_line(row) for row in each]
         table = Table(("", "found", "expected", "within"), lines)
-        parts.append(Section(_title(group), [table]).text(style))
+        parts.append(texts.section_text(Section(_title(group), [table]), style))
     return "\n\n".join(parts)
 
 
@@ -246,7 +251,7 @@ def markdown(rows: Sequence[Row], title: str, about: str, versions: Mapping[str,
     heads = ("case", "quantity", "found", "expected", "within", "verdict", "note")
     for group, members in groupby(rows, lambda row: row.group):
         cells = [[row.case, _quantity(row), *_numbers(row), row.verdict, row.note] for row in members]
-        lines += [f"## {_title(group)}", "", *Table(heads, cells, "<<>>><<").markdown()]
+        lines += [f"## {_title(group)}", "", *texts.markdown(Table(heads, cells, "<<>>><<"))]
     return "\n".join(lines)
 
 

@@ -114,10 +114,10 @@ def execute(
     arguments: argparse.Namespace, base: Any, asked: dict[str, Any], design: Design, **request: Any
 ) -> int:  # fmt: skip
     """Run a sweep or a map and report on it; ``request`` is for `validate.sweep.design.prepare`."""
-    from compare.report.table import wrapped
     from scenes.kinds import Quantity
     from scenes.units import TIME
     from validate.folder import folder_of_sweep
+    from validate.report.text import wrapped
     from validate.sweep.design import prepare, read
     from validate.sweep.run import Store, run
 

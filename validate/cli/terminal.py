@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from scenes.errors import SceneError, columns, printable, reason
 
 if TYPE_CHECKING:
-    from compare.report.table import Style
+    from compare.report import Style
 
 FINE, DIFFERS, BAD_INPUT, NUMERICS, INTERRUPTED = 0, 1, 2, 3, 130  # Exit statuses.
 _SLOW = 2.0  # Seconds from which on progress is shown with the time spent.
@@ -90,7 +90,7 @@ def show(text: str) -> None:
 
 def style() -> Style:
     """As the terminal can show it: colours unless it is none or NO_COLOR is set, signs where its encoding has them."""
-    from compare.report.table import Style
+    from compare.report import Style
 
     colour = sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     try:

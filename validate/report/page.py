@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
@@ -17,14 +17,13 @@ from compare.kinds.sink import FIGURES
 from compare.kinds.sink import QUANTITIES as SINK
 from compare.outcome import Outcome
 from compare.pipeline import sections
-from compare.report.table import Row, Section, Style, Table
-from compare.report.table import html_section as section
-from compare.report.table import html_text as text
+from compare.report import Row, Section, Style, Table
 from scenes.formats import percent, quantity
 from scenes.free.tables import toml
 from scenes.loading import type_of_file
 from scenes.parameters import SECTION
 from scenes.schema import nest
+from validate.report.text import MARKS, headline
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -43,16 +42,23 @@ Document = Mapping[str, Any]
 
 def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
     """Write the page about a run into its folder, which has its figures; ``document`` is the summary."""
-    said = " ".join(kind_of(outcome.scene).headline(outcome, _STYLE).split())
+    said = " ".join(" ".join(kind_of(outcome.scene).headline(outcome, _STYLE)).split())
     whole = page(path.parent, outcome.scene.name, said, sections(outcome, _STYLE), document)
     path.write_text(whole, encoding="utf-8")
+
+
+def excerpt(outcome: Outcome[Any]) -> str:
+    """Return the answer and the first sections of a run, as a notebook shows them."""
+    said = " ".join(headline(outcome, Style()).split())
+    shown = (section_html(part) for part in sections(outcome, _STYLE)[:3])
+    return "\n".join([f"<p><strong>{escape(said)}</strong></p>", *shown])
 
 
 def page(folder: Path, title: str, said: str, sections: Iterable[Section], document: Document) -> str:
     """Return the page as text; figures are read from ``folder``."""
     steps = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
     plan = Section("Plan", [Table(("step", "state", "why"), steps, "<<<")] if steps else [])
-    tables = [part.html() for part in (*sections, _errors(document), *_solution(document), plan)]
+    tables = [section_html(part) for part in (*sections, _errors(document), *_solution(document), plan)]
     parts = [*_figures(folder, document), *tables, _scene(document), _provenance(document)]
     found = re.findall('<section id="(.*?)"><h2>(.*?)</h2>', "".join(parts))
     links = " ".join(f'<a href="#{at}">{head}</a>' for at, head in found)
@@ -163,7 +169,7 @@ def _provenance(document: Document) -> str:
     return section(
         "Versions and files",
         f"<p>Made by <code>{text(command)}</code></p>" if command else "",
-        *(table.html() for table in _table({**document.get("provenance", {}), **timing})),
+        *(table_html(table) for table in _table({**document.get("provenance", {}), **timing})),
         f"<p>Beside this page: {links}.</p>" if links else "",
     )
 
@@ -174,3 +180,44 @@ def named(key: str) -> tuple[str, str]:
         return _NAMED[key]
     ending, unit = next((item for item in _UNITS.items() if key.endswith(item[0])), ("", ""))
     return key.removesuffix(ending).replace("_", " "), unit
+
+
+def section_html(part: Section) -> str:
+    """Format a section under a heading; empty without content."""
+    wide = '<div class="wide">{}</div>'
+    content = (wide.format(table_html(e)) if isinstance(e, Table) else f"<p>{text(e)}</p>" for e in part.filled)
+    return section(part.title, *content)
+
+
+def section(title: str, *content: str) -> str:
+    """Put content in HTML under a heading; empty without content."""
+    filled = "\n".join(filter(None, content))
+    anchor = title.lower().replace(" ", "-")
+    return f'<section id="{anchor}"><h2>{text(title)}</h2>\n{filled}\n</section>' if filled else ""
+
+
+def table_html(table: Table) -> str:
+    """Format a table, a verdict with its sign and in its colour."""
+    numbers, rows = [i for i, side in enumerate(table.aligned) if side == ">"], []
+    heads, across = [text(" ".join(head.split())) for head in table.heads], f'colspan="{len(table.heads)}"'
+    for row in table.marked:
+        cells = [text(cell) for cell in row.cells]
+        if row.verdict:
+            at = -1 if cells[-1] == row.verdict else 0
+            cells[at] = f'<span class="word {row.verdict}">{MARKS[row.verdict][0]} {cells[at]}</span>'
+        single = f'<tr class="kind"><th {across}>{cells[0]}</th></tr>'
+        rows.append(single if len(cells) == 1 else _row(cells, numbers))
+        rows += [f'<tr class="because"><td {across}>{text(row.below)}</td></tr>'] * bool(row.below)
+    body = "\n".join(rows)
+    return f"<table><thead>{_row(heads, numbers, 'th')}</thead>\n<tbody>\n{body}\n</tbody></table>"
+
+
+def _row(cells: Sequence[str], numbers: Sequence[int], cell: str = "td") -> str:
+    """A row of cells that are HTML; columns in ``numbers`` stand to the right."""
+    looks = [' class="n"' * (i in numbers) for i in range(len(cells))]
+    return f"<tr>{''.join(f'<{cell}{look}>{each}</{cell}>' for look, each in zip(looks, cells, strict=True))}</tr>"
+
+
+def text(value: object) -> str:
+    """Escape a text, with the numbers of an exponent or a unit kept on one line with it."""
+    return re.sub(r"(?<=\d) (?=[A-Za-z%\N{PLUS-MINUS SIGN}])", "&nbsp;", escape(str(value)))

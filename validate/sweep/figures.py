@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.tri import Triangulation
 
-from compare.report.checks import with_mu
 from scenes.formats import scale
 from scenes.model import UNITS
-from validate.report.figures import INK, PARTS
+from validate.report.figures import INK, PARTS, with_mu
 from validate.report.figures.drawing import logarithmic, new_figure
 from validate.sweep.design import unit
 from validate.sweep.table import TITLES, Table

@@ -14,7 +14,7 @@ from compare.kinds import kind_of
 from compare.options import SAMPLES
 from compare.outcome import Outcome, Progress
 from compare.processes import processors
-from compare.report.table import Section, Style, Table
+from compare.report import Section, Style, Table
 from scenes.errors import SceneError
 from scenes.formats import quantity
 from scenes.parameters import SECTION

@@ -141,7 +141,7 @@ def run(
 
 def _write(store: Store, table: Table, figures: bool, seconds: float) -> dict[str, Any]:
     """Write the files; return the content of sweep.json."""
-    from compare.report import table as report
+    from compare import report
     from validate.report import page
     from validate.report.output import write_columns
     from validate.report.summary import as_json, provenance

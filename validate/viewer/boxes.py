@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.report.checks import with_mu
 from scenes import physics
 from scenes.errors import SceneError
 from scenes.formats import cut
@@ -22,7 +21,7 @@ from scenes.functions import Surroundings
 from scenes.kinds import KELVIN, Quantity
 from scenes.laws import Law
 from scenes.model import Boundary, Scene, Schedule, Value, values
-from validate.report.figures import INK, PARTS
+from validate.report.figures import INK, PARTS, with_mu
 
 THIN = 0.03
 """Least gap between faces, as a part of the longest extent."""

@@ -9,7 +9,7 @@ from compare.device_checks import CHECKS
 from compare.kinds.device import DeviceKind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report.checks import claimed, off_by
+from compare.report import claimed, off_by
 from compare.slopes import device_1d
 from compare.verdict import Check, judged, spread
 from reduced1d.device.lumped import largest_eigenvalue, steady

@@ -11,10 +11,10 @@ from select import select
 
 import pytest
 
-from compare.report.table import wrapped
 from validate.cli import terminal
 from validate.cli.arguments import COMMANDS
 from validate.cli.completion import script
+from validate.report.text import wrapped
 
 ASKED = {
     "validate ": set(COMMANDS),

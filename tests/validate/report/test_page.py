@@ -11,7 +11,7 @@ from compare.analyses.why import Why
 from compare.blame import Budget, Estimate, Part, Split
 from compare.options import Options
 from compare.outcome import Outcome
-from compare.report.table import Row, Section, Style, Table
+from compare.report import Row, Section, Style, Table
 from scenes.loading import load
 from validate.report import output
 from validate.report.page import page

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.rows import Row, at_most, failed
 from benchmarks.walls import HELD, Layer, step_response
-from compare.report.table import Style
+from compare.report import Style
 from scenes.sink import SILICON, Sink
 from tests.fin import solve_fin
 from validate.cli import common, main

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -22,3 +23,8 @@ def table() -> np.ndarray:
     from matplotlib import colormaps
 
     return (colormaps[FIELD](np.linspace(*_PART, 256))[:, :3] * 255).round().astype(np.uint8)
+
+
+def with_mu(text: str) -> str:
+    """Replace the "u" of micro by the letter mu."""
+    return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)

@@ -18,12 +18,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from compare.outcome import Outcome
-from compare.report.checks import with_mu
 from reduced1d.device.lumped import lump
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
 from statespace.result import BAND, Run
-from validate.report.figures import INK, LAYERS
+from validate.report.figures import INK, LAYERS, with_mu
 from validate.report.figures.drawing import legend, logarithmic, new_figure
 
 CURVES: dict[str, tuple[str, dict[str, Any]]] = {

@@ -21,9 +21,9 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from compare.report.checks import drawn
+from compare.report import amount, claimed, off_by, sides
 from compare.verdict import Check
-from validate.report.figures import INK, table
+from validate.report.figures import INK, table, with_mu
 from validate.report.figures.render import Field
 
 DPI = 130  # Dots per inch of .png files.
@@ -55,6 +55,16 @@ def new_figure(
     top = 1 - (0.3 + len(lines) * _LINE) / height
     figure.subplots_adjust(left=left / width, right=1 - 0.25 / width, bottom=bottom / height, top=top)
     return figure
+
+
+def drawn(check: Check) -> str:
+    """Return a check as a line under a figure's title."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    verdict = check.verdict.upper() if check.verdict == "differs" else check.verdict
+    measured, off, (claimant, finder) = amount(check.measured, check.unit), off_by(check), sides(check)
+    off = off if off.isalpha() else f"off by {off}"
+    said = f"{check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})"
+    return with_mu(f"{mark} {check.id} {verdict}: {said}")
 
 
 def kept(text: str) -> str:

@@ -9,14 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.outcome import Outcome
-from compare.report.checks import with_mu
 from compare.sink_checks import profile as sampled
 from compare.verdict import PAPER, Check
 from reduced1d.equations import parabola
 from scenes.formats import cut, quantity, scale, sink_text
 from scenes.model import UNITS
 from scenes.sink import OF_A_SINK, Sink
-from validate.report.figures import INK, LINES, PARTS
+from validate.report.figures import INK, LINES, PARTS, with_mu
 from validate.report.figures.drawing import band, new_figure
 
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))

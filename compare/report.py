@@ -1,21 +1,88 @@
-"""Checks in tables for the terminal and the page, and under the titles of figures."""
+"""Reports as data: tables and sections, which `validate.report` shows on a terminal, a page or in Markdown; the checks
+in them; and entries of summary.json that all kinds share."""
 
 import math
-import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from compare.outcome import Outcome
-from compare.report.table import Row, Section, Style, Table, sentences
 from compare.verdict import Check
 from scenes.checks import DEVICE_TOLERANCES, OF_THE_REDUCTION
 from scenes.formats import difference_text, percent, quantity
+from scenes.result import Result
 
+Cells = Sequence[str]
 NOTE = (
     "A check differs or agrees only where that holds for every value that the difference may have given its numerical "
     "error; else it is unresolved."
 )
+
+
+@dataclass(frozen=True)
+class Style:
+    """Colours; ASCII only (every verdict is a word, too); ``page`` for report.html, with room for everything."""
+
+    colour: bool = False
+    ascii_only: bool = False
+    page: bool = False
+
+    @property
+    def plus_minus(self) -> str:
+        return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """Cells, a ``verdict`` that marks them, and a sentence ``below`` them. A single cell heads the rows that follow."""
+
+    cells: Cells
+    verdict: str = ""
+    below: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under their heads, which may have several lines; ``sides`` has "<" for a column that stands to the left and
+    ">" for the others, by default all but the first."""
+
+    heads: Cells
+    rows: Sequence[Row | Cells]
+    sides: str = ""
+
+    @property
+    def aligned(self) -> str:
+        return self.sides or "<" + ">" * (len(self.heads) - 1)
+
+    @property
+    def marked(self) -> list[Row]:
+        return [row if isinstance(row, Row) else Row(row) for row in self.rows]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report: tables and paragraphs; a terminal prints the title only if ``headed``."""
+
+    title: str
+    parts: Sequence[Table | str]
+    headed: bool = True
+
+    @property
+    def filled(self) -> list[Table | str]:
+        return [part for part in self.parts if part]
+
+
+def sentences(texts: Sequence[str]) -> list[str]:
+    """Each ended with a full stop."""
+    return [f"{text.rstrip('.')}." for text in texts]
+
+
+def short_key(key: str) -> str:
+    """A key without its section, where it is as clear: "silicon.density"."""
+    for section in ("materials.", "environment.", "material.", "boundary.", "box."):
+        key = key.removeprefix(section)
+    return key
 
 
 def without_slopes(checks: Sequence[Check]) -> list[Check]:
@@ -95,16 +162,18 @@ def off_by(check: Check, plus_minus: str = "\N{PLUS-MINUS SIGN}") -> str:
     return difference_text(check.difference, check.known_to, plus_minus) if math.isfinite(check.difference) else "fails"
 
 
-def with_mu(text: str) -> str:
-    """Replace the "u" of micro by the letter mu."""
-    return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
+def steady_document(result: Result, *details: str) -> dict[str, Any]:
+    """Return steady values with their errors, and some of the details of a 3D result."""
+    named = {"dofs" if name == "unknowns" else name: result.details.get(name) for name in details}
+    return {"steady": {key: asdict(estimate) for key, estimate in result.steady.items()}, **named}
 
 
-def drawn(check: Check) -> str:
-    """Return a check as a line under a figure's title."""
-    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
-    verdict = check.verdict.upper() if check.verdict == "differs" else check.verdict
-    measured, off, (claimant, finder) = amount(check.measured, check.unit), off_by(check), sides(check)
-    off = off if off.isalpha() else f"off by {off}"
-    said = f"{check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})"
-    return with_mu(f"{mark} {check.id} {verdict}: {said}")
+def checks_document(outcome: Outcome[Any]) -> list[dict[str, Any]]:
+    """Return the checks without the uncertainties that they lack."""
+    entries = [asdict(check) for check in outcome.checks]
+    for entry in entries:
+        entry["time_s"] = entry.pop("time")
+        for name in ("u_input", "u_data", "time_s"):
+            if entry[name] is None:
+                del entry[name]
+    return entries
