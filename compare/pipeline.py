@@ -6,12 +6,11 @@ A run plans, solves, checks, analyses and answers; nothing is written.
 from collections.abc import Callable
 from typing import Any
 
-from compare.analyses import ANALYSES, chosen
+from compare.analyses import chosen
 from compare.kinds import kind_of
 from compare.models import Model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report import Section, Style
 from compare.slopes import remarks
 from scenes.errors import NumericsError, SceneError
 from scenes.result import Step
@@ -83,22 +82,6 @@ def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> N
             outcome.failure = NumericsError(why)
         outcome.alarms = (f"{why}; what 3D found is kept, and nothing is compared with it",)
         outcome.options = outcome.options.but(only="3d", model="", why=False)
-
-
-def sections(outcome: Outcome[Any], style: Style) -> list[Section]:
-    """The sections of a report: of the models and checks, then of the analyses."""
-    return kind_of(outcome.scene).sections(outcome, style) + [
-        each.section(outcome.analyses[each.name], outcome, style) for each in ANALYSES if each.name in outcome.analyses
-    ]
-
-
-def document(outcome: Outcome[Any]) -> dict[str, Any]:
-    """The entries of summary.json that the kind of scene and the analyses make."""
-    summary = kind_of(outcome.scene).document(outcome)
-    for each in ANALYSES:
-        if each.name in outcome.analyses:
-            each.enter(summary, outcome.analyses[each.name], outcome)
-    return summary
 
 
 def plugin(name: str) -> Callable[..., Any]:

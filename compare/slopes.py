@@ -60,13 +60,6 @@ class Slopes:
         relative = self.relative.get(key, {}).get(name)
         return missing if relative is None or not self.steady else np.array([relative.value * self.sizes[name] + shift])
 
-    def columns(self, model: str, times: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the columns <model>_<quantity>_by_<key> of sensitivities.csv at times (s), in the trace's unit."""
-        return {
-            f"{model}_{name}_by_{key}": np.interp(times, self.times, slope)
-            for key, by_name in self.traces.items() for name, slope in by_name.items()
-        }  # fmt: skip
-
     def moved(self, result: Result, key: str, step: float) -> Result:
         """A result as it is, to first order, with one key larger by a relative step; NaN without a slope."""
         at_rest = np.array([np.inf])

@@ -14,8 +14,7 @@ from typing import Any
 
 import compare
 from compare import quantities
-from compare.report import amount
-from compare.verdict import COVERS, Check, compared, judge
+from compare.verdict import COVERS, Check, amount, compared, judge
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, unknown

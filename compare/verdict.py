@@ -149,3 +149,10 @@ def _estimated(function: Callable[..., float], divisor: Estimate, **inputs: Esti
 def unit_of(key: str) -> str:
     """Return the unit that a quantity's name ends in: "anchor_resistance_K_per_W" is in K/W."""
     return "K/W" if key.endswith("K_per_W") else key.rpartition("_")[2]
+
+
+def amount(value: float, unit: str, digits: int = 4) -> str:
+    """Write a check's value: "50.70 ms"; "never" for an infinite time, "none" for other values that are not finite."""
+    if math.isfinite(value):
+        return quantity(value, "" if unit == "1" else unit, digits)
+    return "never" if unit == "s" else "none"

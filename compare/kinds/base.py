@@ -12,7 +12,6 @@ from compare import against, hottest
 from compare.models import Model, chosen_model, open_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
-from compare.report import Section, Style
 from compare.slopes import Slopes
 from compare.verdict import Check, Definition, judged
 from scenes.model import AnyScene
@@ -156,11 +155,6 @@ class Kind(ABC, Generic[S]):
     def figures(self, scene: S) -> Mapping[str, tuple[str, ...]]:
         """Return the content of each figure and its needs of a run, by its name."""
 
-    def drawn(self, scene: S, options: Options) -> list[str]:
-        """Return the names of the figures that a run draws."""
-        done = [line.step for line in self.outputs(scene, options) if line.state == "done"]
-        return [name for name in self.figures(scene) if name in done]
-
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
         figures, absent = self.figures(scene), self.absent(scene, options)
@@ -183,18 +177,6 @@ class Kind(ABC, Generic[S]):
         assert scene is not None
         seconds = progress.processor_time.get("fem3d")
         return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
-
-    @abstractmethod
-    def headline(self, outcome: Outcome[S], style: Style) -> list[str]:
-        """Return the first paragraphs of the report: the answer, and how many checks differ."""
-
-    @abstractmethod
-    def sections(self, outcome: Outcome[S], style: Style) -> list[Section]:
-        """Return the sections of the report on models and checks."""
-
-    @abstractmethod
-    def document(self, outcome: Outcome[S]) -> dict[str, object]:
-        """Return the entries of summary.json."""
 
     def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
         """Return time_s and <model>_<quantity>_<unit> for traces.csv, as far as all models go; temperatures in kelvin,

@@ -2,20 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from compare.blame import Budget, answer, budget, causes, repeats
 from compare.kinds.base import STEADY, Kind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report import Section, Style, Table, checked, checks_document, counted, steady_document
 from compare.sink_checks import CHECKS, at_rest
 from compare.slopes import Slopes, in_3d, own_model, sink_1d
-from compare.verdict import PAPER, Check, Definition, judged, part
+from compare.verdict import PAPER, Check, Definition, judged
 from reduced1d import ladder
-from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_REDUCTION
+from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES
 from scenes.errors import RunawayError, SceneError
-from scenes.formats import percent, quantity, sink_text, with_error
+from scenes.formats import quantity
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
 from scenes.result import Result, Step
@@ -144,52 +142,6 @@ class SinkKind(Kind[Sink]):
         inlet = next(b for b in boxes.boundaries if b.kind == "voltage")
         current = Probe("current", inlet.lower, inlet.upper, "current")
         return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
-
-    def headline(self, outcome: Outcome[Sink], style: Style) -> list[str]:
-        name, reduced1d = sink_text(outcome.scene), outcome.reduced1d
-        if reduced1d is not None and reduced1d.model != PAPER:
-            name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
-        return [outcome.answer, counted(outcome, f"{name}: ")]
-
-    def sections(self, outcome: Outcome[Sink], style: Style) -> list[Section]:
-        """Return the steady quantities, and the checks with their reasons."""
-        fem3d, reduced1d, rows, off = outcome.fem3d, outcome.reduced1d, [], "1D/3D - 1"
-        model = "" if reduced1d is None else "1D" if reduced1d.model == PAPER else reduced1d.model
-        heads = [*["3D"] * (fem3d is not None), *[model] * bool(model), *[off] * bool(fem3d and model)]
-        for entry in OF_A_SINK.values():
-            three, one = (None if r is None else r.steady.get(entry.steady) for r in (fem3d, reduced1d))
-            cells = dict.fromkeys(heads, "")
-            if one is not None:
-                cells[model] = quantity(one.value, entry.unit, 6)
-            if three is not None:
-                value, error, shown, places, factor = with_error(three.value, three.error, entry.unit)
-                cells["3D"] = f"{value} {style.plus_minus} {error} {shown}"
-                if one is not None:
-                    cells[model] = f"{one.value * factor:.{min(places, 4)}f} {shown}"
-                    cells[off] = percent(part(one.value - three.value, three.value), sign=True)
-            rows.append([entry.called, *cells.values()])
-        return [
-            Section("Steady state", [Table(("steady state", *heads), rows)], headed=False),
-            *checked(outcome, style),
-        ]
-
-    def document(self, outcome: Outcome[Sink]) -> dict[str, Any]:
-        fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
-        document: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
-        if fem3d is not None:
-            document["fem3d"] = steady_document(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
-            if fem3d.traces is not None:
-                imbalance = fem3d.details.get("transient_imbalance")
-                document["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
-        checks = checks_document(outcome)
-        if reduced1d is not None:
-            document["reduced1d"] = {
-                "name": reduced1d.model, "steady": {key: {"value": e.value} for key, e in reduced1d.steady.items()},
-                "details": {k: v for k, v in reduced1d.details.items() if k != "own_model"},
-            }  # fmt: skip
-            # The others are of the paper's equations, whichever reduction was chosen.
-            checks = [c | {"model": reduced1d.model} if c["id"] in OF_THE_REDUCTION else c for c in checks]
-        return document | {"checks": checks}
 
 
 def _claims(outcome: Outcome[Sink]) -> list[Check]:

@@ -5,7 +5,7 @@ A netlist that could do more than describe a circuit is refused. A Python file a
 where the command line names them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -53,21 +53,6 @@ def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Call
         return canonical(given), ""
     _kind(given)
     return Path(given).name, given
-
-
-def parse_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:
-    """Return the names of some reductions of a sink, and the path of the user's own model, "" without one.
-
-    Raises SceneError for names that are neither, and for an own model beside others.
-    """
-    models = {name: str(model) for name, model in map(parse_reduction, given)}
-    own = next(filter(None, models.values()), "")
-    if own and len(models) > 1:
-        raise SceneError(f"--reduction {quoted(own)} is judged alone: leave the others out")
-    path = own if own in ("", "network") else str(Path(own).resolve())
-    if path:
-        open_model(path)
-    return tuple(models), path
 
 
 def _kind(given: str) -> str:

@@ -93,7 +93,8 @@ def _models(arguments: argparse.Namespace, base: Any) -> tuple[tuple[str, ...], 
     """Return the names of the models, and the absolute path of the user's own model, if there is one.
 
     Raises SceneError for a name that is no model, as a run does."""
-    from compare.models import chosen_model, open_model, parse_reductions
+    from compare.models import chosen_model, open_model
+    from validate.sweep.design import parse_reductions
 
     if not arguments.model:
         return parse_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])

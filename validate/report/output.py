@@ -72,9 +72,12 @@ def draws_field(scene: Any, options: Options) -> bool:
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Progress) -> None:
     """Write the files, and note their names and failures in the outcome."""
+    import numpy as np
+
     from compare.kinds import kind_of
 
     kind, written = kind_of(outcome.scene), list[str]()
+    done = [line.step for line in outcome.plan if line.state == "done"]
     field = field_of(outcome) if draws_field(outcome.scene, outcome.options) else None
     if field is not None:
         renderer.send(field)
@@ -84,13 +87,16 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
             followed = {name: found for name, found in outcome.slopes.items() if name != "single" and found.traces}
             for model, slopes in followed.items():
                 times = next(iter(followed.values())).times
-                tables["sensitivities.csv"] |= {"time_s": times} | slopes.columns(model, times)
+                tables["sensitivities.csv"] |= {"time_s": times} | {
+                    f"{model}_{name}_by_{key}": np.interp(times, slopes.times, slope)
+                    for key, by_name in slopes.traces.items() for name, slope in by_name.items()
+                }  # fmt: skip
         for name, columns in tables.items():
             if columns:
                 with (folder / name).open("w", encoding="utf-8", newline="") as file:
                     write_columns(file, columns)
                 written.append(name)
-        if any(line.step == "field files" and line.state == "done" for line in outcome.plan):
+        if "field files" in done:
             from validate.report.fields import write_fields
 
             written += write_fields(folder, outcome.solved, *stored(outcome))
@@ -99,7 +105,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
 
         with progress.stage("figures"), style():
             drawn = []
-            for name in kind.drawn(outcome.scene, outcome.options):
+            for name in (name for name in kind.figures(outcome.scene) if name in done):
                 if figure := draw(name, outcome):
                     drawn += save(figure, folder, name)
             if field is not None:

@@ -10,20 +10,20 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from compare.kinds import kind_of
 from compare.kinds.device import DEVICE_FIGURES
 from compare.kinds.device import OF_A_DEVICE as DEVICE
 from compare.kinds.sink import FIGURES
 from compare.kinds.sink import QUANTITIES as SINK
 from compare.outcome import Outcome
-from compare.pipeline import sections
 from compare.report import Row, Section, Style, Table
 from scenes.formats import percent, quantity
 from scenes.free.tables import toml
 from scenes.loading import type_of_file
 from scenes.parameters import SECTION
 from scenes.schema import nest
-from validate.report.text import MARKS, headline
+from validate.report import text as of_terminal
+from validate.report import views
+from validate.report.text import MARKS
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -42,15 +42,15 @@ Document = Mapping[str, Any]
 
 def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
     """Write the page about a run into its folder, which has its figures; ``document`` is the summary."""
-    said = " ".join(" ".join(kind_of(outcome.scene).headline(outcome, _STYLE)).split())
-    whole = page(path.parent, outcome.scene.name, said, sections(outcome, _STYLE), document)
+    said = " ".join(" ".join(views.headline(outcome, _STYLE)).split())
+    whole = page(path.parent, outcome.scene.name, said, views.sections(outcome, _STYLE), document)
     path.write_text(whole, encoding="utf-8")
 
 
 def excerpt(outcome: Outcome[Any]) -> str:
     """Return the answer and the first sections of a run, as a notebook shows them."""
-    said = " ".join(headline(outcome, Style()).split())
-    shown = (section_html(part) for part in sections(outcome, _STYLE)[:3])
+    said = " ".join(of_terminal.headline(outcome, Style()).split())
+    shown = (section_html(part) for part in views.sections(outcome, _STYLE)[:3])
     return "\n".join([f"<p><strong>{escape(said)}</strong></p>", *shown])
 
 

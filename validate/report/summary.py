@@ -26,7 +26,7 @@ def write_document(path: Path, content: dict[str, Any]) -> None:
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """Return the summary as JSON types: full precision, and null for every number that is not finite."""
-    from compare.pipeline import document as document_of
+    from validate.report.views import document as document_of
 
     reader = import_module("scenes.free" if outcome.scene.kind == "free" else "scenes.loading")
     summary: dict[str, Any] = {

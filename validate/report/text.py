@@ -21,7 +21,7 @@ MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "u
 
 def report(outcome: Outcome[Any], style: Style | None = None) -> str:
     """Return the report of a run: alarms, the answer, the sections, the warnings; by default without colours."""
-    from compare.pipeline import sections
+    from validate.report.views import sections
 
     style = style or Style()
     parts = (section_text(section, style) for section in sections(outcome, style))
@@ -31,10 +31,10 @@ def report(outcome: Outcome[Any], style: Style | None = None) -> str:
 
 def headline(outcome: Outcome[Any], style: Style) -> str:
     """Return the first lines of a report: alarms, then the answer."""
-    from compare.kinds import kind_of
+    from validate.report import views
 
     alarms = (f"Warning: {text}" for text in sentences(outcome.alarms))
-    said = (*alarms, *kind_of(outcome.scene).headline(outcome, style))
+    said = (*alarms, *views.headline(outcome, style))
     return "\n".join(paint(wrapped(text), "heading", style) for text in said if text)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from compare.kinds import kind_of
 from compare.kinds.free import probed, varies
+from compare.models import open_model, parse_reduction
 from compare.options import Options, whole
 from compare.verdict import PAPER
 from scenes import loading
@@ -53,6 +54,21 @@ def load(source: Any, settings: Sequence[str] = ()) -> tuple[Any, dict[str, Any]
         raise SceneError(f"{quoted(scene.name)} is a device, which has no 3D model to sweep: give another scene")
     asked = {"name": scene.name, "kind": scene.kind, "document": content}
     return scene, {"scene": asked, "settings": list(settings)}
+
+
+def parse_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """Return the names of some reductions of a sink, and the path of the user's own model, "" without one.
+
+    Raises SceneError for names that are neither, and for an own model beside others.
+    """
+    models = {name: str(model) for name, model in map(parse_reduction, given)}
+    own = next(filter(None, models.values()), "")
+    if own and len(models) > 1:
+        raise SceneError(f"--reduction {quoted(own)} is judged alone: leave the others out")
+    path = own if own in ("", "network") else str(Path(own).resolve())
+    if path:
+        open_model(path)
+    return tuple(models), path
 
 
 def read(scene: Any, key: str, text: str) -> tuple[str, Value]:

@@ -19,7 +19,7 @@ from scenes.errors import SceneError, quoted, reason
 from scenes.model import AnyScene
 from scenes.sink import Sink
 from validate.folder import check_room
-from validate.sweep.design import Design, Job, Row, Task, listed, load, parse, prepare
+from validate.sweep.design import Design, Job, Row, Task, listed, load, parse, parse_reductions, prepare
 from validate.sweep.mapping import VERDICTS, refine
 from validate.sweep.table import Table, read
 
@@ -214,8 +214,6 @@ def sweep(
     ``point_timeout`` is in s; ``workers`` are processes (default: one a processor). Raises SceneError for bad input,
     ArithmeticError where a cluster is lost.
     """
-    from compare.models import parse_reductions
-
     if figures and out is None:
         raise SceneError("figures need a folder to go to: give out=")
     given, asked = load(scene, [f"run.accuracy={float(accuracy)!r}"])

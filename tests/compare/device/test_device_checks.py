@@ -9,7 +9,6 @@ from compare.device_checks import CHECKS
 from compare.kinds.device import DeviceKind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report import claimed, off_by
 from compare.slopes import device_1d
 from compare.verdict import Check, judged, spread
 from reduced1d.device.lumped import largest_eigenvalue, steady
@@ -20,6 +19,7 @@ from scenes.keys import DEVICE
 from scenes.loading import load
 from scenes.result import Estimate, Result
 from statespace.result import Run, Runs, sampled_slowly, settling
+from validate.report.checks import claimed, off_by
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
 METERS = ("meter_resistance", "meter_power", "meter_rate")

@@ -21,8 +21,8 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from compare.report import amount, claimed, off_by, sides
-from compare.verdict import Check
+from compare.verdict import Check, amount
+from validate.report.checks import claimed, off_by, sides
 from validate.report.figures import INK, table, with_mu
 from validate.report.figures.render import Field
 
