@@ -9,9 +9,9 @@ import pytest
 from compare import quantities
 from compare.against import Data
 from compare.analyses.against import validate
+from compare.analyses.calibration import Fit, fit_scene, keys_of
 from compare.data.columns import make_column
 from compare.data.read import read_uncertainty
-from compare.fitting import Fit, fit_scene, keys_of
 from compare.slopes import Slopes, sink_1d
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
@@ -103,8 +103,8 @@ def slopes_in_1d(sink: Sink, result: Result, keys: Sequence[str]) -> Slopes:
 
 @pytest.fixture(autouse=True)
 def _fits_in_1d(monkeypatch):
-    monkeypatch.setattr("compare.fitting._solve", lambda sink: solve(sink, times=FEWER))
-    monkeypatch.setattr("compare.fitting.in_3d", slopes_in_1d)
+    monkeypatch.setattr("compare.analyses.calibration._solve", lambda sink: solve(sink, times=FEWER))
+    monkeypatch.setattr("compare.analyses.calibration.in_3d", slopes_in_1d)
 
 
 def fitting_data(truth: Sink, seed: int) -> Data:
