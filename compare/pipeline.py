@@ -8,7 +8,7 @@ from typing import Any
 
 from compare.analyses import chosen
 from compare.kinds import kind_of
-from compare.models import Model, sampling
+from compare.models import Model, chosen_model, open_model, sampling
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.slopes import remarks
@@ -37,7 +37,8 @@ def solve(scene: Any, options: Options, progress: Progress | None = None, answer
     progress, kind, analyses = progress or Progress(), kind_of(scene), chosen(options)
     kind.refuse(scene, options)
     outcome = Outcome(kind.declared(scene, options), options)
-    model = kind.open_model(scene, options)
+    own = chosen_model(scene, options.model)
+    model = None if own is None else open_model(*own)
     for analysis in analyses:
         with progress.stage(analysis.name):
             analysis.prepare(outcome, progress)

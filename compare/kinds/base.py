@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare import against, hottest
-from compare.models import Model, chosen_model, open_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
 from compare.slopes import Slopes
@@ -58,11 +57,6 @@ class Kind(ABC, Generic[S]):
     def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
         """Solve the models that the options ask for and the kind has, except the user's own, by name: "fem3d",
         "reduced1d", and "single", 3D of one span of a row. Raises SceneError and ArithmeticError."""
-
-    def open_model(self, scene: S, options: Options) -> Model | None:
-        """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""
-        given = chosen_model(scene, options.model)
-        return None if given is None else open_model(*given)
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its

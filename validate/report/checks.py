@@ -1,7 +1,5 @@
 """Checks in tables for the terminal and the page, in the lines under a figure's title, and in summary.json."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

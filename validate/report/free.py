@@ -1,7 +1,5 @@
 """The report of a run of a free scene, and its entries of summary.json."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -21,9 +21,8 @@ from scenes.free.tables import toml
 from scenes.loading import type_of_file
 from scenes.parameters import SECTION
 from scenes.schema import nest
-from validate.report import text as of_terminal
 from validate.report import views
-from validate.report.text import MARKS
+from validate.report.text import MARKS, headline
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -49,7 +48,7 @@ def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
 
 def excerpt(outcome: Outcome[Any]) -> str:
     """Return the answer and the first sections of a run, as a notebook shows them."""
-    said = " ".join(of_terminal.headline(outcome, Style()).split())
+    said = " ".join(headline(outcome, Style()).split())
     shown = (section_html(part) for part in views.sections(outcome, _STYLE)[:3])
     return "\n".join([f"<p><strong>{escape(said)}</strong></p>", *shown])
 

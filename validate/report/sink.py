@@ -1,7 +1,5 @@
 """The report of a run of a sink, and its entries of summary.json."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from compare.outcome import Outcome

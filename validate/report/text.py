@@ -1,18 +1,14 @@
 """Reports and tables as text for a terminal, and tables in Markdown."""
 
-from __future__ import annotations
-
 import re
 import sys
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare.outcome import Outcome
 from compare.report import Cells, Section, Style, Table, sentences
 from scenes.errors import columns
 from scenes.formats import cut
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
 
 WIDTH = 80  # Columns of a terminal that texts are written for.
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}

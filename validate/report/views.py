@@ -1,7 +1,5 @@
 """The report of a run of any kind of scene: its first paragraphs, its sections, and its entries of summary.json."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
