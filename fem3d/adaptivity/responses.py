@@ -3,7 +3,7 @@ linear in the temperature; with all unknowns where a property follows the temper
 
 Without a solved steady state the Krylov space begins with a basis of currents and loads. It starts from the currents at
 the initial temperature and from every load of the scene. If the resistivity depends on temperature, a rough response
-shows how far heating changes the currents; the currents at its hottest instants and their Joule loads join the basis.
+shows how far heating changes the Joule heat; the currents at its hottest instants and their Joule loads join the basis.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ROUNDS = 5  # of searches for hot instants, and of halving steps at full order
 BEFORE = 0.95
 
 
-HotState = tuple[np.ndarray, np.ndarray]  # where heating changes the currents: rise (functions,), inputs (channels,)
+HotState = tuple[np.ndarray, np.ndarray]  # where heating changes the Joule heat: rise (functions,), inputs (channels,)
 
 
 def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotState]) -> Base:
@@ -64,7 +64,8 @@ def search_hot_states(
     heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
 ) -> tuple[Base, list[HotState]]:
     """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
-    rough response, some just before changes of the inputs, the worst joins until none matters."""
+    rough response, some just before changes of the inputs, the worst joins until the loads span the Joule heat of all:
+    a load that is missing changes the flows at given temperatures most."""
     hot: list[HotState] = []
     base = make_base(heat, conductor, hot)
     if conductor is None or not conductor.warms or not conductor.voltages.any():
@@ -79,16 +80,15 @@ def search_hot_states(
         except (BeyondLawError, RunawayInTimeError) as stop:  # only the accurate response decides about a runaway
             answer = transient.march(base, reduced, BEFORE * stop.time, accuracy)
         times = np.unique(np.minimum(times, answer.end))
-        inputs = drive.at(times)
-        currents = answer.reduced.currents(answer.trajectory(times)[0], inputs)
+        spanned = np.array([load / (np.abs(load).max() or 1.0) for load in base.loads]).T
         worst, largest = None, NEGLIGIBLE * accuracy
-        for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
+        for rise, g in zip(answer.rises(times), drive.at(times), strict=True):
             voltage = g @ conductor.voltages
             if not (voltage.any() and (conductor.resistivity(rise) > 0).all()):
                 continue
             load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
             size = max(size, float(np.abs(load).sum()))
-            change = float(np.abs(load - conductor.joule_load(combined_density(base.patterns, c), rise)).sum()) / size
+            change = float(np.abs(load - spanned @ np.linalg.lstsq(spanned, load)[0]).sum()) / size
             if change > largest:
                 worst, largest = (heat.field(rise), g), change
         if worst is None:

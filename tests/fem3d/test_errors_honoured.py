@@ -354,6 +354,20 @@ def test_largest_current_is_the_inrush_at_the_start():
         assert (apart <= traces.error_at(name, times) + close.error_at(name, times)).all(), name
 
 
+def test_heat_that_leaves_by_cold_legs_is_within_its_error():
+    """Heating raises the resistance of the membrane more than that of its legs. The flow missed 4.8 errors."""
+    sizes = "parameters.L=600um", "parameters.w=20um", "parameters.t=1um", "parameters.film=0.2um"
+    drives = "boundary.air.convection.coefficient=500", "boundary.drive.voltage=0.3V"
+    scene = load_free("hotplate", [*sizes, *drives])
+    low, high = (-1e-4, -1e-4, 0.0), (1e-4, 1e-4, 1e-6)
+    membrane = replace(scene.boxes[0], name="membrane", lower=low, upper=high)
+    below = (replace(b, lower=low, upper=(*high[:2], 0.0)) if b.name == "air" else b for b in scene.boundaries)
+    scene = replace(scene, boxes=(membrane, *scene.boxes), boundaries=tuple(below), end_time=0.03, output_times=(0.03,))
+    traces, steady = solve(scene).over_time, solve(replace(scene, steady=True, accuracy=1e-3)).steady
+    for name, truth in steady.items():
+        assert abs(traces.values[name][-1] - truth.value) <= traces.errors[name] + truth.error, name
+
+
 def test_a_conductor_whose_potentials_are_all_given():
     """Of this scene no potential is left to solve for."""
     outcome = stress.examine(51000113, "boxes")
