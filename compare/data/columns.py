@@ -135,6 +135,6 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
 
 def find_times(columns: Sequence[Column]) -> list[Column]:
     """Return the columns of times: by their names, else by a unit of time."""
-    timed = [c for c in columns if c.powers in (None, TIME.powers)]
+    timed = [c for c in columns if c.powers in (None, TIME.powers) and not np.isnan(c.values).all()]
     named = [c for c in timed if re.fullmatch("(elapsed |relative |flow-)?time|zeit|temps|t|x_value", c.plain.lower())]
     return named or [c for c in timed if c.unit is not None]

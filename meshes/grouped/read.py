@@ -31,7 +31,7 @@ _TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran)
 # The nodes of a straight cell in the order of its mirror image.
 _INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
 # Tags of cells that meshio reads from files of Gmsh, Medit, Netgen and others; the first are of physical groups.
-_TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref", "netgen:index", "CellEntityIds", "su2:tag")
+_TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref", "netgen:index", "CellEntityIds", "su2:tag", "mat_id")
 
 
 def read_gmsh(data: bytes) -> MeshData:

@@ -99,6 +99,8 @@ TRACES: dict[str, str | bytes] = {
     "Xyce": "Index   TIME    V(MID)   I(V1)\n" + rows("{:.0f} {:.9e} {:.9e} -1e-1", np.arange(6), TIMES, MID)
     + "End of Xyce(TM) Simulation\n",
     "column of texts": "date,time (s),mid (K),remark\n" + rows("2024-05-01 10:00,{:.9g},{:.9g},ok", TIMES, MID),
+    "time of the day beside a clock": "Date;Time;Elapsed (s);mid (K)\n"
+    + rows("14.03.2023;10:21:33;{:.9g};{:.9g}", TIMES, MID),
     "rise": "time (s),mid rise (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
     "commas before units": '"time, s","mid, K"\n' + rows("{:.9g},{:.9g}", TIMES, MID),
     "rise by its column": "time (s),mid (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
