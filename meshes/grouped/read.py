@@ -233,7 +233,7 @@ def _read_by_meshio(path: Path) -> MeshData:
         for k, (physical, *row) in enumerate(alike.tolist()):
             own = [name for name, member in zip(sets, row[len(_TAGS) - 1 :], strict=True) if member]
             own += [names.get((dimension(block.type), physical), str(physical))] if physical else []
-            nodes = np.asarray(block.data, int)[which.ravel() == k]
+            nodes = node_rows(np.arange(len(found.points)), np.asarray(block.data, int)[which.ravel() == k])
             blocks.append((block.type, nodes, tuple(own)))
             elementary.append(max(row[: len(_TAGS) - 1]))
     return _tagged(np.asarray(found.points, float), blocks, elementary, names)

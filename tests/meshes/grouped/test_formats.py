@@ -398,3 +398,8 @@ def test_tags_in_a_vtk_file_of_gmsh_are_groups(tmp_path):
     mesh = meshio.Mesh(POINTS, cells, cell_data={"CellEntityIds": tags})
     mesh.write(tmp_path / "bar.vtk", file_format="vtk42")
     assert_solved(scene(tmp_path, "bar.vtk", **PROPERTIES))
+
+
+def test_a_vtk_file_without_all_nodes_is_refused(tmp_path, capsys):
+    meshio.Mesh(POINTS[:-1], [("tetra", np.array(TETRAHEDRA) - 1)]).write(tmp_path / "bar.vtk", file_format="vtk42")
+    assert "a cell has node 19, which is not in the file" in refusal(scene(tmp_path, "bar.vtk"), capsys)
