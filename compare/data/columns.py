@@ -94,7 +94,8 @@ def parse_number(cell: str, mark: str = ".") -> float:
         return np.inf
     try:
         # Fortran writes 1.0D-06, COMSOL 293.15+0.0i, Graphtec "+   20.1".
-        plain = re.sub("^([-+]) +", r"\1", cell).replace(mark, ".").replace("D", "E").replace("d", "e")
+        plain = cell.replace(mark, ".").replace("D", "E").replace("d", "e")
+        plain = re.sub("^([-+]) +", r"\1", plain) if " " in plain else plain
         number = complex(plain.removesuffix("i") + "j" * plain.endswith("i"))
     except ValueError:
         return np.inf

@@ -130,11 +130,11 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     for number, line in lines:
         cells, (rows, head) = _split(line, separator), blocks[-1]
         values = [parse_number(cell, mark) for cell in cells]
-        has_numbers = any(map(isfinite, values))
-        if (rows and separator) or (len(cells) == width and all(isfinite(values[k]) for k in numeric[:1])):
-            # Below the header a word such as "OPEN" is a missing number, but "1,234.5" is a wrong one.
-            values = [nan if isinf(v) and not re.search(r"\d", c) else v for v, c in zip(values, cells, strict=True)]
-        texts = [isinf(value) for value in values]
+        has_numbers, texts = any(map(isfinite, values)), [isinf(value) for value in values]
+        is_row = (rows and separator) or (len(cells) == width and all(isfinite(values[k]) for k in numeric[:1]))
+        if any(texts) and is_row:  # A word such as "OPEN" is a missing number, but "1,234.5" is a wrong one.
+            texts = [text and bool(re.search(r"\d", cell)) for text, cell in zip(texts, cells, strict=True)]
+            values = [inf if text else nan if isinf(v) else v for text, v in zip(texts, values, strict=True)]
         # A page of a listing repeats the header; below another header that is not a remark the numbers start again.
         if rows and has_numbers and pending and pending[-1:] != head[-1:] and not rows[-1][0] < values[0] < inf:
             rows, head = list[list[float]](), list[str]()
