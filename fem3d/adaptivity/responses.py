@@ -185,7 +185,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
     return response
 
 
-def tangent(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
+def linearize(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
     """Return the problem linearized about its steady state, else about the hottest state at some times (s)."""
     if base.steady is not None and isinstance(base.steady.heat, LinearizedHeat):
         return base.steady.heat

@@ -74,7 +74,7 @@ def bound_response(
     steady_out = None if steady is None else steady.fine.out
     if bases[0].nonlinear:
         fine = responses.march_nonlinear(study, bases[0], steady_out)
-        problems = problems.linearized_about(responses.tangent(bases[0], fine.answer, fine.times))
+        problems = problems.linearized_about(responses.linearize(bases[0], fine.answer, fine.times))
     else:
         fine = responses.march_linear(study, bases[0], shift, steady_out, generations)
     # One space's factors at a time: these have made all their fields.

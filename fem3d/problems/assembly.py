@@ -25,8 +25,8 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering, part
-from fem3d.problems.following import Conduction, Storage, Term, following
-from fem3d.problems.heat import Cache, Film, HeatProblem, as_rise, share_reactions
+from fem3d.problems.following import Conduction, Storage, Term, cells_with_law
+from fem3d.problems.heat import Cache, FaceFlow, HeatProblem, as_rise, share_reactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Entries, Faces, halves, marked, summed
 from fem3d.spaces.mapped import Interface
@@ -47,16 +47,16 @@ def assemble(domain: Domain) -> HeatProblem:
     stiffness = halves(csc_array(marked(conduction) + films))[0] if films.nnz else conduction
     stiffness, mass = part(stiffness, order), part(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
-    terms: list[Term] = [Conduction(domain)] if len(following(domain, "thermal_conductivity")) else []
+    terms: list[Term] = [Conduction(domain)] if len(cells_with_law(domain, "thermal_conductivity")) else []
     terms += [Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.facets(b))]
-    storage = Storage(domain) if len(following(domain, "specific_heat")) else None
+    storage = Storage(domain) if len(cells_with_law(domain, "specific_heat")) else None
     free = int((~given[order]).sum())
     fixed = order[free:]
     return HeatProblem(
         domain=domain, free=free, order=order, elimination=Ordering(space.places), stiffness=stiffness, mass=mass,
         loads=(sources + loads)[:, order], given=values[:, fixed], generated=generated,
         shares={name: share[order] for name, share in shares.items()}, edges=part(edges, fixed),
-        films={name: Film(entering, row[order]) for name, (entering, row) in rows.items()},
+        face_flows={name: FaceFlow(entering, row[order]) for name, (entering, row) in rows.items()},
         contradiction=contradiction[order], terms=tuple(terms), storage=storage,
     )  # fmt: skip
 

@@ -114,12 +114,7 @@ class Factors:
             # Isolated pieces leave nothing to the separators.
             for j in (j for j in ordering.joined[piece] if j in updates):
                 unknowns, update = updates.pop(j)
-                at = place[unknowns]
-                # Upper triangles of the blocks between runs of neighbours, which are few.
-                cuts = [0, *(np.flatnonzero(np.diff(at) > 1) + 1).tolist(), len(at)]
-                runs = [(slice(a, b), slice(at[a], at[a] + b - a)) for a, b in pairwise(cuts)]
-                for (above, into_above), (right, into_right) in combinations_with_replacement(runs, 2):
-                    front[into_above, into_right] += update[above, right]
+                _extend_add(front, update, place[unknowns])
             if not pivots:
                 if len(beyond):
                     updates[piece] = beyond, front
@@ -151,6 +146,15 @@ class Factors:
         solutions = np.empty_like(b)
         solutions[..., self._order] = x.T
         return solutions
+
+
+def _extend_add(front: np.ndarray, update: np.ndarray, at: np.ndarray) -> None:
+    """Add the upper triangle of an update (n, n) to a front, at the places ``at`` (n,), ascending."""
+    # Block by block between runs of neighbours, which are few.
+    cuts = [0, *(np.flatnonzero(np.diff(at) > 1) + 1).tolist(), len(at)]
+    runs = [(slice(a, b), slice(at[a], at[a] + b - a)) for a, b in pairwise(cuts)]
+    for (above, into_above), (right, into_right) in combinations_with_replacement(runs, 2):
+        front[into_above, into_right] += update[above, right]
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:

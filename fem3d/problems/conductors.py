@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering
 from fem3d.problems.current import SOLVED, Conductor
-from fem3d.problems.following import CellProperty, following
+from fem3d.problems.following import CellProperty, cells_with_law
 from fem3d.problems.heat import HeatProblem, share_reactions
 from fem3d.problems.paths import Crossing, Label, RowIntegrals, Section, Terminal, crossings
 from fem3d.spaces.domain import Domain
@@ -37,7 +37,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     warm = np.vstack([lines[body, 1:], np.zeros((sum(counts), 1))])
     across = (c.potential.mass() / c.resistance for c in crossed)
     matrix = sum(across, space.stiffness(on.conductivity(cold), cells))
-    follows = len(np.intersect1d(following(domain, "resistivity"), cells)) > 0
+    follows = len(np.intersect1d(cells_with_law(domain, "resistivity"), cells)) > 0
     torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     probes = (p for p in domain.scene.probes if p.quantity == "current")
     sections = {probe.name: Section(domain, probe, domain.live, torn) for probe in probes}

@@ -75,7 +75,7 @@ class CellProperty:
         return values
 
 
-def following(domain: Domain, key: str) -> np.ndarray:
+def cells_with_law(domain: Domain, key: str) -> np.ndarray:
     """The cells whose property of a key follows the temperature."""
     follows = np.array([laws.varies(getattr(m, key)) for m in domain.materials])
     return np.flatnonzero(follows[domain.body])
@@ -94,7 +94,7 @@ class Part(NamedTuple):
 def parts(domain: Domain, key: str, more: int) -> list[Part]:
     """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis."""
     found = []
-    for alike in domain.space.alike(following(domain, key)):
+    for alike in domain.space.alike(cells_with_law(domain, key)):
         law = CellProperty(domain, key, alike)
         found.append(Part(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
     return found

@@ -43,8 +43,8 @@ class Cache(dict[Hashable, Any]):
 
 
 @dataclass(frozen=True, eq=False)
-class Film:
-    """The heat that enters at a boundary: at no rise (W, per channel), and per kelvin (W/K, all dofs)."""
+class FaceFlow:
+    """The heat that enters at faces: at no rise (channels,) in W, and per kelvin (all dofs,) in W/K."""
 
     entering: np.ndarray
     per_kelvin: np.ndarray
@@ -65,7 +65,7 @@ class HeatProblem:
     shares : for each boundary of given temperature, its part (all dofs,) of the reaction of each fixed dof: tested
         with it as a field, the equations give the heat that enters at the boundary
     edges : (fixed dofs, fixed dofs), at dofs where boundaries meet at an angle: the reactions of the edge alone
-    films : the boundaries of given flux, convection or radiation
+    face_flows : by boundary of given flux, convection or radiation, linear in the rise
     contradiction : (all dofs,), difference between contradictory given temperatures (K)
     terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
     kept : computed so far: "solve_steady", "solve_shifted" with its shift, and by probe its "reading"
@@ -82,7 +82,7 @@ class HeatProblem:
     generated: np.ndarray
     shares: dict[str, np.ndarray]
     edges: csc_array
-    films: dict[str, Film]
+    face_flows: dict[str, FaceFlow]
     contradiction: np.ndarray
     terms: tuple[Term, ...]
     storage: Storage | None
@@ -118,7 +118,7 @@ class HeatProblem:
             self, free=free, order=self.order[kept], stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
             shares={name: share[kept] for name, share in self.shares.items()}, edges=part(self.edges, fixed),
-            films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
+            face_flows={n: replace(f, per_kelvin=f.per_kelvin[kept]) for n, f in self.face_flows.items()},
             contradiction=self.contradiction[kept],
         )  # fmt: skip
 
@@ -157,7 +157,7 @@ class HeatProblem:
         return self.kept.get_or_make("solve_steady", make)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
-        """(all dofs,): the heat flow by conduction and films at a rise (all dofs), in W: K rise, and the terms."""
+        """(all dofs,): the heat flow by conduction and faces at a rise (all dofs), in W: K rise, and the terms."""
         flow: np.ndarray = self.stiffness @ rise
         u = self.field(rise)
         for term in self.terms:

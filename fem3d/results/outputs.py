@@ -47,7 +47,7 @@ class Study:
     drive : voltage (V) or current (A), for messages
     end, earliest, instants : end of the transient, the time from which on the accuracy of traces holds, and times that
         must be among the rows (s)
-    goals, trace_goals : the probe of a steady quantity, or of a trace
+    goals, trace_goals : by steady quantity and by trace the probe whose dual problem bounds the error
     ratios : the goal whose relative error a quantity has
     steady, traces : compute the reported quantities from the outputs
     steady_scales, trace_scales : compute the scales of errors from the outputs (of the steady state where available)
@@ -88,7 +88,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
-    terms += sum(np.abs(film.entering).sum() + np.abs(film.per_kelvin) @ sizes for film in heat.films.values())
+    terms += sum(np.abs(f.entering).sum() + np.abs(f.per_kelvin) @ sizes for f in heat.face_flows.values())
     out = {name: value[0] for name, value in of_part(part, symmetry).items()}
     return out | {"rounding": np.array(SOLVE_ROUNDING * symmetry.copies * terms)}
 
@@ -282,9 +282,8 @@ class OfStates(SolvedPart):
 def of_part(part: SolvedPart, symmetry: Symmetry) -> Outputs:
     """The outputs of the whole structure."""
     out, zero, copies, heat = {"time": part.times}, np.zeros(part.times.shape), symmetry.copies, part.heat
-    # The flows of nonlinear boundaries take the place of their linear films.
-    films = {name: part.g @ film.entering + part.along(film.per_kelvin) for name, film in heat.films.items()}
-    flows = films | part.flows()
+    linear = {name: part.g @ f.entering + part.along(f.per_kelvin) for name, f in heat.face_flows.items()}
+    flows = linear | part.flows()  # with the flows of nonlinear boundaries in place of their linear ones
     probes = [each for each in heat.domain.scene.probes if each.name in symmetry.probes]
     values, remainders = _read_probes(part, probes, flows)
     out |= {f"doubt:{name}": remainder for name, remainder in remainders.items()}

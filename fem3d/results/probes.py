@@ -102,7 +102,7 @@ def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np
         elif b.kind != "temperature" and not bends(b):
             area = domain.seen(shared).load()
             part = float(area @ domain.space.unit / domain.seen(on).areas.sum())
-            entering = entering + part * heat.films[b.name].entering
+            entering = entering + part * heat.face_flows[b.name].entering
             if b.kind == "convection":
                 row = row - b.value * heat.take(area)
     given = tuple(b.name for b, _, _ in conditions if b.kind == "temperature")

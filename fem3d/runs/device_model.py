@@ -43,7 +43,7 @@ class Structure:
         return self._channel("outside"), self._channel(SUBSTRATE)
 
     def _channel(self, boundary: str) -> int:
-        # The substrate may be behind a contact or a gas: then its temperature is the ambient of a film.
+        # The substrate may be behind a contact or a gas: then its temperature is an ambient one.
         named = (b for b in self.heat.domain.scene.boundaries if b.name.startswith(boundary))
         value = next(v for b in named for v in (b.value, b.ambient) if isinstance(v, Schedule))
         return 1 + self.heat.inputs.schedules.index(value)
@@ -107,7 +107,7 @@ class Structure:
         rows = self.polymer
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
-        # A temperature acts through films too, besides where it is given.
+        # A temperature acts by convection too, besides where it is given.
         filmed = [root * modal.source[channel] / rates for channel in channels]
         outside, below = (
             Inlet(rises + inlets @ film, jumps + film, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ film)
@@ -121,9 +121,9 @@ class Structure:
         )  # fmt: skip
 
     def to_air(self, rise: np.ndarray) -> float:
-        """The heat (W) that leaves through films other than the substrate's at a rise (all dofs)."""
-        films = (film for name, film in self.heat.films.items() if not name.startswith(SUBSTRATE))
-        return -self.copies * float(sum(film.per_kelvin @ rise for film in films))
+        """The heat (W) that leaves through faces other than the substrate's at a rise (all dofs)."""
+        to_air = (flow for name, flow in self.heat.face_flows.items() if not name.startswith(SUBSTRATE))
+        return -self.copies * float(sum(flow.per_kelvin @ rise for flow in to_air))
 
     @cached_property
     def polymer(self) -> tuple[np.ndarray, np.ndarray]:

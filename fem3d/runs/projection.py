@@ -132,8 +132,8 @@ class Projection:
             return flow.current * self._drawn([flow.boundary]), "A", 1.0
         if channel.kind == "temperature":
             return flow.heat * self._entering(flow.boundary), "W", 1.0
-        film = heat.films[flow.boundary]
-        return flow.heat * (self._along(film.per_kelvin) + self._given(film.entering)), "W", 1.0
+        of_face = heat.face_flows[flow.boundary]
+        return flow.heat * (self._along(of_face.per_kelvin) + self._given(of_face.entering)), "W", 1.0
 
     def _entering(self, name: str) -> Row:
         """The heat that enters at a boundary of given temperature."""

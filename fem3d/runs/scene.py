@@ -15,7 +15,7 @@ from fem3d.adaptivity import nested
 from fem3d.adaptivity.adapt import adapt, indicators
 from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.adaptivity.responses import BEFORE, jump_times
-from fem3d.adaptivity.trace_errors import ROW_SHARE
+from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse
 from fem3d.results import outputs
 from fem3d.results.fields import Fields
 from fem3d.results.outputs import Study
@@ -57,33 +57,33 @@ def solve(
         mesh = earlier.mesh.with_scene(study.part.scene)
         mesh = mesh.refine(indicators(None, earlier.response), (1 - ROW_SHARE) * scene.accuracy) or mesh
     answer = adapt(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
-    response, on = answer.response, answer.mesh
-    details, errors = described(study, answer), answer.errors if response is None else response.errors
-    details |= {"plan": plan(scene, on), "answer": answer}
-    if response is None:
-        details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
-        # An answer above the requested error has no error estimate away from the probes.
-        if study.field_accuracy is not None and answer.field_error < np.inf:
-            details["field_error"] = off = answer.field_error
-            if off > study.field_accuracy:
-                details["warnings"].append(
-                    f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; "
-                    "the probes are as accurate as asked for; a smaller accuracy refines the field too"
-                )
-    else:
-        details |= {"scales": response.scales, "transient": response.transient}
+    details = described(study, answer) | {"plan": plan(scene, answer.mesh), "answer": answer}
+    # An answer above the requested error has no error estimate away from the probes.
+    if study.field_accuracy is not None and answer.field_error < np.inf:
+        details["field_error"] = off = answer.field_error
+        if off > study.field_accuracy:
+            details["warnings"].append(
+                f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; "
+                "the probes are as accurate as asked for; a smaller accuracy refines the field too"
+            )
     if isinstance(scene, Scene):
         details["warnings"] += structure.remarks(scene)
-    details["warnings"] += on.warnings(study, answer.relative)
-    if response is not None:
-        inputs, given = answer.heat.inputs, answer.heat.lifts.any(axis=1)
-        at = jump_times(inputs, study.end)
-        waits = np.where((inputs.jumps(at) * given).any(axis=-1), 1.0, SOON) * study.earliest
-        jumps = tuple(zip(at.tolist(), waits.tolist(), strict=True))
-        traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
-        return Result("fem3d", {}, traces, details)
-    values = answer.fine.quantities
-    return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
+    details["warnings"] += answer.mesh.warnings(study, answer.relative)
+    if answer.response is not None:
+        details |= {"scales": answer.response.scales, "transient": answer.response.transient}
+        return Result("fem3d", {}, _traces(study, answer, answer.response), details)
+    details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
+    steady = {n: Estimate(float(v), answer.errors[n]) for n, v in answer.fine.quantities.items()}
+    return Result("fem3d", steady, None, details)
+
+
+def _traces(study: Study, answer: Answer, response: BoundedResponse) -> Traces:
+    """Return the traces with errors, and how long after each jump (s) the errors do not hold."""
+    inputs, given = answer.heat.inputs, answer.heat.lifts.any(axis=1)
+    at = jump_times(inputs, study.end)
+    waits = np.where((inputs.jumps(at) * given).any(axis=-1), 1.0, SOON) * study.earliest
+    jumps = tuple(zip(at.tolist(), waits.tolist(), strict=True))
+    return Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
 
 
 def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:

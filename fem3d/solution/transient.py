@@ -178,7 +178,7 @@ class Krylov:
 # beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity. A given
 # current heats a hotter conductor more, and the heat grows by the same factor in equal times until numbers overflow:
 # above the inverse fraction it counts as run away.
-LEAST = 1e-2
+RUNAWAY_RATIO = 1e-2
 
 
 def time_constant(state: SteadyState) -> float:
@@ -224,8 +224,8 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
 
 
 def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
-    """Return whether a linear resistivity is within `LEAST` of its cold value everywhere, and below the inverse at a
-    given current, at a rise (all dofs, K) and a time (s). A law has values at all temperatures.
+    """Return whether a linear resistivity exceeds `RUNAWAY_RATIO` of its cold value everywhere, and at a given current
+    is below the inverse, at a rise (all dofs, K) and a time (s). A law has values at all temperatures.
 
     Raises BeyondLawError where the resistivity that is used up heats nothing on the way: one that rises with the
     temperature, and any at a given current, whose heat falls with it.
@@ -233,9 +233,9 @@ def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
     if conductor is None or conductor.following is not None or not conductor.warms:
         return True
     ratio = conductor.resistivity(rise) / conductor.cold
-    if conductor.draws_current and ratio.max() > 1 / LEAST:
+    if conductor.draws_current and ratio.max() > 1 / RUNAWAY_RATIO:
         return False
-    used_up = (ratio <= LEAST).any(axis=1)
+    used_up = (ratio <= RUNAWAY_RATIO).any(axis=1)
     if (used_up & (conductor.draws_current | (conductor.warm[:, 0] > 0))).any():
         raise BeyondLawError(time)
     return not used_up.any()

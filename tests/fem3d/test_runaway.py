@@ -13,7 +13,7 @@ from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.responses import BEFORE
 from fem3d.runs.scene import solve, until
 from fem3d.runs.sink import study
-from fem3d.solution.transient import LEAST
+from fem3d.solution.transient import RUNAWAY_RATIO
 from meshes import symmetry
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.free.tables import as_toml
@@ -98,7 +98,7 @@ def test_a_transient_whose_heating_damps_itself_ends_in_the_steady_state():
 SLOPE, VOLTS, LENGTH = 4e-3, 2.0, 50e-6
 FALLING = Material("falling", 100.0, 2000.0, 700.0, 1e-5, -SLOPE)
 HEATED = VOLTS**2 / (LENGTH**2 * FALLING.resistivity)
-RUNS_AWAY = FALLING.heat_capacity * (1 - LEAST**2) / (2 * SLOPE * HEATED)
+RUNS_AWAY = FALLING.heat_capacity * (1 - RUNAWAY_RATIO**2) / (2 * SLOPE * HEATED)
 """When (s) the resistivity of an insulated bar is used up: of the rise T, c dT/dt = HEATED / (1 - SLOPE T)."""
 
 
@@ -119,7 +119,7 @@ def test_insulated_bar_runs_away_at_exact_time():
     assert off(caught.value.time, RUNS_AWAY) < 1e-4
     assert off(caught.value.time, 1.01 * RUNS_AWAY) > 1e-4
     before = solve(bar(0.9 * RUNS_AWAY)).over_time
-    rise = (1 - np.sqrt(1 - 0.9 * (1 - LEAST**2))) / SLOPE
+    rise = (1 - np.sqrt(1 - 0.9 * (1 - RUNAWAY_RATIO**2))) / SLOPE
     assert abs(before.values["mean"][-1] - 293.0 - rise) < before.errors["mean"]
 
 

@@ -176,7 +176,7 @@ def test_contacts_of_the_oxide_stand_in_series_with_it(states):
     structure, modal = touching.structure, touching.fine
     heat, channel = structure.heat, structure.channels[1]
     rise = heat.lifts[channel] + heat.whole(heat.solve_steady(heat.loads[channel][: heat.free]))
-    films = [film for name, film in heat.films.items() if name.startswith("substrate")]
+    films = [film for name, film in heat.face_flows.items() if name.startswith("substrate")]
     entering = structure.copies * sum(float(f.entering[channel] + f.per_kelvin @ rise) for f in films)
     assert modal.substrate.taken == pytest.approx(entering, rel=1e-6)
     assert abs(structure.to_air(rise)) > 1e-3 * entering
