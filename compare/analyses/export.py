@@ -12,10 +12,10 @@ class CompactExport(Analysis[dict[str, Any]]):
     name, about = "export", "a compact model, compared with the full one for a step of every input"
 
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
-        from fem3d.runs.compact import check
+        from fem3d.runs.compact import refuse
 
         if (scene := kind_of(outcome.scene).exported(outcome.scene, outcome.options)) is not None:
-            check(scene)
+            refuse(scene)
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> dict[str, Any]:
         document: dict[str, Any] = kind_of(outcome.scene).compact(outcome, progress)

@@ -76,13 +76,13 @@ class DeviceKind(Kind[Device]):
 
         results = {"reduced1d": self._in_1d(scene, options, progress)}
         if options.in_3d:
-            from fem3d.runs.device import make
+            from fem3d.runs.device import solve
 
             with progress.stage("device in 3D"):
                 meter, start = options.meter, scene.external.initial_temperature
                 rounded = design.in_the_loop(scene, design.METERS[meter], start) if meter else (0.0, 0.0)
                 slow, steps = (options.figures and run for run in self.others(scene, options))
-                solved = make(scene, rounded, slow, steps, progress)
+                solved = solve(scene, rounded, slow, steps, progress)
             errors = solved.model.steady_errors(scene)
             results["fem3d"] = self._result("fem3d", solved.runs.base, errors, {"solved": solved})
         if not self.absent(scene, options).get("designer"):

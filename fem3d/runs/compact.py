@@ -41,7 +41,7 @@ from statespace.reduction import SOONER, Reference, References, StateSpace, Time
 from statespace.runtime import CompactModel
 
 FULL = "the full model"
-TRUTH, ROUGH = 0.5, 3.0
+RUN_SHARE, ROUGH_SHARE = 0.5, 3.0
 """Parts of the accuracy: for the runs and the mesh of the compact model, and for a mesh that does not reach it."""
 LONGEST, ALWAYS = 4.0, 30.0
 """Limit of the runs: this multiple of the processor time of the 3D solution, or at least these seconds."""
@@ -69,7 +69,7 @@ def compact(
 
     Raises SceneError for a scene that has no compact model, and NumericsError where the scene has no solution.
     """
-    check(scene)
+    refuse(scene)
     try:
         return _compact(scene, states, accuracy, say, seconds, rough)
     except NumericsError:
@@ -88,23 +88,23 @@ def _compact(
         scene = replace(driven(scene, largest), steady=True, output_times=())
     inputs, start = channels(scene), thread_time()
     tried = scenarios(scene, inputs)
-    own = _references(tried.pop(OWN), inputs, TRUTH * accuracy, say, rough=rough)
+    own = _references(tried.pop(OWN), inputs, RUN_SHARE * accuracy, say, rough=rough)
     # A step of the only drive may be the scene itself.
     references = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
     tried = {name: each for name, each in tried.items() if name not in references}
     budget = _Budget(thread_time() - start, seconds)
-    truth = TRUTH * budget.looser(len(tried))
+    run_share = RUN_SHARE * budget.looser(len(tried))
     # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
-    part = ROUGH if isinstance(scene, MeshScene) else min(truth, ROUGH)
+    part = ROUGH_SHARE if isinstance(scene, MeshScene) else min(run_share, ROUGH_SHARE)
 
     def meshed() -> tuple[Problems, Symmetry, str]:
         try:
             return *_problem(scene, inputs, part * accuracy, own), ""
         except NumericsError as error:
-            return *_problem(scene, inputs, ROUGH * accuracy, own), f" ({error})"
+            return *_problem(scene, inputs, ROUGH_SHARE * accuracy, own), f" ({error})"
 
     def compared(name: str) -> list[Reference] | None:
-        return budget.spend(name, lambda: _references(tried[name], inputs, truth * accuracy, say, own))
+        return budget.spend(name, lambda: _references(tried[name], inputs, run_share * accuracy, say, own))
 
     with threadpool_limits(1), ThreadPoolExecutor(2) as pool:  # two at once, which bounds the memory
         meshing = pool.submit(meshed)
@@ -114,7 +114,7 @@ def _compact(
     references |= {name: found for name, found in runs.items() if found}
     left = [name for name, found in runs.items() if not found]
     steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
-    rich, times = _rich(scene, inputs, problems, symmetric, accuracy)
+    rich, times = _project(scene, inputs, problems, symmetric, accuracy)
     space = rich.state_space(_places(scene, rich, references))
     reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
@@ -122,7 +122,7 @@ def _compact(
     made = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references,
                   max(accuracy, 1.1 * reached), states, FULL)  # fmt: skip
     if states is None and worst(made["error"]) > accuracy:
-        because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (truth > TRUTH)
+        because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (run_share > RUN_SHARE)
         made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
     if left:
         made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(left)}")
@@ -160,7 +160,7 @@ class _Budget:
         return result
 
 
-def check(scene: AnyScene) -> None:
+def refuse(scene: AnyScene) -> None:
     """Raise SceneError for a scene that has no compact model."""
     physics.refuse_laws(physics.materials(scene), "a compact model")
     physics.refuse_terminals(scene, "a compact model")
@@ -233,7 +233,7 @@ def _problem(
 ) -> tuple[Problems, Symmetry]:
     """The problems with a channel for each input, and the part that is solved. They hold ``accuracy`` for inputs that
     together make rises like the scene's ``own``, relative to its scales or more, as rises may cancel out."""
-    scales, named, mixed = own[0].scales, apart(scene, inputs), _mixed(scene, inputs, _rise(scene, own))
+    scales, named, mixed = own[0].scales, apart(scene, inputs), _mixed_inputs(scene, inputs, _rise(scene, own))
 
     def with_mixed(scene: Any) -> Any:
         return replace(driven(scene, mixed), accuracy=accuracy)
@@ -251,7 +251,7 @@ def _problem(
     return mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems(), part
 
 
-def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[str, Value]:
+def _mixed_inputs(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[str, Value]:
     """Return a value for each input: voltages, sources and fluxes of the scene, and distinct temperatures."""
     conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
     steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
@@ -266,7 +266,7 @@ def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[st
     return values
 
 
-def _rich(
+def _project(
     scene: AnyScene, inputs: tuple[Channel, ...], problems: Problems, part: Symmetry, accuracy: float
 ) -> tuple[Projection, Times]:
     """Project the problem on more fields than are needed, for some times (s)."""
@@ -314,11 +314,11 @@ def _places(scene: AnyScene, rich: Projection, references: References) -> dict[s
     for probe in extremes:
         rows = np.array([goal_row(heat, probe, u) for u in rises])
         near = np.array([1e-4 * scale[probe.name] for scale in scales])  # by which a place may miss the extreme
-        places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
+        places[probe.name] = choose_places(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
     return places
 
 
-def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
+def choose_places(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Choose few of the ``rows`` (places, dofs) whose largest of the ``values`` (places, fields) equals the largest of
     all within ``near`` (fields,)."""
     tops = values.max(axis=0)

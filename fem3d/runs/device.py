@@ -115,7 +115,7 @@ class Model:
 _NAMES = (*QUANTITIES, TOP)
 
 
-def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _: None) -> Model:
+def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None] = lambda _: None) -> Model:
     """The few states of a device's structure, on a mesh and in as many fields as an accuracy takes: of temperatures
     relative to the set rise, of steady powers relative to themselves, from the second sample on.
 
@@ -209,14 +209,14 @@ class Solved:
         )
 
 
-def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:
+def solve(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:
     """Compute the few states of a device's structure and the scene's own run; its loop rounds resistances to the steps
     ``meter`` (ohm). With ``slow`` add the run that is sampled slowly, with ``steps`` the runs of the outer steps.
 
     Raises ArithmeticError where the numerics fail.
     """
     say("solving in 3D")
-    states = model(device, device.accuracy_3d, say)
+    states = reduce_structure(device, device.accuracy_3d, say)
 
     def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
         result, lower = states.solve(other, meter, start)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fem3d.runs import scene as scene_run
-from fem3d.runs.compact import check, compact, needed
+from fem3d.runs.compact import choose_places, compact, refuse
 from scenes.errors import SceneError
 from scenes.free import from_dict
 from scenes.loading import load_free as load
@@ -235,18 +235,18 @@ def test_the_places_of_an_extreme():
     """Of three places one is never the highest, or by less than matters."""
     values = np.array([[1.0, 5.0, 2.0], [3.0, 1.0, 1.0], [0.5, 4.9, 1.9]])
     near = np.full(3, 1e-3)
-    assert needed(values, np.arange(3), near).tolist() == [0, 1]
+    assert choose_places(values, np.arange(3), near).tolist() == [0, 1]
     values[2, 2] = 2.0005
-    assert needed(values, np.arange(3), near).tolist() == [0, 1]
+    assert choose_places(values, np.arange(3), near).tolist() == [0, 1]
     near[2] = 1e-4
-    assert sorted(needed(values, np.arange(3), near)) == [0, 1, 2]
+    assert sorted(choose_places(values, np.arange(3), near)) == [0, 1, 2]
 
 
 def test_what_has_no_model(bar):
     with pytest.raises(SceneError, match="probe"):
-        check(replace(bar, probes=()))
+        refuse(replace(bar, probes=()))
     with pytest.raises(SceneError, match=r'"half way"\.reduce asks for an extreme potential'):
-        check(replace(bar, probes=tuple(replace(p, reduce="max") for p in bar.probes)))
+        refuse(replace(bar, probes=tuple(replace(p, reduce="max") for p in bar.probes)))
 
 
 def layered(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.runs.device import Solved, model
+from fem3d.runs.device import Solved, reduce_structure
 from reduced1d.device.lumped import DEGREE, lump, modes
 from reduced1d.device.schemes import solve_accurate
 from scenes.device import Device
@@ -47,7 +47,7 @@ BY_WARMER_SUBSTRATE = 1e-6 * np.array(
 
 @pytest.fixture(scope="module")
 def states():
-    return model(Device(), ACCURACY)
+    return reduce_structure(Device(), ACCURACY)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_the_sensor_pays_for_what_leaves_through_the_polymer(states):
 def test_errors_hold_where_the_mesh_is_coarser(states):
     short = replace(Device(), end_time=0.02)
     run, lower = states.solve(short)
-    rough = model(Device(), 1e-2)
+    rough = reduce_structure(Device(), 1e-2)
     coarse = rough.solve(short)[0]
     for name in ("sink_K", "sensor_K"):
         apart = np.abs(run.trace(name) - coarse.trace(name)).max()
@@ -149,7 +149,7 @@ def test_exported_it_is_within_what_it_states(states, short):
 def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
     """With the gas and all else a kelvin warmer both films are warmer too; the air takes the heat of its film."""
     sink = replace(Device().sink, gap_gas_conductivity=0.026, convection_coefficient=1000.0)
-    gassy = model(replace(Device(), sink=sink), 3e-2)
+    gassy = reduce_structure(replace(Device(), sink=sink), 3e-2)
     modal, structure = gassy.fine, gassy.structure
     to_air = 1 - modal.external[:2] - modal.substrate.external[:2]
     assert (to_air > 3e-3).all()
@@ -167,8 +167,8 @@ def test_contacts_of_the_oxide_stand_in_series_with_it(states):
 
     plain, resistance = Device(), 1e-6
     sink = replace(plain.sink, contact_resistance=resistance, convection_coefficient=1000.0)
-    touching = model(replace(plain, sink=sink), 3e-2)
-    aired = model(replace(plain, sink=replace(plain.sink, convection_coefficient=1000.0)), 3e-2)
+    touching = reduce_structure(replace(plain, sink=sink), 3e-2)
+    aired = reduce_structure(replace(plain, sink=replace(plain.sink, convection_coefficient=1000.0)), 3e-2)
     area = sink.oxide_length * sink.oxide_width
     # The flow is crowded at the oxide's edges: a contact spreads it, and reduces the resistance of pad and oxide.
     assert bare(touching) - bare(aired) == pytest.approx(2 * resistance / area, rel=0.15)

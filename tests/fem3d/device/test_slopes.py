@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from fem3d.runs.device import FOLLOWED, model
+from fem3d.runs.device import FOLLOWED, reduce_structure
 from scenes.device import Device
 from scenes.varied import numbers, varied
 from validate.cli import main
@@ -23,9 +23,8 @@ def summary(tmp_path_factory):
 @pytest.mark.long
 def test_differences_of_models(summary):
     key = "sink.width"
-    solved = [
-        model(varied(DEVICE, key, 1 + step), 1e-3).steady(varied(DEVICE, key, 1 + step)) for step in (STEP, -STEP)
-    ]
+    beside = [varied(DEVICE, key, 1 + step) for step in (STEP, -STEP)]
+    solved = [reduce_structure(device, 1e-3).steady(device) for device in beside]
     for name in FOLLOWED:
         more, less = (getattr(state, name) for state in solved)
         slope = summary["sensitivities"][key][name]["fem3d"]
