@@ -20,7 +20,7 @@ import numpy as np
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
-from fem3d.adaptivity.mesh import AIM, LARGE, Bricks, Indicators, Mesh, less_accurate
+from fem3d.adaptivity.mesh import AIM, LARGE, Bricks, Indicators, Mesh, warn_of_accuracy
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
@@ -232,7 +232,7 @@ class CellMesh(Mesh):
             remarks += filter(None, [self.source.separation])
         if self.simplex and self.degree < 3:
             remarks.insert(0, f"elements of degree 2, for degree 3 takes more memory: {allowed_memory(self.scene)}")
-        return [*less_accurate(study, relative, f"{self._counted} of degree {self.degree}; {advice}"), *remarks]
+        return [*warn_of_accuracy(study, relative, f"{self._counted} of degree {self.degree}; {advice}"), *remarks]
 
     @property
     def _counted(self) -> str:

@@ -300,7 +300,7 @@ def _add_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str
     """Add to errors of space the ``unsettled`` (relative) error of the coupled iteration and the doubt of an extreme's
     place. An error is at least the imbalance of heat, in watts for a heat flow, else relative to the passing heat; a
     ratio's relative error is at least the relative error of its divided goal."""
-    gap, part = outputs.unbalanced(fine.out)
+    gap, part = outputs.heat_imbalance(fine.out)
     probes, errors = fine.state.heat.domain.probes, dict[str, float]()
     for name, error in space.items():
         probe = study.goals.get(name)

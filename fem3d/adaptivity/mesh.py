@@ -154,7 +154,7 @@ class Answer:
         return self.steady
 
 
-def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list[str]:
+def warn_of_accuracy(study: Study, relative: dict[str, float], reason: str) -> list[str]:
     """Warn if ``relative`` errors exceed the accuracy: ``reason`` names the mesh and the remedy."""
     over = {name: e for name, e in relative.items() if e > study.accuracy}
     if not over:
@@ -238,7 +238,7 @@ class Bricks(Mesh):
             reach.check_edges(self.grid, self.marks, indicators.goals, target)
             finer = replace(self, grid=grading.refined(self.grid, missing, AIM * target, self.marks))
             if finer.grid.same(self.grid):
-                raise not_reached(self.scene.accuracy, reach.because(self.marks))
+                raise not_reached(self.scene.accuracy, reach.explain_edge(self.marks))
         return finer._within_memory()
 
     def refine_all(self) -> Bricks | None:
@@ -249,7 +249,7 @@ class Bricks(Mesh):
 
     def _checked(self) -> Size:
         """Return the size of the grid; raise TooLargeError where memory has no room for it."""
-        size, why = size_of_grid(self.scene, self.grid), reach.because(self.marks)
+        size, why = size_of_grid(self.scene, self.grid), reach.explain_edge(self.marks)
         check_memory(self.scene, size, f"at an accuracy of {self.scene.accuracy:g}", why)
         return size
 
@@ -273,4 +273,4 @@ class Bricks(Mesh):
         return grids.statistics(self.grid)
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        return less_accurate(study, relative, f"as many bricks as the memory has room for; {reach.ADVICE}")
+        return warn_of_accuracy(study, relative, f"as many bricks as the memory has room for; {reach.ADVICE}")

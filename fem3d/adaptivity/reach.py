@@ -44,7 +44,7 @@ def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accura
     kept = [sum(float(i @ part) for i, part in zip(grid.by_interval(g), parts, strict=True)) for g in goals]
     # Solved random scenes keep no more; with only a tenth for all other errors cells would grow without end.
     if max(kept) > 0.75 * accuracy:
-        raise not_reached(accuracy, because(marks))
+        raise not_reached(accuracy, explain_edge(marks))
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:
@@ -52,7 +52,7 @@ def not_reached(accuracy: float, because: str = "") -> NumericsError:
     return NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene{because}")
 
 
-def because(marks: Features) -> str:
+def explain_edge(marks: Features) -> str:
     """Return the words that name an edge too singular for any grid; empty without such an edge."""
     planes = [(s, "xyz"[d], at) for d in range(3) for at, s in marks.exponents[d].items()]
     sharpest, axis, at = min(planes, default=(1.0, "", 0.0))

@@ -251,7 +251,7 @@ def _imbalance(study: Study, answer: Response) -> float:
     edges = np.union1d(edges, graded)
     halves = np.diff(edges)[:, None] / 2
     times = edges[:-1, None] + halves * (points + 1)
-    rates = outputs.passing(outputs.of_transient(answer, replace(study.part, probes={}), times.ravel()))
+    rates = outputs.heat_in_and_out(outputs.of_transient(answer, replace(study.part, probes={}), times.ravel()))
     entered, left = (np.cumsum((halves * rate.reshape(times.shape)) @ weights) for rate in rates)
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
     stored, after = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)

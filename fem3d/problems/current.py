@@ -286,7 +286,7 @@ class Conductor:
         else:
             unknowns = self.unknowns(guess)
         potential = given + self.expanded(unknowns)
-        change = precondition(self.unbalanced(potential, resistivity, voltage))
+        change = precondition(self.residual(potential, resistivity, voltage))
         size = float(np.linalg.norm(change)) / (float(np.linalg.norm(potential)) or 1.0)
         if size > self.solved:
             solution, _ = solve_by_gmres(product, change, self.solved / size)
@@ -298,7 +298,7 @@ class Conductor:
             change = solution
         return self.current(potential + self.expanded(change), resistivity, rise)
 
-    def unbalanced(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
+    def residual(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
         """(unknowns,): the current (A) that is missing at each unknown, at given values."""
         charge = self.on.flow(self.on.gradient(potential) / resistivity)
         return self.load(voltage) - self.packed(charge, self.unknowns(potential))

@@ -336,25 +336,25 @@ def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np
     return np.asarray(symmetry.copies * stored)
 
 
-def unbalanced(out: Outputs) -> tuple[float, float]:
+def heat_imbalance(out: Outputs) -> tuple[float, float]:
     """Return the heat imbalance of a steady state (W), absolute and relative to the total throughput by boundaries,
     sources and currents. Without thermal outputs the imbalance is the electrodes' power less the dissipated power. The
     relative imbalance is 0 where the throughput is within the rounding error of a uniform temperature."""
-    entered, left = (float(heat) for heat in passing(out))
+    entered, left = (float(heat) for heat in heat_in_and_out(out))
     gap, through = abs(entered - left), (entered + left) / 2
     if not any(name.startswith("flow:") for name in out):
         gap, through = abs(float(out["power"] - out["dissipated"])), float(out["power"])
     return gap, gap / through if through > float(out["rounding"]) else 0.0
 
 
-def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
+def heat_in_and_out(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
     """The heat (W) that enters or is made, and that leaves or is taken, each without the other."""
     parts = [out["power"], out["generated"], *(v for name, v in out.items() if name.startswith("flow:"))]
     none = np.zeros_like(out["power"])
     return sum((np.maximum(v, 0.0) for v in parts), none), sum((np.maximum(-v, 0.0) for v in parts), none)
 
 
-def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
+def warn_of_tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
     """Return a warning for each property table whose range the fields (k, all dofs), rises in K, exceed."""
     domain, sentences = heat.domain, list[str]()
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))

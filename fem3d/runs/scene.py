@@ -20,7 +20,7 @@ from fem3d.results import outputs
 from fem3d.results.fields import Fields
 from fem3d.results.outputs import Study
 from fem3d.runs import currents, probe_quantities
-from fem3d.solution.exponential import runs_away
+from fem3d.solution.exponential import runaway_sentence
 from meshes import grid, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -152,10 +152,10 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part, "planes": study.part.planes,
-        "warnings": warnings + outputs.tables(heat, np.array(rises), followed),
+        "warnings": warnings + outputs.warn_of_tables(heat, np.array(rises), followed),
         "fields": Fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.steps),
-        "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
+        "energy_imbalance": over_time if answer.steady is None else outputs.heat_imbalance(answer.steady.out)[1],
         "transient_imbalance": over_time,
     }  # fmt: skip
 
@@ -217,13 +217,12 @@ def until(
 ) -> tuple[AnyScene, Result, str]:
     """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence with the
     time of the runaway and the end of the result. Raises the ``runaway`` itself if no such result can be solved."""
-    time = runaway.time
+    time, said = runaway.time, runaway_sentence(runaway.time, scene.accuracy)
     for _ in range(4):  # each run may move the end: a finer mesh may run away earlier
         end = float(f"{BEFORE * time:.2e}")
         kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
         try:
-            result = solve(kept, progress)
-            return kept, result, f"{runs_away(runaway.time, scene.accuracy)}; it is solved up to {TIME.show(end)}"
+            return kept, solve(kept, progress), f"{said}; it is solved up to {TIME.show(end)}"
         except RunawayInTimeError as earlier:
             time = min(earlier.time, end)
         except NumericsError:

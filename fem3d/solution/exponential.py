@@ -97,7 +97,7 @@ def integrate(
             last = length >= (stop - time) * (1 - 1e-12)
             taken = stop - time if last else length
             if taken < SHORTEST * end and not last:
-                raise runaway(time)
+                raise runaway_error(time)
             decay, kernel = propagate(nodes, rates, taken, degree + 1)
             weights, times = np.einsum("tkr,kn->tnr", kernel, to_legendre), time + taken * nodes
             solution = _collocate(piece, times, state, decay * state, weights, size)
@@ -110,7 +110,7 @@ def integrate(
             if error <= 1.0:
                 steps.append(CollocationStep(time, taken, state, coefficients))
                 if not holds(time + taken, states[-1]):
-                    raise runaway(last_time(holds_at, time, time + taken))
+                    raise runaway_error(last_time(holds_at, time, time + taken))
                 time, state = stop if last else time + taken, states[-1]
             grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
             # A step that a stop cut short is no reason against a longer step after it.
@@ -183,12 +183,12 @@ def _lobatto(degree: int) -> np.ndarray:
     return (np.concatenate([[-1.0], inner, [1.0]]) + 1) / 2
 
 
-def runaway(time: float) -> RunawayInTimeError:
+def runaway_error(time: float) -> RunawayInTimeError:
     """Return the error of a response that runs away at a time (s)."""
-    return RunawayInTimeError(runs_away(time), time)
+    return RunawayInTimeError(runaway_sentence(time), time)
 
 
-def runs_away(time: float, accuracy: float = 1e-3) -> str:
+def runaway_sentence(time: float, accuracy: float = 1e-3) -> str:
     """A sentence with the time (s), in as many digits as a relative ``accuracy`` leaves, at most three."""
     digits = min(max(round(-np.log10(accuracy)), 1), 3)
     return f"the heating runs away at t = {TIME.show(float(f'{time:.{digits}g}'))}"

@@ -33,7 +33,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.linearized import linearized, refine_quadratures
 from fem3d.problems.paths import CurrentField
-from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway, step_at
+from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway_error, step_at
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
 from scenes.errors import NumericsError
@@ -255,7 +255,7 @@ class March:
 
         end = step.start + step.length
         if not holds(end):
-            raise runaway(last_time(holds, step.start, end))
+            raise runaway_error(last_time(holds, step.start, end))
 
     def _euler(self, state: _State, time: float, length: float) -> tuple[CubicStep, _State, float]:
         """A step of the implicit Euler method; the rise is linear in the step."""

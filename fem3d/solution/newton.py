@@ -96,7 +96,7 @@ class Newton:
             potential = c.given(c.voltages[0]) + c.expanded(x[n:-1])
             density = -c.on.gradient(potential) / resistivity
             driven = driven + heat.take(c.on.load(resistivity * (density**2).sum(axis=0)))
-            lacking = c.unbalanced(potential, resistivity, c.voltages[0])
+            lacking = c.residual(potential, resistivity, c.voltages[0])
         heating = (self._unscaled + x[-1] * driven - heat.outflow(rise))[:n]
         return Point(x, rise, potential, resistivity, density, driven, np.concatenate([heating, lacking]))
 
