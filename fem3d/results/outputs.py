@@ -33,7 +33,10 @@ from scenes import laws
 from scenes.model import AnyProbe
 from statespace import channels
 
-Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
+Outputs = dict[str, np.ndarray]  # of shape () or (times,)
+Quantities = dict[str, np.ndarray]  # of a scene, likewise, by the names that are reported
+Response = Transient | FullResponse
+"""A response in a reduced space or at full order."""
 SOLVE_ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 
 
@@ -72,11 +75,6 @@ class Study:
     field_accuracy: float | None = None
     extrapolated: bool = True
     from_start: bool = False
-
-
-Outputs = dict[str, np.ndarray]  # of shape () or (times,)
-Response = Transient | FullResponse
-"""A response in a reduced space or at full order."""
 
 
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:

@@ -36,6 +36,10 @@ from statespace.march import March, march
 from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
 from statespace.stability import Shielding, Stability, assess, gains, plant, steady
 
+_NAMES = (*QUANTITIES, TOP)
+FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
+"""Quantities to differentiate; the controllers hold the temperatures."""
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -110,9 +114,6 @@ class Model:
             for run in runs
         )  # fmt: skip
         return result, lower
-
-
-_NAMES = (*QUANTITIES, TOP)
 
 
 def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None] = lambda _: None) -> Model:
@@ -223,10 +224,6 @@ def solve(device: Device, meter: tuple[float, float], slow: bool, steps: bool, s
         return Run(other, result, lambda at: plant(states.fine, at).eigenvalue(gains(at)), reference=lower)
 
     return Solved(states, with_others(device, simulate(device, "cold"), simulate, slow, steps, say))
-
-
-FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
-"""Quantities to differentiate; the controllers hold the temperatures."""
 
 
 def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -> tuple[Table, dict[str, str]]:

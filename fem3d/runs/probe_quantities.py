@@ -31,6 +31,11 @@ from scenes.free.grid import grid_of
 from scenes.model import DERIVED, ROUNDING, AnyScene, Box, GroupProbe, MeshScene, Probe, Scene, Schedule, Value
 from statespace import channels
 
+OF_FLOW = 0.01  # of the largest flow, power or current: the least scale of the error of one. A choice: 0 has no scale
+# Parts of the end time: `earliest` without requested instants, and its largest value. Choices: a tenth of the earliest
+# time takes first layers thinner by the root of 10, and a late first instant leaves a tenth of the run without bounds.
+EARLY, LATE = 1e-3, 0.1
+
 
 def pairs(scene: AnyScene) -> dict[str, graph.Pair]:
     """Return the two electrodes of each resistance probe."""
@@ -72,12 +77,6 @@ def _at(boundary: Any, out: Outputs) -> np.ndarray:
     times = out["time"]
     given = channels.value(boundary.value, times.reshape(-1)).reshape(times.shape)
     return given - boundary.series_resistance * out[f"current:{boundary.name}"]
-
-
-OF_FLOW = 0.01  # of the largest flow, power or current: the least scale of the error of one. A choice: 0 has no scale
-# Parts of the end time: `earliest` without requested instants, and its largest value. Choices: a tenth of the earliest
-# time takes first layers thinner by the root of 10, and a late first instant leaves a tenth of the run without bounds.
-EARLY, LATE = 1e-3, 0.1
 
 
 def study(scene: AnyScene, part: Symmetry) -> Study:

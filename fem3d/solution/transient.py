@@ -24,6 +24,12 @@ from fem3d.solution.reduced import Reduced, independent_currents, independent_fi
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
 
+# Fraction of the cold resistivity below which the heating counts as run away: where current has a way round, it grows
+# beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity. A given
+# current heats a hotter conductor more, and the heat grows by the same factor in equal times until numbers overflow:
+# above the inverse fraction it counts as run away.
+RUNAWAY_RATIO = 1e-2
+
 
 @dataclass(frozen=True, eq=False)
 class Base:
@@ -172,13 +178,6 @@ class Krylov:
     def dropped(self, generations: int, fewer: int) -> int:
         """How many fields the last ``fewer`` of some generations are."""
         return self._ends[generations] - self._ends[max(generations - fewer, 0)]
-
-
-# Fraction of the cold resistivity below which the heating counts as run away: where current has a way round, it grows
-# beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity. A given
-# current heats a hotter conductor more, and the heat grows by the same factor in equal times until numbers overflow:
-# above the inverse fraction it counts as run away.
-RUNAWAY_RATIO = 1e-2
 
 
 def time_constant(state: SteadyState) -> float:

@@ -18,6 +18,17 @@ S = TypeVar("S", bound="Space")
 AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory: 32 MB
 
 
+Entries = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Entries of a matrix, which add up: their values, rows and columns."""
+
+
+def summed(entries: Iterable[Entries], size: int) -> csc_array:
+    """(size, size): the matrix of some entries."""
+    none = np.empty(0, np.int32)
+    values, rows, columns = (np.concatenate(each) for each in zip((np.empty(0), none, none), *entries, strict=True))
+    return csc_array(coo_array((values, (rows, columns)), shape=(size, size)))
+
+
 def halves(both: csc_array) -> tuple[csc_array, csc_array]:
     """The real and the imaginary part of a matrix, with one pattern."""
     real, imaginary = (
@@ -324,14 +335,3 @@ class Faces:
         for _, cells, normal in self.sides:
             normals += np.stack([cells.mass_of(n).diagonal() for n in normal], axis=1)
         return normals
-
-
-Entries = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Entries of a matrix, which add up: their values, rows and columns."""
-
-
-def summed(entries: Iterable[Entries], size: int) -> csc_array:
-    """(size, size): the matrix of some entries."""
-    none = np.empty(0, np.int32)
-    values, rows, columns = (np.concatenate(each) for each in zip((np.empty(0), none, none), *entries, strict=True))
-    return csc_array(coo_array((values, (rows, columns)), shape=(size, size)))
