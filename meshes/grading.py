@@ -59,7 +59,7 @@ class Features:
         ]
 
 
-def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
+def first_grid(scene: Scene, accuracy: float, features: Features) -> Grid:
     """Return the grid to begin with for an accuracy. Every plane of the scene is a breakpoint.
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
@@ -77,8 +77,8 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
         axis_breaks, axis_degrees = [planes[d][:1]], []
         for i, (a, b) in enumerate(pairwise(planes[d].tolist())):
             near = zip((a, b), reaches[d][i : i + 2].tolist(), strict=True)
-            inner = [] if thin[d][i] else _graded(a, b, *(_longest(c, marks, d, r, accuracy) for c, r in near))
-            if not thin[d][i] and {a, b} <= marks.planes[d] and b - a > 4 * reaches[d][i : i + 2].min():
+            inner = [] if thin[d][i] else _graded(a, b, *(_longest(c, features, d, r, accuracy) for c, r in near))
+            if not thin[d][i] and {a, b} <= features.planes[d] and b - a > 4 * reaches[d][i : i + 2].min():
                 inner = sorted([*inner, (a + b) / 2])
             axis_breaks.append(np.array([*inner, b]))
             axis_degrees += [across] if thin[d][i] else [degree] * (len(inner) + 1)
@@ -139,12 +139,12 @@ def _faces(scene: Scene) -> list[np.ndarray]:
     return faces
 
 
-def _longest(plane: float, marks: Features, d: int, reach: float, accuracy: float) -> float | None:
+def _longest(plane: float, features: Features, d: int, reach: float, accuracy: float) -> float | None:
     """The longest first interval at a plane; None where it needn't be graded."""
-    s = marks.exponents[d].get(plane)
+    s = features.exponents[d].get(plane)
     if s is not None:
         return reach * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
-    return reach / 2 if plane in marks.planes[d] else None
+    return reach / 2 if plane in features.planes[d] else None
 
 
 def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[float]:
@@ -164,7 +164,7 @@ def shortest_of(grid: Grid) -> float:
     return ROUNDING * max(float(b[-1] - b[0]) for b in grid.breaks)
 
 
-def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
+def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, features: Features) -> Grid:
     """Return the grid refined until the indicator of each interval or edge is expected to be its share of a target.
 
     Of a grid with degrees of edges, an interval is refined by its edges of the highest degree there, and all other
@@ -176,7 +176,7 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     target: the sum of all indicators afterwards.
     """
     if not grid.edges:
-        return _refined_intervals(grid, missing, target, marks)
+        return _refined_intervals(grid, missing, target, features)
     share = threshold(missing, target)
     at_top = [
         np.where((e == np.expand_dims(p, _across(d))) & (m > share), m, 0.0).sum(axis=_across(d))
@@ -184,7 +184,7 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     ]
     # Where the indicators at the top are below the target, some intervals are refined all the same.
     most = min(target, 0.5 * sum(float(m.sum()) for m in at_top))
-    return finer(grid, missing, share, _refined_intervals(grid, at_top, most, marks))
+    return finer(grid, missing, share, _refined_intervals(grid, at_top, most, features))
 
 
 def finer(grid: Grid, missing: Sequence[np.ndarray], share: float, other: Grid) -> Grid:
@@ -212,13 +212,13 @@ def _places(old: np.ndarray, new: np.ndarray) -> np.ndarray:
     return np.asarray(np.searchsorted(old, points) + np.searchsorted(old, points, side="right") - 1)
 
 
-def _refined_intervals(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
+def _refined_intervals(grid: Grid, missing: Sequence[np.ndarray], target: float, features: Features) -> Grid:
     """Return the grid refined until the indicator of each interval is expected to be its share of a target.
 
     Intervals towards a singular plane are cut in layers; others gain a degree, or are halved where it would exceed
     `HIGHEST_DEGREE`. Intervals that are too short to refine take their share of the target first.
     """
-    near, shortest = marks.near(grid), shortest_of(grid)
+    near, shortest = features.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
     fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
     share = threshold([m[a] for m, a in zip(missing, able, strict=True)], max(target - fixed, 0.1 * target))

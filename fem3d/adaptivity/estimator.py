@@ -134,13 +134,13 @@ class Estimator:
         return cls(degrees, slowest, fastest, pools, later, needles)
 
     @classmethod
-    def of_grid(cls, grid: Grid, marks: Features, scene: Scene) -> Estimator:
+    def of_grid(cls, grid: Grid, features: Features, scene: Scene) -> Estimator:
         """Return the estimator for a grid of bricks with the features of its scene.
 
         Where a flux or a film ends on a face the solution behaves as r log r, and the error falls like p^-4.
         """
         degrees, intervals = np.maximum(grid.of_cells, 2), np.argwhere(grid.solid).T
-        s = np.array([np.minimum(near[i], near[i + 1]) for near, i in zip(marks.near(grid), intervals, strict=True)])
+        s = np.array([np.minimum(near[i], near[i + 1]) for near, i in zip(features.near(grid), intervals, strict=True)])
         singular, edge = np.isfinite(s), rate_at_edge(degrees, s)
         slowest = np.where(singular, np.minimum(edge, SLOWEST), REGULAR)
         passed = [b for b in scene.boundaries if b.kind in ("heat_flux", "convection", "radiation")]

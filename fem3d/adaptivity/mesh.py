@@ -181,13 +181,13 @@ def estimate_field_error(level: Level) -> float:
 class Bricks(Mesh):
     """A grid of bricks, refined where the contributions of the last two degrees are large.
 
-    ``marks`` are the features of the scene with its singular edges. A grid of rough degrees selects the edges that need
-    the degrees of its ``aim``. If memory has no room for a finer grid, the accuracy is refused or, with
+    ``features`` are the planes of the scene with its singular edges. A grid of rough degrees selects the edges that
+    need the degrees of its ``aim``. If memory has no room for a finer grid, the accuracy is refused or, with
     ``as_far_as_it_goes``, the grid is taken as it is."""
 
     scene: Scene
     grid: Grid
-    marks: Features
+    features: Features
     aim: Grid | None = None
     as_far_as_it_goes: bool = False
 
@@ -198,10 +198,10 @@ class Bricks(Mesh):
         """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene = study.part.scene
         check_memory(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
-        marks = edge_exponents.features(scene)
-        grid = reach.first_grid(scene, scene.accuracy, marks)
+        features = edge_exponents.features(scene)
+        grid = reach.first_grid(scene, scene.accuracy, features)
         grid = grading.with_diffusion_layers(grid, scene, study.earliest) if over_time else grid
-        return Bricks(scene, grid, marks)
+        return Bricks(scene, grid, features)
 
     @property
     def domain(self) -> Boxes:
@@ -209,7 +209,7 @@ class Bricks(Mesh):
 
     @cached_property
     def estimator(self) -> Estimator:
-        return Estimator.of_grid(self.grid, self.marks, self.scene)
+        return Estimator.of_grid(self.grid, self.features, self.scene)
 
     def begin(self) -> Bricks:
         if self._checked().unknowns < (MANY if max(p.max() for p in self.grid.degrees) > 4 else 10 * MANY):
@@ -222,7 +222,7 @@ class Bricks(Mesh):
         if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
             # The power of the cold conductor is available before any other solution.
             power = self.estimator.indicators(problems.power_contributions)
-            reach.check_edges(self.grid, self.marks, [power], self.scene.accuracy)
+            reach.check_edges(self.grid, self.features, [power], self.scene.accuracy)
         return problems
 
     def refine(self, indicators: Indicators, target: float) -> Bricks | None:
@@ -235,10 +235,10 @@ class Bricks(Mesh):
             share = grading.threshold(missing, AIM * target / (2 * grading.FALLS))
             finer = replace(self, grid=grading.finer(self.grid, missing, share, self.aim), aim=None)
         else:
-            reach.check_edges(self.grid, self.marks, indicators.goals, target)
-            finer = replace(self, grid=grading.refined(self.grid, missing, AIM * target, self.marks))
+            reach.check_edges(self.grid, self.features, indicators.goals, target)
+            finer = replace(self, grid=grading.refined(self.grid, missing, AIM * target, self.features))
             if finer.grid.same(self.grid):
-                raise not_reached(self.scene.accuracy, reach.explain_edge(self.marks))
+                raise not_reached(self.scene.accuracy, reach.explain_edge(self.features))
         return finer._within_memory()
 
     def refine_all(self) -> Bricks | None:
@@ -249,7 +249,7 @@ class Bricks(Mesh):
 
     def _checked(self) -> Size:
         """Return the size of the grid; raise TooLargeError where memory has no room for it."""
-        size, why = size_of_grid(self.scene, self.grid), reach.explain_edge(self.marks)
+        size, why = size_of_grid(self.scene, self.grid), reach.explain_edge(self.features)
         check_memory(self.scene, size, f"at an accuracy of {self.scene.accuracy:g}", why)
         return size
 

@@ -18,33 +18,33 @@ HARDLY = 0.25  # exponent of edges that are out of reach: layers down to 1e-9 (R
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length see their edge alone: ten lengths to the next
 
 
-def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
+def first_grid(scene: Scene, accuracy: float, features: Features) -> Grid:
     """Return the grid to begin with.
 
     It is made for a larger accuracy where an edge is so singular that its layers would come close to rounding.
     """
-    if marks.sharpest <= HARDLY:
+    if features.sharpest <= HARDLY:
         # The accuracy of a first layer of this length.
-        accuracy = max(accuracy, LAYER ** (2 * marks.sharpest) / grading.LAYERS)
-    return grading.first_grid(scene, accuracy, marks)
+        accuracy = max(accuracy, LAYER ** (2 * features.sharpest) / grading.LAYERS)
+    return grading.first_grid(scene, accuracy, features)
 
 
-def check_edges(grid: Grid, marks: Features, goals: Iterable[np.ndarray], accuracy: float) -> None:
+def check_edges(grid: Grid, features: Features, goals: Iterable[np.ndarray], accuracy: float) -> None:
     """Raise NumericsError where edges put an accuracy out of reach.
 
     The error at an edge of exponent s is proportional to the length of its layer to the power 2 s, whatever else is
     refined. So the shortest possible layers leave a fixed part of the indicators of layers that see their edge alone.
     """
-    planes = [sorted({*inner, b[0], b[-1]}) for inner, b in zip(marks.planes, grid.breaks, strict=True)]
+    planes = [sorted({*inner, b[0], b[-1]}) for inner, b in zip(features.planes, grid.breaks, strict=True)]
     longest, parts = LAYER * min(float(np.diff(each).min()) for each in planes), []
-    for breaks, near in zip(grid.breaks, marks.near(grid), strict=True):
+    for breaks, near in zip(grid.breaks, features.near(grid), strict=True):
         s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
         shrinks = np.minimum(grading.shortest_of(grid) / lengths, 1.0)
         parts.append(np.where(lengths < longest, shrinks ** (2 * s), 0.0))
     kept = [sum(float(i @ part) for i, part in zip(grid.by_interval(g), parts, strict=True)) for g in goals]
     # Solved random scenes keep no more; with only a tenth for all other errors cells would grow without end.
     if max(kept) > 0.75 * accuracy:
-        raise not_reached(accuracy, explain_edge(marks))
+        raise not_reached(accuracy, explain_edge(features))
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:
@@ -52,9 +52,9 @@ def not_reached(accuracy: float, because: str = "") -> NumericsError:
     return NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene{because}")
 
 
-def explain_edge(marks: Features) -> str:
+def explain_edge(features: Features) -> str:
     """Return the words that name an edge too singular for any grid; empty without such an edge."""
-    planes = [(s, "xyz"[d], at) for d in range(3) for at, s in marks.exponents[d].items()]
+    planes = [(s, "xyz"[d], at) for d in range(3) for at, s in features.exponents[d].items()]
     sharpest, axis, at = min(planes, default=(1.0, "", 0.0))
     if sharpest > HARDLY:
         return ""

@@ -128,9 +128,9 @@ def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None]
     """
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
-    marks = edge_exponents.features(part.scene)
+    features = edge_exponents.features(part.scene)
     # The distance from the lower space is some four times the error that it bounds.
-    rough = reach.first_grid(part.scene, min(accuracy, reach.COARSEST) / 4, marks)
+    rough = reach.first_grid(part.scene, min(accuracy, reach.COARSEST) / 4, features)
     grid = grading.with_diffusion_layers(rough, part.scene, device.control.sample_time)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
@@ -150,7 +150,7 @@ def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None]
             }  # fmt: skip
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
-            edges = max(float(tail(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
+            edges = max(float(tail(degree, np.array([4 * features.sharpest]))[0]), 1.0)
             return Model(device, fine, low, fewer, missed, nodes, edges, details, nested[0])
         if space > 0.75 * accuracy:
             grid = grading.raised(grid)

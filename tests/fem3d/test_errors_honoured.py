@@ -266,8 +266,8 @@ def middle(voltage, intervals, degree):
     """Return the true and the estimated error at the middle of a Joule-heated bar that symmetry does not reduce."""
     cold = end(0, "temperature", 293.0), end(1, "temperature", 293.0)
     scene = bar(silicon(2e-3), *cold, end(0, "voltage", voltage), end(1, "voltage", 0.0))
-    study, marks = probe_quantities.study(scene, whole(scene)), edge_exponents.features(scene)
-    judge = Estimator.of_grid(bar_grid(scene, intervals, degree), marks, scene)
+    study, features = probe_quantities.study(scene, whole(scene)), edge_exponents.features(scene)
+    judge = Estimator.of_grid(bar_grid(scene, intervals, degree), features, scene)
 
     def solved(intervals, degree):
         given = nested.discretize(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
