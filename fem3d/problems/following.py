@@ -140,7 +140,7 @@ class Storage:
 
     @cached_property
     def parts(self) -> list[tuple[Cells, CellProperty, np.ndarray, np.ndarray]]:
-        """As `parts`, with the density (cells, 1) of the cells."""
+        """The `parts` whose specific heat follows the temperature, with the density (cells, 1) of their cells."""
         density = self.domain.per_cell("density")
         return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", 1)]
 

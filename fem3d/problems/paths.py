@@ -172,7 +172,7 @@ class Terminal:
 
     @property
     def conductance(self) -> float:
-        """Of the resistance (S)."""
+        """The inverse of the resistance (S)."""
         return 1 / self.resistance
 
 

@@ -20,8 +20,8 @@ from fem3d.spaces.domain import Patch
 from fem3d.spaces.integrals import AT_ONCE, Space
 
 FINE, TURNS = 5, 6  # points along each side of a finer lattice, and how many there are: to 1/128 of a side
-# The top of a cell may lie above its best lattice point by this part of the function's span on the lattice. Of 3,600
-# random functions of degrees 2 to 6 it is 0.04 where coefficients halve per degree, as in solutions, else up to 0.16.
+# The top of a cell may lie above its best lattice point by this part of the function's span on the lattice. For
+# 3,600 random functions of degrees 2 to 6 it is 0.04 where coefficients halve per degree, as in solutions, else 0.16.
 MISSED = 0.1
 
 

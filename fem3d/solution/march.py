@@ -87,7 +87,7 @@ class FullResponse:
     conductor: Conductor | None
     steps: list[CubicStep]
     outputs: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
-    """What `fem3d.results.outputs` has worked out, by the number of the step."""
+    """Outputs at a few times of each step, by its number: `fem3d.results.outputs` interpolates between."""
 
     @property
     def end(self) -> float:

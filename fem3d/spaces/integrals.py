@@ -30,7 +30,7 @@ def summed(entries: Iterable[Entries], size: int) -> csc_array:
 
 
 def halves(both: csc_array) -> tuple[csc_array, csc_array]:
-    """The real and the imaginary part of a matrix, with one pattern."""
+    """Two real matrices of one pattern, which were made in one conversion as the parts of a complex matrix."""
     real, imaginary = (
         csc_array((d.copy(), both.indices, both.indptr), both.shape) for d in (both.data.real, both.data.imag)
     )
@@ -38,7 +38,7 @@ def halves(both: csc_array) -> tuple[csc_array, csc_array]:
 
 
 def marked(matrix: csc_array) -> csc_array:
-    """A matrix with an imaginary one beside each entry, which keeps its place where scipy drops zeros of results."""
+    """A matrix with an imaginary one beside each entry: scipy drops entries of sums and products that become zero."""
     return csc_array((matrix.data + 1j, matrix.indices, matrix.indptr), matrix.shape)
 
 
