@@ -40,8 +40,7 @@ class Reduced:
     constraints, prescribed : (k, m) and (channels, k): where currents are given, constraints @ c = g @ prescribed
     resistance : (m, m, channels + r), the matrix A, linear in inputs and states, with resistances before electrodes
     heating : (m, m, r, channels + r), integral rho J_i . J_j T_l of the solids, linear likewise
-    in_box, at_given : (m, m, channels + r), the part of A of the rows with each label, and its part at the dofs of a
-        boundary of given temperature
+    in_box, at_given : (m, m, channels + r), the parts of A by label of rows, and at the dofs of given temperatures
     potentials : of probes the shares (channels,) of the voltages, and the drop by each current field (m, channels + r)
     """
 
