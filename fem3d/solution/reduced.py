@@ -33,6 +33,8 @@ DEPENDENT = 1e-6  # smallest independent part of a field, relative; rounding, 1e
 class Reduced:
     """The matrices of r temperature fields and m current fields. The inputs' channels come first.
 
+    Attributes
+    ----------
     basis : (free dofs, r), orthonormal in the mass matrix, so that M is the identity
     stiffness : (r, r)
     source, inertia : (channels, r), the heat sources, and M of the lifts, tested with each field
