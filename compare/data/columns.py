@@ -15,9 +15,10 @@ from scenes.model import ROUNDING
 from scenes.units import TEMPERATURE, TIME, WORDS, Powers, Unit, UnitError, parse_unit
 
 _UNIT = re.compile(
-    r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$|\s((?:[°º˚℃]|deg) ?\w?)$"
+    r"[(\[]([^()\[\]]{1,20})[)\]]|\s*+[/,]\s*+([^\s/,()\[\]]{1,20})$|_(?!min$)([^\W_]{1,20})$"
+    r"|\sin\s+(\S.{0,19})$|\s((?:[°º˚℃]|deg) ?\w?)$"
 )
-"""A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K", "peak_K" or "peak °C"; the last one counts."""
+"""A unit in a header: "maxop1(T) (K)", "peak [K]", "T / K", "T, K", "T_K", "T in K" or "T °C"; the last one counts."""
 _MISSING = re.compile(r"|[-*?.]+|#?n/?a|-?1\.#(qnan|ind)|#[\w/]+[!?]", re.IGNORECASE)
 """Cells without a number, such as "", Fortran's "***", and a sheet's "#N/A" and "#DIV/0!"; `text` takes words so."""
 _HOUR, _FAHRENHEIT = Unit(TIME.powers, Fraction(3600)), Unit(TEMPERATURE.powers, Fraction(5, 9), Fraction(45967, 180))
@@ -137,5 +138,9 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
 def find_times(columns: Sequence[Column]) -> list[Column]:
     """Return the columns of times: by their names, else by a unit of time."""
     timed = [c for c in columns if c.powers in (None, TIME.powers) and not np.isnan(c.values).all()]
-    named = [c for c in timed if re.fullmatch("(elapsed |relative |flow-)?time|zeit|temps|t|x_value", c.plain.lower())]
+    named = [
+        c
+        for c in timed
+        if re.fullmatch("(elapsed |relative |flow-)?time|zeit|temps|t|sec(ond)?s?|x_value", c.plain.lower())
+    ]
     return named or [c for c in timed if c.unit is not None]

@@ -110,6 +110,8 @@ TRACES: dict[str, str | bytes] = {
     "remark between rows": "time (s),mid (K)\n" + PAIRS.replace("\n", "\npower restored\n", 2),
     "UTF-16 without a mark": ("time (s)\tmid (K)\r\n" + rows("{:.9g}\t{:.9g}", TIMES, MID)).encode("utf-16-le"),
     "degrees behind a blank": "Time (s)\tmid °C\n" + rows("{:.9g}\t{:.9g}", TIMES, MID - 273.15),
+    "units behind the word in": "Zeit in ms;mid in °C\n" + rows("{:.9g};{:.9g}", 1e3 * TIMES, MID - 273.15),
+    "unit for a name": "Seconds,mid (K)\n" + PAIRS,
     "masculine ordinals for degrees": "Time [s],mid [ºC]\n" + rows("{:.9g},{:.9g}", TIMES, MID - 273.15),
     "units below all but the index, signs apart": "Number,Time,mid,\nNO.,s,degC,\n"
     + rows("{:.0f},{:.9g},+   {:.9g},", np.arange(6), TIMES, MID - 273.15),
