@@ -46,7 +46,8 @@ def _read(name: str, content: bytes, target: Target, given: Sequence[str]) -> Da
     plots = "operating point|dc transfer|" * catalogue.steady + "transient"
     kind, columns = raw.read(content, plots) if raw.is_raw(content) else text.read(content)
     if kind == text.LIST and not catalogue.steady:
-        raise SceneError("a list of steady values, and the scene is solved over time: give traces, or --steady")
+        cure = "give traces" if target.scene.kind == "sink" else "give traces, or --steady"
+        raise SceneError(f"a list of steady values, and the scene is compared over time: {cure}")
     every = assign(columns, target, given)
     columns, left_out = _sort(every, target)
     clock = _find_time(columns, every, catalogue.steady)

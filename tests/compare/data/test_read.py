@@ -148,3 +148,8 @@ def test_a_column_without_numbers_in_the_run_is_left_out(tmp_path):
     ]
     data = found(tmp_path, "\n".join(["V0 (V),Time (s),peak (K),end (K)", *rows]))
     assert data.report["left_out"] == {"end (K)": "has no number in this run"}
+
+
+def test_steady_values_of_a_sink_are_refused_without_the_cure_of_other_scenes(tmp_path):
+    with pytest.raises(SceneError, match=r"a list of steady values.*: give traces$"):
+        found(tmp_path, "peak, 313.3 K\nend, 297.4 K\n")

@@ -84,7 +84,7 @@ def test_a_key_is_fitted_in_3d(at_rest, steady, transient, ran):
 @pytest.mark.parametrize(("text", "more", "said"), [
     ("time (ms),tipp (K)\n0,300\n1,301\n2,302\n", [], "none of its columns is a quantity of the scene, tip (K)"),
     ("time (ms),tip (A)\n0,1\n1,2\n2,3\n", [], "not a temperature"),
-    ("tip, 400 K\n", [], "a list of steady values, and the scene is solved over time: give traces"),
+    ("tip, 400 K\n", [], "a list of steady values, and the scene is compared over time: give traces"),
     ("time (ms),tip (K)\n0,350\n0.2,390\n0.4,395\n", [], "--set scene.initial_temperature=350"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--calibrate", KEY], "give --data-uncertainty"),
     ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--data-uncertainty", "1A"], "is none, with its unit, of"),
