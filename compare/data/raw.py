@@ -11,7 +11,7 @@ import re
 
 import numpy as np
 
-from compare.data.columns import Column, find_unit
+from compare.data.columns import Column, find_unit, parse_number
 from scenes.errors import SceneError, quoted
 
 _UNITS = {"voltage": "V", "current": "A", "time": "s", "power": "W", "temperature": "K"}
@@ -35,6 +35,10 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
         points, flags = fields.get("No. Points", ""), fields.get("Flags", "")
         if not (points.isascii() and points.isdigit() and int(points) and variables):
             raise SceneError(f"a run with {len(variables)} variables and {quoted(points)} points (No. Points) is none")
+        if "fastaccess" in flags.lower():
+            raise SceneError("it is in LTspice's fast access format: simulate again without it, or export the text")
+        if parse_number(offset := fields.get("Offset", "0")):
+            raise SceneError(f"its times count from {offset} s (Offset), where LTspice began to save: save from 0 on")
         width = len(variables) * (2 if "complex" in flags else 1)
         if head[2] == b"Binary":
             is_single = "LTspice" in fields.get("Command", "") and "double" not in flags and "complex" not in flags

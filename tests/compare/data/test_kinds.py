@@ -168,6 +168,20 @@ def test_raw_file_of_ltspice(kind, scene):
     assert "sign turned" in data.said
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("forward", "forward FastAccess", "LTspice's fast access format: simulate again without it"),
+        ("Command", "Offset: 5.0e-3\nCommand", "its times count from 5.0e-3 s .Offset.*: save from 0 on"),
+    ],
+)
+def test_raw_file_of_ltspice_is_refused(before, after, said, scene):
+    path = scene.with_name("data.raw")
+    path.write_text(LTSPICE.replace(before, after) + "Values:\n" + rows("0\t{:.9e}\n\t{:.9e}\n\t-1e-1", TIMES, MID))
+    with pytest.raises(SceneError, match=said):
+        read(path, load(scene))
+
+
 @pytest.mark.parametrize(("drive", "probe", "value", "turned"), [
     ("voltage", "I", -0.1, True), ("voltage", "I", 0.1, False), ("voltage", "out", 0.1, True),
     ("current", "I", -0.1, True), ("current", "I", 0.1, False), ("current", "out", -0.1, False),
