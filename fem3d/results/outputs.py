@@ -356,8 +356,9 @@ def warn_of_tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) 
     """Return a warning for each property table whose range the fields (k, all dofs), rises in K, exceed."""
     domain, sentences = heat.domain, list[str]()
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
-    for body, material in enumerate(domain.materials):
-        cells = np.flatnonzero(domain.body == body)
+    for material in dict.fromkeys(domain.materials):
+        bodies = [body for body, each in enumerate(domain.materials) if each == material]
+        cells = np.flatnonzero(np.isin(domain.body, bodies))
         every = [(key, getattr(law, "table", law)) for key in keys for law in laws.of(getattr(material, key))]
         given = [(key, table) for key, table in every if isinstance(table, laws.Table)]
         if not given or not len(cells):
@@ -371,7 +372,6 @@ def warn_of_tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) 
             first, last = table.temperatures[0], table.temperatures[-1]
             if low < first - slack or high > last + slack:
                 known = f"{key} of {material.name} is a table from {first:,.0f} to {last:,.0f} K"
-                sentences.append(
-                    f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"
-                )
+                reached_range = f"{low:,.0f} to {high:,.0f} K are reached"
+                sentences.append(f"{known}, and {reached_range}: beyond its ends it is constant")
     return list(dict.fromkeys(sentences))

@@ -254,8 +254,8 @@ class Path:
         # Without laws the hottest rise grows like mu: where it grows like mu squared or faster it runs away.
         if last.mu <= top or 2 * np.log(last.mu / max(point.mu, 1e-300)) < np.log(ratio):
             return self._runaway(max(last.mu, top))
-        at = f"at {self._fraction(last.mu):.3g} times what drives the scene the steady state is at {self._hottest}"
-        return self._error(last.mu, self._off, f"{at}, hotter than any solid: no hotter one is looked for")
+        at = f"at {self._fraction(last.mu):.3g} times the drive of the scene the steady state reaches {self._hottest}"
+        return self._error(last.mu, self._off, f"{at}, hotter than any solid: lower the drive")
 
     def _end(self, top: float, point: Point, vanished: bool) -> NumericsError:
         """The error of a path that does not go on."""
@@ -267,7 +267,7 @@ class Path:
             return self._runaway(top)
         # A finer mesh may show where a jagged path leads.
         off = math.inf if self._jagged else self._off
-        beyond = f"no steady state is found beyond {self._fraction(top):.3g} times what drives the scene"
+        beyond = f"no steady state is found beyond {self._fraction(top):.3g} times the drive of the scene"
         return self._error(top, off, f"{beyond}, which need not be a runaway")
 
     def _runaway(self, mu: float) -> RunawayError:

@@ -182,7 +182,7 @@ def test_path_that_turns_back_and_forth_on_a_coarse_mesh_is_no_runaway():
 def test_limit_of_zero_is_named():
     """No state is found at any voltage where the conductivity rises by 10,000 within 0.01 K."""
     law = {"temperatures": [COLD, COLD + 0.01], "values": [K, 1e4 * K]}
-    with pytest.raises(RunawayError, match="beyond 0 times what drives the scene, which need not be") as caught:
+    with pytest.raises(RunawayError, match="beyond 0 times the drive of the scene, which need not be") as caught:
         solve(from_dict(bar(law, volts=0.5, accuracy=1e-1)))
     assert caught.value.limit == caught.value.error == 0.0
 
@@ -205,7 +205,7 @@ def test_state_hotter_than_any_solid_is_refused():
     given = bar({**POWER, "exponent": 0.5}, accuracy=1e-1)
     given["box"][0]["heat_source"] = 8 * K * (4e5**1.5 / COLD**0.5) / 1.5 / LENGTH**2
     with pytest.raises(
-        RunawayError, match=r"^at 0\.\d+ times what drives .* at 100,300 K, hotter than any solid"
+        RunawayError, match=r"^at 0\.\d+ times the drive .* reaches 100,300 K, hotter than any solid"
     ) as caught:
         solve(from_dict(given))
     assert caught.value.limit == pytest.approx((1e5 / 4e5) ** 1.5, rel=0.02)
@@ -251,7 +251,9 @@ def test_the_sink_is_as_hot_as_the_second_path_has_it(law, volts, peak):
 def test_where_a_table_ends_a_warning_says_so():
     inside = solve(from_dict(bar({**TABLE, "temperatures": [300.0, 420.0, 700.0]}, hot=700.0, accuracy=1e-2)))
     assert inside.details["warnings"] == []
-    outside = solve(from_dict(bar(TABLE, hot=700.0, accuracy=1e-2)))
+    given = bar(TABLE, hot=700.0, accuracy=1e-2)
+    given["box"] += [given["box"][0] | {"name": "hot half", "lower": [LENGTH / 2, 0, 0]}]  # one warning of both boxes
+    outside = solve(from_dict(given))
     exact = inverse(TABLE, theta(TABLE, 700.0) / 2)
     held(outside.steady["at"], exact, 1e-2 * (exact - COLD))
     (said,) = outside.details["warnings"]
