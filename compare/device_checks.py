@@ -172,7 +172,8 @@ def rate(outcome: Outcome[Device]) -> Check:
 def steady(title: str, name: str, outcome: Outcome[Device]) -> Check:
     """Compare a steady quantity."""
     note = "heat goes along the layers too, and eq 14 leaves out the constriction in pad and oxide"
-    note = note if name.startswith("sink") else "the sensor's power leaves through the polymer in both"
+    notes = {"sink_power_W": note, "sink_V": "as the sink's power"}
+    note = notes.get(name, "the sensor's power leaves through the polymer in both")
     return compared(title, name[-1], outcome.reduced.steady[name], outcome.solved.steady[name], note)
 
 

@@ -62,10 +62,3 @@ class Section:
 def sentences(texts: Sequence[str]) -> list[str]:
     """Each ended with a full stop."""
     return [f"{text.rstrip('.')}." for text in texts]
-
-
-def short_key(key: str) -> str:
-    """A key without its section, where it is as clear: "silicon.density"."""
-    for section in ("materials.", "environment.", "material.", "boundary.", "box."):
-        key = key.removeprefix(section)
-    return key

@@ -19,7 +19,7 @@ from compare.against import Data, simulated
 from compare.analyses.base import Analysis
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.report import Section, Style, Table, short_key
+from compare.report import Section, Style, Table
 from compare.slopes import in_3d
 from compare.verdict import COVERS
 from scenes.errors import SceneError
@@ -100,7 +100,7 @@ class Calibration(Analysis[Fit]):
         rows = []
         for key, value in found.fitted.items():
             ends = (f"{v:.4g}" for v in found.interval(key))
-            rows.append([short_key(key), f"{found.start[key]:.4g}", f"{value:.6g}", percent(found.u[key]), *ends])
+            rows.append([key, f"{found.start[key]:.4g}", f"{value:.6g}", percent(found.u[key]), *ends])
         text = f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units."
         text += " A model that is fitted to data is not validated by them; other data say whether it is right."
         table = Table(("fitted", "from", "to", "u", "95 % between", "and"), rows)

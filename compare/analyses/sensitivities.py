@@ -16,11 +16,11 @@ import numpy as np
 from compare.analyses.base import Analysis
 from compare.kinds import kind_of
 from compare.outcome import Outcome, Progress
-from compare.report import Row, Section, Style, Table, short_key
+from compare.report import Row, Section, Style, Table
 from compare.slopes import Slopes, combined
 from compare.verdict import Check, judge, part
 from scenes.errors import SceneError
-from scenes.formats import cut, percent, quantity
+from scenes.formats import percent, quantity
 from scenes.parameters import SECTION
 from scenes.result import Estimate
 from scenes.uncertain import Uncertain
@@ -50,7 +50,7 @@ class Sensitivity(Analysis[AllSlopes]):
         table, verdicts, rows = by_key(found), {check.id: check.verdict for check in outcome.checks}, []
         for key in followed_keys(outcome.scene, table, shown):
             cells = (_cell(table[key].get(name, {}), style, both) for name in shown)
-            rows.append(Row([short_key(key), *cells], verdicts.get(f"{PREFIX}{key}", "")))
+            rows.append(Row([key, *cells], verdicts.get(f"{PREFIX}{key}", "")))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else "\n".join(wrap(word, 15)) for word in shown.values()]
         whole = "the steady state" if next(iter(found.values())).steady else "the largest value of each quantity"
         said = [f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key)."] * style.page
@@ -164,13 +164,14 @@ class UncertainInputs(Analysis[Propagated]):
     def section(self, found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
         """The given uncertainties, and u_input of each quantity."""
         given = found.uncertain
-        keys = ", ".join(f"{short_key(key)} {percent(u)}" for key, u in given.relative.items())
-        pairs = "".join(f"; {short_key(a)} and {short_key(b)} {r:+g}" for (a, b), r in given.correlations.items())
-        rows = [["u_input of", "3D", "1D", "1D/3D - 1", "most by"]]
+        keys = ", ".join(f"{key} {percent(u)}" for key, u in given.relative.items())
+        pairs = "".join(f"; {a} and {b} {r:+g}" for (a, b), r in given.correlations.items())
+        steady = next(iter(outcome.slopes.values())).steady
+        rows = [["u_input of" + " the largest" * (not steady), "3D", "1D", "1D/3D - 1", "most by"]]
         for name, (word, unit) in kind_of(outcome.scene).quantities(outcome.scene).items():
             models = [quantity(u[name], unit, 2) if name in u else "" for u in (found.fem3d, found.reduced1d)]
             off = percent(found.difference[name]) if name in found.difference else ""
-            rows.append([cut(word, 30), *models, off, short_key(found.most.get(name, ""))])
+            rows.append([word, *models, off, found.most.get(name, "")])
         if not found.reduced1d:
             rows = [[*row[:2], row[4]] for row in rows]
         checks = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
@@ -179,7 +180,7 @@ class UncertainInputs(Analysis[Propagated]):
         return Section("Uncertain inputs", [text, Table(rows[0], rows[1:]), of_checks], headed=False)
 
     def enter(self, summary: dict[str, Any], found: Propagated, outcome: Outcome[Any]) -> None:
-        """Put u_input beside the error of every steady quantity, too; of a transient for the largest value."""
+        """Put u_input beside the error of every steady quantity, too; that of the largest value over time by itself."""
         given = found.uncertain
         summary["uncertain"] = {
             "relative": given.relative,
@@ -188,7 +189,8 @@ class UncertainInputs(Analysis[Propagated]):
         }
         for model, deviations in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
             for name, u in deviations.items():
-                summary[model]["steady"].setdefault(name, {})["u_input"] = u
+                of = "steady" if outcome.slopes[model].steady else "largest"
+                summary[model].setdefault(of, {}).setdefault(name, {})["u_input"] = u
 
 
 def propagated(uncertain: Uncertain, slopes: AllSlopes) -> Propagated:

@@ -63,6 +63,9 @@ class Model(ABC):
     name: str
     exact = False
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r})"
+
     @abstractmethod
     def answer(self, question: Question) -> Answer:
         """Return the values at the question's times, or at own rows up to the last of these.

@@ -96,28 +96,33 @@ def _figures(folder: Path, document: Document) -> list[str]:
 
 
 def _errors(document: Document) -> Section:
-    """The estimated error of every number, beside the number or the tolerance."""
+    """The estimated error of every number, beside its part of the rise or value, of a trace of the largest one."""
     fem3d, reduced1d = document.get("fem3d") or {}, document.get("reduced1d") or {}
-    over_time, units = fem3d.get("transient") or {}, fem3d.get("units") or {}
-    steady = fem3d.get("steady") or {}
+    over_time, units, scene = fem3d.get("transient") or {}, fem3d.get("units") or {}, document.get("scene") or {}
+    steady, places = fem3d.get("steady") or {}, (scene.get("scene", {}), scene.get("environment", {}))
+    start_K = next((at[key] for at in places for key in ("initial_temperature", "room_temperature") if key in at), 0.0)
     # A sink's summary has no start of the errors over time: it is always the same.
     start = f"over time, from {quantity(over_time.get('accurate_from_s', 1e-5), 's', 2)} on"
     start += ", but not for a while after each jump of a drive" * bool(over_time.get("jumps"))
-    groups = {
-        "steady": {key: item.get("error") for key, item in steady.items()},
-        start: over_time.get("errors") or {}, "1D model, over time": reduced1d.get("errors") or {},
-    }  # fmt: skip
+    ranges = {key: (item["least"], item["largest"]) for key, item in over_time.get("range", {}).items()}
+    groups: dict[str, tuple[Mapping[str, Any], Mapping[str, Any]]] = {
+        "steady": ({key: item.get("error") for key, item in steady.items()}, steady),
+        start: (over_time.get("errors") or {}, ranges),
+        "1D model, over time": (reduced1d.get("errors") or {}, {}),
+    }
     rows: list[Row] = []
-    for head, errors in groups.items():
+    for head, (errors, values) in groups.items():
         rows += [Row([head])] * bool(errors)
         for key, error in errors.items():
             # A probe has a name and a unit of its own, a quantity's are in the key.
             name, unit = (key, units[key]) if key in units else named(key)
-            value = steady.get(key, {}).get("value") if errors is groups["steady"] else None
+            base = start_K * (unit == "K" and not key.endswith("rise_K"))
+            known = (values[key]["value"],) if values is steady else values.get(key, ())
+            size = max((abs(value - base) for value in known), default=0.0)
             shown_error = "infinite" if error is None else quantity(error, unit, 2)
-            rows.append(Row([name, shown_error, percent(error / abs(value)) if error and value else ""]))
+            rows.append(Row([name, shown_error, percent(error / size) if error and size else ""]))
     said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
-    table = Table(("quantity", "estimated error", "of the value"), rows)
+    table = Table(("quantity", "estimated error", "of the rise or value"), rows)
     return Section("Error budget", [said, table] if rows else [])
 
 
@@ -126,7 +131,7 @@ def _solution(document: Document) -> list[Section]:
     fem3d = document.get("fem3d") or {}
     transient, steady = fem3d.get("transient") or {}, fem3d.get("steady") or {}
     heat = {key: steady[key]["value"] for key in ("power_W", "heat_out_W") if key in steady} | {
-        "imbalance of the steady state, of the power": fem3d.get("energy_imbalance"),
+        "imbalance of the steady state, of the power": fem3d.get("energy_imbalance") if steady else None,
         "largest imbalance over time, of the heat supplied until then": transient.get("imbalance"),
     }
     mesh = {

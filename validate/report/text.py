@@ -45,7 +45,8 @@ def section_text(section: Section, style: Style) -> str:
 def table_text(table: Table, style: Style) -> str:
     """Format a table for 80 columns, a verdict's mark in front and its word coloured.
 
-    Where a line is too long, columns move together; then the first, or a second text column, is cut short.
+    Where a line is too long, columns move together. Then a name too long for the first column stands above its row,
+    for a reader may have to type it, or a second text column is cut short.
     """
     stacks = [head.split("\n") for head in table.heads]
     depth = max(map(len, stacks))
@@ -58,8 +59,12 @@ def table_text(table: Table, style: Style) -> str:
     widths[short] = min(widths[short], max(room - sum(widths) + widths[short] - gaps, 12))
 
     def line(cells: Cells) -> str:
-        cells = [cut(c, widths[short]) if i == short else c for i, c in enumerate(cells)]
-        return gap.join(f"{c:{side}{w}}" for c, side, w in zip(cells, table.aligned, widths, strict=True)).rstrip()
+        cells, above = list(cells), ""
+        if len(cells[short]) > widths[short]:
+            above = "" if short else f"{cells[0]}\n  "
+            cells[short] = cut(cells[short], widths[short]) if short else ""
+        padded = (f"{c:{side}{w}}" for c, side, w in zip(cells, table.aligned, widths, strict=True))
+        return above + gap.join(padded).rstrip()
 
     lines = [paint(f"  {line(cells)}".rstrip(), "heading", style) for cells in tops]
     for row in table.marked:

@@ -119,6 +119,14 @@ def test_uncertain_inputs_by_the_command(ran):
 
 
 @pytest.mark.long
+def test_u_input_of_the_largest_current_over_time_is_no_steady_one(ran):
+    """The inrush is largest, before the film is hot."""
+    summary, said = ran("solve hotplate --uncertain nitride.thermal_conductivity=5% --end-time 1ms --accuracy 2e-2")
+    assert "u_input of the largest" in said
+    assert summary["fem3d"]["steady"] == {}
+    assert summary["fem3d"]["largest"]["current"]["u_input"] < 1e-6
+
+
 def test_samples_by_the_command(monkeypatch, ran):
     # A second worker would take longer to start.
     monkeypatch.setattr("validate.sweep.monte_carlo.processors", lambda: 1)

@@ -15,6 +15,7 @@ from compare.report import Row, Section, Style, Table
 from scenes.loading import load
 from validate.report import output
 from validate.report.page import page
+from validate.report.text import table_text
 
 VOID = {"meta", "link", "img", "input", "br"}
 
@@ -94,6 +95,26 @@ def test_a_name_or_text_is_not_taken_for_markup(tmp_path):
     assert "5 < 6 & <b>bold</b>" in said
     assert said.count("<b>") == 5
     assert "1 K" in said.replace("\xa0", " ")
+
+
+def test_errors_are_relative_to_rises_and_no_balance_is_stated_of_a_state_not_solved(tmp_path):
+    fem3d = {"units": {"tip": "K"}, "energy_imbalance": 1e-3}
+    scene = {"scene": {"initial_temperature": 300.0}, "box": []}
+    steady = fem3d | {"steady": {"tip": {"value": 400.0, "error": 2.0}}}
+    ranges = {"tip": {"least": 260.0, "largest": 320.0}}
+    transient = fem3d | {"steady": {}, "transient": {"errors": {"tip": 2.0}, "range": ranges, "imbalance": 1e-3}}
+    for document, part, states in ((steady, "2.0&nbsp;%", True), (transient, "5.0&nbsp;%", False)):
+        text = page(tmp_path, "a", "b", [], {"scene": scene, "fem3d": document})
+        assert part in text
+        assert ("imbalance of the steady state" in text) is states
+
+
+def test_a_name_that_a_reader_may_type_is_whole():
+    name = "boundary.upper right clamp.contact_resistance"
+    lines = table_text(Table(("key", "a", "b"), [[name, "1" * 20, "2" * 20], ["w", "3", "4"]]), Style()).splitlines()
+    assert lines[1].strip() == name
+    assert lines[2].split() == ["1" * 20, "2" * 20]
+    assert max(map(len, lines)) <= 80
 
 
 def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path):
