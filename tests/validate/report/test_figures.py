@@ -1,5 +1,7 @@
 """Figures: titles and fields; and the picture of a scene before it is solved, with the names of its parts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -14,6 +16,7 @@ from scenes.model import Box, Contact, Scene
 from scenes.sink import SILICON
 from validate.cli import main
 from validate.report.figures.drawing import field_figure, new_figure
+from validate.report.figures.scene_figures import traces
 from validate.report.output import field_of
 from validate.viewer.boxes import THIN, request
 
@@ -66,6 +69,22 @@ def test_title_of_figure_4_is_one_line():
     field = field_of(solve(load("sink", ["run.accuracy=0.05"]), Options(steady=True), Progress()))
     figure = field_figure(field, np.zeros((9, 9, 4), np.uint8))
     assert figure.texts[0].get_text().endswith("2 \N{MICRO SIGN}m, thickness drawn x20)")
+
+
+def test_the_legend_of_many_probes_is_within_the_figure():
+    def model(scene, times):
+        return {f"probe {n}": np.full(times.shape, 300.0) for n in range(20)}
+
+    scene = load_free("hotplate", overrides=["run.accuracy=0.05"])
+    probes = (replace(scene.probes[0], name=f"probe {n}") for n in range(20))
+    outcome = solve(replace(scene, probes=(*probes, scene.probes[2])), Options(model=model), Progress())
+    figure = traces(outcome)
+    FigureCanvasAgg(figure).draw()
+    for ax in figure.axes:
+        legend, panel = ax.get_legend(), ax.get_window_extent()
+        assert panel.y0 - 5 <= legend.get_window_extent().y0
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()][:2] == ["probe 0", "probe 0, 1D"]
+    assert figure.texts[-1].get_text().startswith("1D: model; shaded")
 
 
 def test_field_of_a_transient_is_at_its_hottest_moment():

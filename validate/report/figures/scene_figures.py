@@ -57,10 +57,12 @@ def traces(
             by_quantity.setdefault(probe.quantity, {})[probe.name] = probe.name
         panels = [(q.replace("_", " "), UNITS[q], 0.0, by_quantity[q]) for q in UNITS if q in by_quantity]
     factor, time_unit = scale(scene.end_time, "s")
-    height = 1.1 + 0.2 * len(checks) + (2.4 if len(panels) > 1 else 3.4) * len(panels)
+    lines = len(results) + (data is not None)  # of each trace in the legend, whose height a panel has at least
+    heights = [max(2.4 if len(panels) > 1 else 3.4, 0.3 + 0.23 * lines * len(names)) for *_, names in panels]
+    height = 1.1 + 0.2 * len(checks) + sum(heights)
     figure = new_figure(9.5, height, title or f"{scene.name}: probes against time", checks, left=0.9, bottom=0.8)
     figure.subplots_adjust(right=0.78)
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for ax, (label, unit, zero, names) in zip(axes, panels, strict=True):
         sizes = [r.over_time.values[n] - zero for r in results[:1] for n in names if n in r.over_time.values]
         per, shown = scale(max((float(np.abs(size).max()) for size in sizes), default=1.0), unit)
@@ -72,8 +74,7 @@ def traces(
                 if name not in course.values:
                     continue
                 values = per * (course.values[name] - zero)
-                who = "1D" if result.model == PAPER else result.model
-                look: dict[str, Any] = {"ls": ":", "lw": 2.4, "label": cut(f"{word}, {who}", MOST_NAME)}
+                look: dict[str, Any] = {"ls": ":", "lw": 2.4, "label": f"{cut(word, MOST_NAME - 4)}, 1D"}
                 if result is outcome.fem3d:
                     bound = per * course.error_at(name, course.time)
                     values = np.where(np.isfinite(bound), values, np.nan)
@@ -82,11 +83,16 @@ def traces(
                 ax.plot(course.time * factor, values, color=colour, **look)
             if data is not None and name in data.values:
                 dots = per * (data.values[name] - zero)
-                ax.plot(data.time * factor, dots, ".", color=colour, ms=5, zorder=1, label=f"{word}, {data.name[:24]}")
+                look = {"ms": 5, "zorder": 1, "label": f"{cut(word, MOST_NAME - 6)}, data"}
+                ax.plot(data.time * factor, dots, ".", color=colour, **look)
         ax.set_ylabel(with_mu(f"{label} ({shown})"))
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     axes[-1].set(xlabel=with_mu(f"time ({time_unit})"), xlim=(0.0, scene.end_time * factor))
-    figure.text(0.5, 0.12 / height, "shaded: the estimated error of 3D, where it is known", ha="center", fontsize=9)
+    said = [f"1D: {cut(r.model, 60)}" for r in results if r is not outcome.fem3d and r.model != PAPER]
+    if data is not None:
+        said.append(f"data: {cut(data.name, 60)}")
+    said.append("shaded: the estimated error of 3D, where it is known")
+    figure.text(0.5, 0.12 / height, "; ".join(said), ha="center", fontsize=9)
     return figure
 
 
