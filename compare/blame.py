@@ -70,7 +70,8 @@ def _list(claims: Sequence[Check]) -> str:
         many = f"{len(others)} {'others' if shown else 'quantities'}"
         places = " and ".join(each.title for each in others) if len(others) <= 3 else many
         said.append(f"within {limit} of 3D at {places}")
-    return " and ".join(said) + next((f": {each.because}" for each in shown if each.because), "")
+    joined = " and ".join(filter(None, (", ".join(said[:-1]), *said[-1:])))
+    return joined + next((f": {each.because}" for each in shown if each.because), "")
 
 
 def _size(claim: Check) -> str:

@@ -43,7 +43,7 @@ class Columns(dict[str, np.ndarray]):
             if three in self and one in self:
                 return self["time_s"], self[three], self[one]
         names = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
-        raise unknown("both models have no transient of", quantity, names)
+        raise unknown("3D and 1D have no common transient", quantity, names)
 
 
 class Run:

@@ -168,7 +168,7 @@ def _export(given: Any, scene: Any, values: Given) -> Export:
 
 def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
     """Figures of a device in their order: 9 or "figure9"."""
-    known = [f"figure{number}" for number in range(9, 15)]
+    known = [f"figure{number}" for number in range(9, 14)]
     wanted = {f"figure{str(name).removeprefix('figure')}" for name in given}
     if unknown := sorted(wanted - set(known)):
         raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(known)}")
@@ -197,7 +197,7 @@ TABLE = (
            "network (lines made of the boxes, as by hand), or scene for the scene's own [model]", (FREE,),
            otherwise=""),
     Option("--3d", "in 3D too, and how far 1D is off", (DEVICE,), keyword="in_3d"),
-    Option("--figure {9,10,11,12,13,14} ...", "this figure and its checks only, as often as needed", (DEVICE,),
+    Option("--figure {9,10,11,12,13} ...", "this figure and its checks only, as often as needed", (DEVICE,),
            read=_figures, in_name="figure{}", keyword="about"),
     Option("--scheme {accurate,paper}", "the accurate scheme (default), or the paper's own and how far it is off",
            (DEVICE,), in_name="{}", otherwise="accurate"),

@@ -99,9 +99,9 @@ def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, C
     catalogue, made = of(scene, fem3d), dict[str, Check]()
     for name, unit in catalogue.units.items():
         if name in model.steady and name in fem3d.steady:
-            base, note = catalogue.base(name), "above the initial temperature" * (unit == "K")
+            base, whole = catalogue.base(name), f"the 3D {catalogue.whole(name)}"
             one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
-            made[name] = compared(name, unit, one, three, note, relative_to=f"the 3D {catalogue.whole(name)}")
+            made[name] = compared(name, unit, one, three, relative_to=whole)
         if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
             made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
     return made

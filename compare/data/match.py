@@ -224,7 +224,7 @@ def _keep_one(time: np.ndarray, rows: np.ndarray, steady: bool) -> tuple[np.ndar
     if count_runs(time[kept]) > 1:
         problem = f'it has {len(kept)} rows where the scene has one steady state, and they are not "probe, value, unit"'
         if not steady:
-            problem = "its times repeat or step back, as those of several runs or of too few digits do"
+            problem = 'its times repeat or step back, as those of several runs, of too few digits or with "1,000" do'
         raise SceneError(f"{problem}: export one run, or name the column of a key of the scene, --column KEY=COLUMN")
     return np.isin(np.arange(len(time)), kept[last]), note * (not last.all())
 

@@ -120,10 +120,10 @@ def solve(model: Model, scene: Any, fem3d: Result, say: Callable[[str], None]) -
         wanted += question.units
     answered = {*steady, *(() if traces is None else traces.values)}
     silent = [name for name in dict.fromkeys(wanted) if name not in answered]
-    said = [f"{model.name} says nothing of {listed(silent)}"] if silent else []
+    said = f"{model.name} has no value of {listed(silent)}" if silent else ""
     if not answered:
-        raise SceneError(f"{said[0]}: give at least one of them")
-    warnings = [f"{each}: no check is made of that" for each in said]
+        raise SceneError(f"{said}: give at least one of them")
+    warnings = [f"{said}, which {'have' if len(silent) > 1 else 'has'} no check"] * bool(silent)
     if not isinstance(scene, Sink):  # whose temperatures are rises
         pairs = [(n, own.value, fem3d.steady[n].value) for n, own in steady.items() if question.units[n] == "K"]
         warnings += [

@@ -56,6 +56,13 @@ def test_what_agrees_is_bounded_and_nobody_is_blamed(case):
     assert "blame" not in found
 
 
+def test_three_places_are_a_list():
+    claims = [Check(place, 1.0, 1.0, "K", off, 0.0) for place, off in (("a", 0.2), ("b", -0.3), ("c", 0.4), ("d", 0.1))]
+    assert blame.answer("It", claims[:2]) == "It is 20 % high at a and 30 % low at b in the steady state."
+    listed = "20 % high at a, 30 % low at b, 40 % high at c and within 10 % of 3D at d"
+    assert blame.answer("It", claims) == f"It is {listed} in the steady state."
+
+
 @pytest.mark.parametrize(("peak", "end", "said"), [
     (0.9, 1.2, "10 % low at the peak and 20 % high at the ends"),
     (1.02, 1.0, "2.0 % high at the peak and within 0.011 % of 3D at the ends"),

@@ -56,7 +56,7 @@ def test_refusals():
         run.check("fig6_peak")
     with pytest.raises(SceneError, match="transient"):
         run.traces("peak_K")
-    with pytest.raises(SceneError, match="no transient"):
+    with pytest.raises(SceneError, match="no common transient"):
         compare.run("sink").traces("peek_K")
     with pytest.raises(SceneError, match="out="):
         compare.run("sink", figures=True)
@@ -219,12 +219,18 @@ def test_any_scene_loads_by_its_name_or_file():
         compare.solve("sink")
     with pytest.raises(SceneError, match='did you mean "bridge"'):
         scenes.load("brigde")
+    with pytest.raises(SceneError, match="is no figure: give figure9, "):
+        compare.device(about=[14])
     with pytest.raises(SceneError, match='did you mean "meter"'):
         compare.device(metre="MAX1367")
 
 
 def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter():
-    assert "nothing was declared" in compare.run("sink", reduction="fin", steady=True).report()
+    said = compare.run("sink", reduction="fin", steady=True).report()
+    assert "differ.\n" in said
+    assert "declare" not in said
+    # The fin's current is 3D's within the error, and no digit of their difference is sure.
+    assert " within " in said.split("current ")[1].split("\n")[0]
     device = scenes.load("device")
     assert KINDS["device"].declared(device, Options()) == device
     assert KINDS["device"].declared(device, Options(meter="MAX1367")).expected_to_differ is None

@@ -33,8 +33,7 @@ def counted(outcome: Outcome[Any], of: str = "") -> str:
     said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
     if contrary := outcome.contrary:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
-    declared = outcome.scene.expected_to_differ is not None
-    return said + (", as the scene declares." if declared else "; nothing was declared of this scene beforehand.")
+    return said + ", as the scene declares" * (outcome.scene.expected_to_differ is not None) + "."
 
 
 def checked(outcome: Outcome[Any], style: Style) -> list[Section]:
@@ -64,6 +63,8 @@ def checked(outcome: Outcome[Any], style: Style) -> list[Section]:
         return [Section("Checks", [NOTE, table, others])]
     table = Table(("check", "", "difference", "tolerance", ""), rows, "<<>><")
     said = [f"{check.id}: {reasons[check.id]}" for check in checks if check.own and reasons[check.id]]
+    rises = any(reasons[c.id] and c.relative_to.endswith("3D rise") for c in checks)
+    said += ["Temperatures are rises above the initial temperature"] * rises
     return [Section("Checks", [table, others], headed=False), Section("Why", sentences(said))]
 
 

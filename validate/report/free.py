@@ -83,7 +83,7 @@ def _network(outcome: Outcome[AnyScene]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _network_section(network: Mapping[str, Sequence[Mapping[str, Any]]]) -> Section:
-    """Return tables of lines, joints and conditions; rows that are alike in one."""
+    """Return tables of lines, joints and conditions; in one row joints of a kind and conditions with equal values."""
 
     def cell(row: Mapping[str, Any], unit: str) -> str:
         value = row[unit]["value"] if unit in row else None
@@ -92,13 +92,15 @@ def _network_section(network: Mapping[str, Sequence[Mapping[str, Any]]]) -> Sect
     tables = []
     for name, rows in network.items():
         units = [unit for unit in ("W/K", "J/K", "ohm", "W") if any(unit in row for row in rows)]
-        alike: dict[tuple[str, ...], list[str]] = {}
+        alike: dict[tuple[str, ...], list[Mapping[str, Any]]] = {}
         for row in rows:
-            alike.setdefault((row["how"], *(cell(row, unit) for unit in units)), []).append(row["what"])
+            kind = row["how"].partition(", ")[0] if name == "joints" else row["how"] * (name == "lines")
+            alike.setdefault((kind, *(cell(row, unit) for unit in units)), []).append(row)
         lines = []
-        for (how, *cells), (first, *more) in alike.items():
-            others = [name + f" ({n} times)" * (n > 1) for name, n in Counter(more).items()]
-            lines.append(Row([first, *cells], below="; alike: ".join(filter(None, (how, ", ".join(others))))))
+        for (_, *cells), (first, *more) in alike.items():
+            others = [what + f" ({n} times)" * (n > 1) for what, n in Counter(row["what"] for row in more).items()]
+            below = "; alike: ".join(filter(None, (first["how"], ", ".join(others))))
+            lines.append(Row([first["what"], *cells], below=below))
         tables += [Table((name, *units), lines)] * bool(rows)
     return Section("The network", tables, headed=False)
 

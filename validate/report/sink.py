@@ -4,7 +4,7 @@ from typing import Any
 
 from compare.outcome import Outcome
 from compare.report import Section, Style, Table
-from compare.verdict import PAPER, part
+from compare.verdict import PAPER, ratio
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
 from scenes.sink import OF_A_SINK, Sink
@@ -33,7 +33,9 @@ def sections(outcome: Outcome[Sink], style: Style) -> list[Section]:
             cells["3D"] = f"{value} {style.plus_minus} {error} {shown}"
             if one is not None:
                 cells[model] = f"{one.value * factor:.{min(places, 4)}f} {shown}"
-                cells[off] = percent(part(one.value - three.value, three.value), sign=True)
+                change = ratio(one, three)
+                surely = abs(change.value) > change.error
+                cells[off] = percent(change.value, sign=True) if surely else f"within {percent(change.error)}"
         rows.append([entry.called, *cells.values()])
     return [
         Section("Steady state", [Table(("steady state", *heads), rows)], headed=False),

@@ -75,7 +75,7 @@ def test_the_command_writes_both_models_beside_each_other(transient, model, tmp_
     assert main(["solve", str(transient), "--model", f"{model}:bar", "--out", str(tmp_path / "o"), "--no-figures"]) == 0
     said = capfd.readouterr()
     assert said.out.startswith("lumped.py:bar is ")
-    assert 'says nothing of "bar mean"' in said.out.replace("\n  ", " ")
+    assert 'has no value of "bar mean"' in said.out.replace("\n  ", " ")
     assert "asked" in said.err
     found = json.loads((tmp_path / "o" / "summary.json").read_text(encoding="utf-8"))
     assert found["reduced1d"]["model"] == "lumped.py:bar"

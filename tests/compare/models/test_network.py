@@ -76,6 +76,8 @@ def test_the_table_and_the_parts_of_the_differences_are_printed_and_kept(ran):
     said = " ".join(said.split())
     assert "3.200 uW/K 200.0 ohm" in said
     assert "along y, 30 um long, 10 um x 2 um; alike: right foot" in said
+    assert "y = 0 um to 30 um of beam; alike: right foot | beam" in said
+    assert said.count("point by point") == 1
     network = summary["reduced1d"]["network"]
     assert [row["what"] for row in network["joints"]] == ["left foot | beam", "right foot | beam"]
     assert network["lines"][0]["W/K"]["value"] == pytest.approx(32 * 20e-12 / 200e-6)

@@ -57,7 +57,7 @@ REFUSED = [
 FAILED = [
     ("lumped.py:wrong", "lumped.py, line 37: ZeroDivisionError"),
     ("lumped.py:leaves", "SystemExit"),
-    ("lumped.py:silent", "says nothing of"),
+    ("lumped.py:silent", "has no value of"),
     ("lumped.py:other", 'did you mean "tip"'),
     ("lumped.py:shape", "give one real number"),
     ("lumped.py:ragged", "give one real number"),
@@ -69,7 +69,7 @@ FAILED = [
     ("lumped.py:tuple_", 'returned "tuple"'),
     ("stranger.csv", "no column called as a probe"),
     ("unit.csv", "is not in K"),
-    ("traces.csv", "says nothing of"),
+    ("traces.csv", "has no value of"),
 ]
 ENDED = [
     ("exits.py:bar", 'exits.py:bar": it failed: it ended its process'),

@@ -58,7 +58,7 @@ def test_a_model_of_one_number(tmp_path):
     known = compare.run("sink", accuracy=1e-2, steady=True)
     assert found.check("fig4").difference == pytest.approx(1.05 * (1 + known.check("fig4").difference) - 1, abs=1e-9)
     assert [check for check in OF_ONE if check in found.checks] == ["fig4"]
-    assert any('says nothing of "end_rise_K"' in text for text in found.outcome.warnings)
+    assert any('has no value of "end_rise_K"' in text for text in found.outcome.warnings)
     assert (out / "figure6.png").exists()
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert list(summary["reduced1d"]["steady"]) == ["peak_rise_K"]
@@ -79,7 +79,7 @@ def test_a_spike_between_two_rows_of_3d_is_found():
     assert check.verdict == "differs"
     assert {len(column) for column in run.traces.values()} == {len(run.reduced1d.traces.time)}
     said = " ".join(run.report().split())
-    assert 'spiky says nothing of "peak_rise_K", "end_rise_K", "mean_rise_K", "current_A" and' in said
+    assert 'spiky has no value of "peak_rise_K", "end_rise_K", "mean_rise_K", "current_A" and' in said
     assert "Not counted, as the chosen model does not use them: eq12, eq13" in said
 
 
@@ -105,7 +105,9 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps():
 
     assert run.check("fig4").difference == pytest.approx(peak(1.0) / three.steady["peak_rise_K"].value - 1, rel=1e-9)
     keys = ["anchor.pad_width", "anchor.oxide_length", "drive.voltage"]
-    slopes = own_model(open_model("network"), sink, run.reduced1d, keys, three)
+    model = open_model("network")
+    assert repr(model) == "Network('network')"
+    slopes = own_model(model, sink, run.reduced1d, keys, three)
     assert set(slopes.left_out) == {"anchor.pad_width", "anchor.oxide_length"}
     assert all("not differentiable" in why for why in slopes.left_out.values())
     # Slopes by differences over 1e-3 are off by its square.
