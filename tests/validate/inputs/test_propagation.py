@@ -127,6 +127,7 @@ def test_u_input_of_the_largest_current_over_time_is_no_steady_one(ran):
     assert summary["fem3d"]["largest"]["current"]["u_input"] < 1e-6
 
 
+@pytest.mark.long
 def test_samples_by_the_command(monkeypatch, ran):
     # A second worker would take longer to start.
     monkeypatch.setattr("validate.sweep.monte_carlo.processors", lambda: 1)
