@@ -63,7 +63,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
         if pairs := _read_pairs([line.strip() for _, line in lines]):
             return LIST, pairs
         of_comsol = text.lstrip('" \r\n').startswith("%")
-        return "COMSOL table" if of_comsol else "table", _read_block(lines, remarks, of_comsol)
+        return _read_block(lines, remarks, of_comsol)
     except csv.Error as error:
         raise SceneError(f"it is no table of numbers: {reason(error)}") from None
 
@@ -91,6 +91,8 @@ def _read_pairs(lines: Sequence[str]) -> list[Column]:
     """Columns of one row from rows "probe, value" or "probe, value, unit"; empty where there are other rows."""
     separator = next((m for m in "\t;,=:" if 2 * sum(m in line for line in lines) > len(lines)), None)
     columns, common = dict[str, Column](), None
+    if 2 * sum(line[:1].isdigit() for line in lines) > len(lines):  # times or dates
+        return []
     for number, line in enumerate(lines):
         name, *cells = _split(line, separator)
         match, name = _PAIR.fullmatch(" ".join([*filter(None, cells)][:2])), name.strip('" :')
@@ -122,8 +124,8 @@ def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, in
     return max(tried, key=lambda each: each[:3])[-1]
 
 
-def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> list[Column]:
-    """The columns of the longest block of numbers."""
+def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> tuple[str, list[Column]]:
+    """The kind of a table and the columns of its longest block of numbers."""
     separator, mark, width, of_texts = _find_dialect(lines)
     numeric = np.flatnonzero(~of_texts)
     blocks, pending = [(list[list[float]](), list[str]())], list[str]()
@@ -135,10 +137,12 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         if any(texts) and is_row:  # A word such as "OPEN" is a missing number, but "1,234.5" is a wrong one.
             texts = [text and bool(re.search(r"\d", cell)) for text, cell in zip(texts, cells, strict=True)]
             values = [inf if text else nan if isinf(v) else v for text, v in zip(texts, values, strict=True)]
-        # A page of a listing repeats the header; below another header that is not a remark the numbers start again.
-        if rows and has_numbers and pending and pending[-1:] != head[-1:] and not rows[-1][0] < values[0] < inf:
-            rows, head = list[list[float]](), list[str]()
-            blocks.append((rows, head))
+        # A page of a listing repeats the header; below another header that is not a remark another table starts.
+        if rows and has_numbers and pending and pending[-1:] != head[-1:]:
+            is_header = separator and len([*filter(None, _split(pending[-1], separator))]) == width
+            if is_header or not rows[-1][0] < values[0] < inf:
+                rows, head = list[list[float]](), list[str]()
+                blocks.append((rows, head))
         if has_numbers and len(cells) == width and not any(texts[k] for k in numeric):
             head += [] if rows else pending
             pending = []
@@ -170,7 +174,8 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         clocks = [k == 0 or bool((column == matrix[:, 0]).all()) for k, column in enumerate(matrix.T[:least])]
         names = [("time" * clock, "") for clock in clocks]
     places = enumerate(zip(matrix.T, names, strict=False), 1)
-    return [make_column(name or f"column {k}", values, unit) for k, (values, (name, unit)) in places]
+    kind = "COMSOL table" if of_comsol else "table" if len(blocks) == 1 else f"the longest of {len(blocks)} tables"
+    return kind, [make_column(name or f"column {k}", values, unit) for k, (values, (name, unit)) in places]
 
 
 def _split_names(line: str, least: int, most: int, separator: str | None) -> list[str] | None:

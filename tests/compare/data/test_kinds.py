@@ -119,6 +119,7 @@ TRACES: dict[str, str | bytes] = {
     "rows of statistics": "time (s);mid (K)\n" + rows("{:.9g};{:.9g}", TIMES, MID) + "\nMean;300.1\nMax;305.57\n",
     "metadata like rows": "Dimension1, 6, 6\nDimension2, 1, 1\nDataName, time, mid\n"
     + rows("DataValue, {:.9g}, {:.9g}", TIMES, MID),
+    "another table whose first column goes on": "time (s),mid (K)\n" + PAIRS + "\nf (Hz),Z (ohm)\n1,9\n10,7\n",
     "numbered index": ",time (s),mid (K)\n" + rows("{:.0f},{:.9g},{:.9g}", np.arange(6), TIMES, MID),
 }  # fmt: skip
 
@@ -342,6 +343,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         ("mid,305 parsec\n", "unknown unit"),
         ("time/s mid/K\n0 293\n1e-6 294\n2e-6 295+0.2i\n3e-6 296\n", "row 4: .* is not 2 columns of numbers"),
         ("time (s),mid (parsec)\n" + PAIRS, "unknown unit"),
+        ("Time,mid\n10:21:33 AM,293\n10:21:34 AM,294\n", "no column is the time"),
         ("2026-11-30T10:00:00Z,293\n2026-11-30T10:00:01Z,294\n", "no column is the time"),
     ],
 )
