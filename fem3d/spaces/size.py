@@ -5,12 +5,12 @@ The unknowns are counted by the degrees of each vertex, edge, face and cell.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.element import Degrees, reference_matrices
@@ -121,10 +121,8 @@ def check_memory(scene: Scene, size: Size, when: str, why: str = "") -> None:
 
 def memory_limit(scene: AnyScene) -> float:
     """Return the bytes that a run of a scene may take in all."""
-    words = _words(Path("/proc/self/statm"))
-    resident = float(words[1]) * os.sysconf("SC_PAGE_SIZE") if len(words) > 1 else 0.0  # of this process, where known
     # Sizes are foreseen to within 30 %, and other programs need some.
-    return float(scene.memory or 0.8 * (free_memory() + resident))
+    return float(scene.memory or 0.8 * (free_memory() + psutil.Process().memory_info().rss))
 
 
 def allowed_memory(scene: AnyScene) -> str:
@@ -135,7 +133,7 @@ def allowed_memory(scene: AnyScene) -> str:
 
 def free_memory() -> float:
     """Return the bytes that are free on this machine and in the control groups of this process, of version 1 or 2."""
-    room, top = [_free_of_machine()], Path("/sys/fs/cgroup")
+    room, top = [float(psutil.virtual_memory().available)], Path("/sys/fs/cgroup")
     inside = [Path(word.rpartition(":")[2].lstrip("/")) for word in _words(Path("/proc/self/cgroup"))]
     places = {Path(), *inside, *(parent for group in inside for parent in group.parents)}
     names = ("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes")
@@ -147,16 +145,6 @@ def free_memory() -> float:
                 cache = float(parts[parts.index("inactive_file") + 1]) if "inactive_file" in parts else 0.0
                 room.append(float(bound[0]) - float(taken[0]) + cache)
     return max(min(room), 0.0)
-
-
-def _free_of_machine() -> float:
-    words = _words(Path("/proc/meminfo"))
-    if "MemAvailable:" in words:
-        return 1024.0 * float(words[words.index("MemAvailable:") + 1])
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")) / 2
-    except (AttributeError, OSError, ValueError):
-        return 4e9  # the operating system does not say
 
 
 def _words(file: Path) -> list[str]:
