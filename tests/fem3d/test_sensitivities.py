@@ -109,6 +109,18 @@ def test_a_large_scene_is_solved_again_to_a_percent(monkeypatch):
     assert 2 * errors[0] < errors[1] < 1e-2
 
 
+def test_slopes_on_a_coarse_mesh_are_within_their_errors():
+    """The slope by the height missed 2.9 errors, as the error itself follows the height of the cells."""
+    scene = load_free("plate")
+    coarse, fine = (
+        of_scene(each, scene_run.solve(each), ["parameters.h", "parameters.w"]).steady
+        for each in (replace(scene, accuracy=1e-2), replace(scene, accuracy=1e-4))
+    )
+    for key, by_name in fine.items():
+        for name, slope in by_name.items():
+            assert abs(slope.value - coarse[key][name].value) <= coarse[key][name].error + slope.error, (key, name)
+
+
 def test_a_wire_that_radiates_alone():
     """All heat leaves by radiation: eps sigma A (T^4 - T_a^4) = P, so that d T / d ln eps = -(T^4 - T_a^4) / (4 T^3),
     and by the power of a source the same with the other sign."""
