@@ -43,7 +43,8 @@ HotState = tuple[np.ndarray, np.ndarray]  # where heating changes the Joule heat
 
 
 def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotState]) -> Base:
-    """Return the base with the currents at the initial temperature and in ``hot`` states."""
+    """Return the base with the currents at the initial temperature and in ``hot`` states, where the accuracy of the
+    scene needs them, and their loads."""
     loads, lifts = transient.heat_loads(heat), transient.jumping_lifts(heat)
     if conductor is None:
         return Base(heat, None, [], lifts, loads)
@@ -55,9 +56,8 @@ def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotS
     loads += [conductor.joule_load(a.density, rises[0], b.density) for a, b in pairs]
     for rise, each, (_, drive) in zip(rises[1:], potentials[1:], hot, strict=True):
         loads.append(conductor.joule_load(combined_density(each, drive[driven]), rise))
-    return Base(
-        heat, conductor, independent_currents(conductor, [p for each in potentials for p in each]), lifts, loads
-    )
+    least, every = NEGLIGIBLE * heat.domain.scene.accuracy, [p for each in potentials for p in each]
+    return Base(heat, conductor, independent_currents(conductor, every, least), lifts, loads)
 
 
 def search_hot_states(
