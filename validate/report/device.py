@@ -77,7 +77,7 @@ def _quantities(run: Run, model: str) -> Section:
     error, flow = max(errors["sink_K"], errors["sensor_K"]), quantity(errors["polymer_flux_W"], "W", 2)
     said = (
         f"Steady states before and after the outer step; the times until within {percent(BAND, 1)} of a change for "
-        f"good. Estimated errors: of the temperatures {error:.1e} K, of the heat into the polymer {flow}."
+        f"good. Estimated errors: of the temperatures {quantity(error, 'K', 2)}, of the heat into the polymer {flow}."
     )
     heads = (model, "before", "after", "peak", "at", "from cold", "from step")
     return Section(f"Over the run, {model}", [Table(heads, rows), said], headed=False)

@@ -41,7 +41,7 @@ def _lines(table: Table) -> Figure:
     across = min(len(panels), 3)
     down = math.ceil(len(panels) / across)
     title = f"{scope.scene.name}: {'differences from 3D, by check' if table.relative else 'each probe'}"
-    figure = new_figure(3.7 * across + 0.6, 2.9 * down + 0.9, title, [], bottom=0.85, left=0.75)
+    figure = new_figure(3.7 * across + 0.85, 2.9 * down + 0.9, title, [], bottom=0.85, left=1.0)
     for number, (check, key) in enumerate(panels, 1):
         x, ax = _shown(table, key, table.keys[key]), figure.add_subplot(down, across, number)
         probe = next((probe for probe in getattr(scope.scene, "probes", ()) if probe.name == check), None)

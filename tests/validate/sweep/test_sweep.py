@@ -218,6 +218,7 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit_and_no_label_is_cut():
     lines = drawn(volts, {"middle": [400.0, 700.0], "current": [4e-3, 8e-3]}, "figure_lines")
     assert [ax.get_ylabel() for ax in lines.axes] == ["K", "mA"]
     assert lines.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
+    assert inside(drawn(volts, {"middle": [415.23, 415.24]}, "figure_lines"))  # with six characters beside the axis
     two = volts | {"material.polysilicon.thermal_conductivity": (20.0, 30.0)}
     keys = drawn(two, {"middle": [400.0, 500.0]}, "figure_lines")
     assert inside(keys)
