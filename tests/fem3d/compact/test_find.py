@@ -219,6 +219,14 @@ def test_a_mesh_file(tmp_path):
     assert abs(found.steady(other)["end"] - truth["end"].value) > stated
 
 
+def test_a_current_that_heating_hardly_changes_has_few_fields():
+    """Each further field multiplies the loads; a model of 22 boxes took four times as long."""
+    scene = replace(load("hotplate", ["boundary.drive.voltage=0.2V"]), steady=True, output_times=(), accuracy=1e-2)
+    document = compact(scene, None, 1e-2)
+    assert document["matrices"]["S"]["shape"][0] == 2  # of the cold film and a hot film, but not of a third
+    assert document["estimated"]["more_states"] < 20
+
+
 @pytest.mark.long
 def test_a_model_of_the_sink(tmp_path, ran):
     """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
