@@ -52,8 +52,8 @@ class Sensitivity(Analysis[AllSlopes]):
             cells = (_cell(table[key].get(name, {}), style, both) for name in shown)
             rows.append(Row([key, *cells], verdicts.get(f"{PREFIX}{key}", "")))
         heads = [f"{word}\n{'3D':>6}{'1D':>8}" if both else "\n".join(wrap(word, 15)) for word in shown.values()]
-        whole = "the steady state" if next(iter(found.values())).steady else "the largest value of each quantity"
-        said = [f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key)."] * style.page
+        whole = "the steady state" if (steady := next(iter(found.values())).steady) else "the largest values over time"
+        said = [f"Logarithmic derivatives of {whole}, d ln(quantity) / d ln(key)."] * (style.page or not steady)
         if outcome.scene.kind == "free" and (without := zeros(outcome.scene)):
             said.append(f"0, of which there is no percent: {', '.join(without)}.")
         return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)

@@ -121,8 +121,10 @@ def test_uncertain_inputs_by_the_command(ran):
 @pytest.mark.long
 def test_u_input_of_the_largest_current_over_time_is_no_steady_one(ran):
     """The current is largest when the errors begin to hold, and follows the plate a little by then."""
-    summary, said = ran("solve hotplate --uncertain nitride.thermal_conductivity=5% --end-time 1ms --accuracy 2e-2")
+    given = "--sensitivities --uncertain nitride.thermal_conductivity=5%"
+    summary, said = ran(f"solve hotplate {given} --end-time 1ms --accuracy 2e-2")
     assert "u_input of the largest" in said
+    assert "Logarithmic derivatives of the largest values over time" in said
     assert summary["fem3d"]["steady"] == {}
     assert summary["fem3d"]["largest"]["current"]["u_input"] == pytest.approx(37e-6, rel=0.05)
 

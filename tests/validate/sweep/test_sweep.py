@@ -215,8 +215,9 @@ def drawn(values: dict[str, Any], columns: dict[str, list[float]], name: str) ->
 def test_every_panel_of_a_free_sweep_has_its_probes_unit_and_no_label_is_cut():
     """The longest keys are in lines, the colours have their probe's unit."""
     volts = {"boundary.left electrode.voltage": (1.0, 2.0)}
-    lines = drawn(volts, {"middle": [400.0, 700.0], "current": [4e-3, 8e-3]}, "figure_lines")
-    assert [ax.get_ylabel() for ax in lines.axes] == ["K", "mA"]
+    columns = {"middle": [400.0, 700.0], "current": [4e-3, 8e-3], "heat to the substrate": [-4e-6, -8e-6]}
+    lines = drawn(volts, columns, "figure_lines")
+    assert [ax.get_ylabel() for ax in lines.axes] == ["K", "mA", "\N{MICRO SIGN}W"]
     assert lines.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
     assert inside(drawn(volts, {"middle": [415.23, 415.24]}, "figure_lines"))  # with six characters beside the axis
     two = volts | {"material.polysilicon.thermal_conductivity": (20.0, 30.0)}

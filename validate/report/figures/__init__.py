@@ -27,4 +27,4 @@ def table() -> np.ndarray:
 
 def with_mu(text: str) -> str:
     """Replace the "u" of micro by the letter mu."""
-    return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
+    return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])|^u(?=[A-Zm]$)", "\N{MICRO SIGN}", text)
