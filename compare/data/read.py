@@ -152,7 +152,7 @@ def _find_time(columns: Sequence[Column], every: Sequence[Column], steady: bool)
         return None
     if not times or not all(np.array_equal(c.si, times[0].si, equal_nan=True) for c in times):
         names = ", ".join(quoted(c.name) for c in (times or every)[:8])
-        such = 'no column is the time with its unit, such as "Time (s)" with 90, not 00:01:30'
+        such = 'no column is the time in numbers, such as "Time (s)" with 90 or 1234.5, not 00:01:30 or "1,234.5"'
         problem = "several columns are the time" if times else such
         raise SceneError(f'{problem} (give --column "time (s)=NAME"): there are {names}')
     return times[0]
