@@ -32,7 +32,7 @@ def with_error(value: float, error: float, unit: str, prefixed: bool = False) ->
     meant = 1 - math.floor(math.log10(scaled)) if scaled > 0 and math.isfinite(scaled) else 6
     places = max(min(meant, most, 12), 0)
     bound = max(scaled, 10.0**-places) if error > 0 else 0.0
-    return f"{value * factor:.{places}f}", f"{bound:.{places}f}", shown, places, factor
+    return f"{round(value * factor, places) + 0.0:.{places}f}", f"{bound:.{places}f}", shown, places, factor
 
 
 def quantity(value: float, unit: str, digits: int = 4, prefixed: bool = False) -> str:

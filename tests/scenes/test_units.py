@@ -97,6 +97,7 @@ def test_nothing_has_no_sign_and_small_kelvins_have_a_prefix_where_asked_for():
     assert quantity(2.647e-3, "K", 3, prefixed=True) == "2.65 mK"
     assert with_error(2.647e-3, 8.6e-6, "K", prefixed=True)[:3] == ("2.6470", "0.0086", "mK")
     assert with_error(2e-7, 2.2e-4, "W")[:3] == ("0", "220", "uW")
+    assert with_error(-2e-9, 3.5e-6, "W")[:3] == ("0.0", "3.5", "uW")  # a zero has no sign
 
 
 LENGTH, KELVIN = (1, 0, 0, 0, 0), (0, 0, 0, 0, 1)
