@@ -60,9 +60,9 @@ def repeats(claim: Check, steady: Sequence[Check]) -> bool:
 
 
 def _list(claims: Sequence[Check]) -> str:
-    """The three largest claims that exceed their errors, with a detail, and the bound of the others."""
-    known = [each for each in claims if abs(each.difference) > each.u_num]
-    largest = sorted(known, key=lambda each: -abs(each.difference))[:3]
+    """The three largest claims that exceed their errors, with a detail, and the bound of the others; no open ones."""
+    claims = [each for each in claims if each.u_num < 1] or claims
+    largest = sorted((c for c in claims if abs(c.difference) > c.u_num), key=lambda c: -abs(c.difference))[:3]
     shown, others = ([each for each in claims if (each in largest) is wanted] for wanted in (True, False))
     said = [_size(each) for each in shown]
     if others:

@@ -61,6 +61,8 @@ def test_three_places_are_a_list():
     assert blame.answer("It", claims[:2]) == "It is 20 % high at a and 30 % low at b in the steady state."
     listed = "20 % high at a, 30 % low at b, 40 % high at c and within 10 % of 3D at d"
     assert blame.answer("It", claims) == f"It is {listed} in the steady state."
+    unknown = Check("e", 1.0, 1.0, "K", 0.02, 1.03)
+    assert blame.answer("It", [*claims, unknown]) == f"It is {listed} in the steady state."
 
 
 @pytest.mark.parametrize(("peak", "end", "said"), [
