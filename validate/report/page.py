@@ -29,7 +29,8 @@ _STYLE = Style(page=True)
 _PICTURES = ("figure4", "figure_field")
 """Figures that are a picture of the field."""
 _CAPTIONS = {name: shows for name, (shows, *_) in FIGURES.items()} | DEVICE_FIGURES | {
-    "figure_traces": "every probe against time",
+    "figure_traces": "every probe against time", "figure_map": "the difference over two keys",
+    "figure_lines": "every check or probe over the varied keys",
 }  # fmt: skip
 _NAMED = SINK | DEVICE
 _UNITS = {

@@ -109,6 +109,13 @@ def test_errors_are_relative_to_rises_and_no_balance_is_stated_of_a_state_not_so
         assert ("imbalance of the steady state" in text) is states
 
 
+def test_figures_of_sweeps_have_captions(tmp_path):
+    for name in ("figure_map.svg", "figure_lines.svg"):
+        (tmp_path / name).write_text("<svg/>", encoding="utf-8")
+        text = page(tmp_path, "a", "b", [], {"files": [name]})
+        assert "over" in text.split("<figcaption>")[1].split("</figcaption>")[0]
+
+
 def test_a_name_that_a_reader_may_type_is_whole():
     name = "boundary.upper right clamp.contact_resistance"
     lines = table_text(Table(("key", "a", "b"), [[name, "1" * 20, "2" * 20], ["w", "3", "4"]]), Style()).splitlines()
