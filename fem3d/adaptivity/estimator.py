@@ -23,12 +23,13 @@ that is slower. A smooth contribution may hide an edge in the same cell, where t
 tetrahedra the change that theory expects of later degrees is added to the values of quantities, unless the study wants
 the values of the field itself, or a law or radiation makes the equations nonlinear (`fem3d.adaptivity.nested`).
 
-Contributions grow with the degree where tetrahedra are much longer than a film is thick. At the end of a film of
-thickness t the solution decays like exp(-pi x/t), but degree p resolves lengths above h/p^2 in a cell of length h
-(Schwab and Suri, Math. Comp. 65, 1996). The least energy of a function that is linear across the film, and of degree
-p - 1 along a cell that tapers like (1 - x/h)^2, is in proportion to 1/(p (p + 2)). So the error is C/(p (p + 2) + L)
-with L up to pi h/t. Two contributions, summed over the cells around, give C and L; the stretch of a cell limits h/t.
-Shorter cells resolve the decay, not thinner ones: this error belongs to all axes alike.
+Contributions grow with the degree where cells are much longer than a film is thick. At the end of a film of thickness
+t the solution decays like exp(-pi x/t), but degree p resolves lengths above h/p^2 in a cell of length h (Schwab and
+Suri, Math. Comp. 65, 1996). The least energy of a function that is linear across the film, and of degree p - 1 along a
+cell that tapers like (1 - x/h)^2, is in proportion to 1/(p (p + 2)). So the error is C/(p (p + 2) + L) with L up to
+pi h/t, and the error after degree p is up to (p^2 - 1 + L)/(2p + 1) times d_p. On tetrahedra two contributions, summed
+over the cells around, give C and L, and the stretch of a cell limits h/t; this error belongs to all axes alike. On
+bricks L is the largest: contributions grow by less than (2p + 1)/(2p - 1), and by more only where degrees alternate.
 """
 
 from __future__ import annotations
@@ -90,6 +91,11 @@ def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
     return rates
 
 
+def largest_growing(p: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """Return the largest error over the contribution of degree p where contributions grow, with L = pi ``stretch``."""
+    return (p > 2) * (p**2 - 1 + np.pi * stretch) / (2 * p + 1)
+
+
 @dataclass(frozen=True, eq=False)
 class Estimator:
     """Extrapolate the contributions of the last two degrees, to bound the error of a goal.
@@ -101,16 +107,18 @@ class Estimator:
     pools: (3, cells) the number of the group whose contributions give one rate.
     later_factors: (2, cells) twice, for heat and current: expected and largest change by later degrees over the
         contribution of the last degree; None on bricks and hexahedra.
-    needles: of tetrahedra, (cells, cells) the number of vertices that two cells share, and (cells,) the largest error
-        over the contribution of the last degree where contributions grow: zero if p = 2.
+    growing: (cells,), on bricks (3, cells): the largest error over the contribution of the last degree where
+        contributions grow: zero if p = 2, and on hexahedra.
+    around: of tetrahedra, (cells, cells) the sparse number of vertices that two cells share, else None.
     """
 
     degrees: np.ndarray
     slowest: np.ndarray
     fastest: np.ndarray
     pools: np.ndarray
+    growing: np.ndarray
     later_factors: tuple[np.ndarray, np.ndarray] | None = None
-    needles: tuple[csr_array, np.ndarray] | None = None
+    around: Any = None
 
     @classmethod
     def of_cells(cls, exponents: np.ndarray, mesh: Any, degree: int) -> Estimator:
@@ -119,7 +127,7 @@ class Estimator:
         ``exponents`` (2, cells) are the smallest exponents, for heat and for current, of the edges that each cell
         touches: infinite without an edge.
         """
-        cells, later, needles = mesh.t.shape[1], None, None
+        cells, growing, later, around = mesh.t.shape[1], np.zeros(1), None, None
         p, smallest = np.full(cells, degree), exponents.min(axis=0)
         slowest, fastest = np.minimum(rate_at_edge(p, smallest), SLOWEST), np.minimum(4 * smallest, FASTEST)
         fastest = fastest if degree > 2 else slowest  # a single contribution shows no rate
@@ -129,9 +137,9 @@ class Estimator:
             corners = mesh.p[:, mesh.t]
             stretch = np.linalg.cond((corners[:, 1:] - corners[:, :1]).T)
             at = csr_array((np.ones(mesh.t.size), (np.tile(np.arange(cells), 4), mesh.t.ravel())))
-            needles = at @ at.T, (degree > 2) * (degree**2 - 1 + np.pi * stretch) / (2 * degree + 1)
+            around, growing = at @ at.T, largest_growing(p, stretch)
         degrees, slowest, fastest, pools = (np.tile(each, (3, 1)) for each in (p, slowest, fastest, np.arange(cells)))
-        return cls(degrees, slowest, fastest, pools, later, needles)
+        return cls(degrees, slowest, fastest, pools, growing, later, around)
 
     @classmethod
     def of_grid(cls, grid: Grid, features: Features, scene: Scene) -> Estimator:
@@ -144,14 +152,17 @@ class Estimator:
         singular, edge = np.isfinite(s), rate_at_edge(degrees, s)
         slowest = np.where(singular, np.minimum(edge, SLOWEST), REGULAR)
         passed = [b for b in scene.boundaries if b.kind in ("heat_flux", "convection", "radiation")]
-        rims = np.zeros(s.shape, bool)
+        rims, lengths, spans = np.zeros(s.shape, bool), np.zeros(s.shape), np.zeros(s.shape)
         for d, (breaks, i) in enumerate(zip(grid.breaks, intervals, strict=True)):
             ends = [c for b in passed for c in (b.lower[d], b.upper[d])]
             at = np.isclose(breaks[:, None], ends, 0.0, ROUNDING * np.ptp(breaks)).any(axis=1)
             at[[0, -1]] = False  # ends of the scene or its part
-            rims[d] = at[i] | at[i + 1]
+            rims[d], lengths[d] = at[i] | at[i + 1], np.diff(breaks)[i]
+            planes = np.array(sorted({*features.planes[d], breaks[0], breaks[-1]}))
+            spans[d] = np.diff(planes)[np.searchsorted(planes, breaks[i] + lengths[d] / 2) - 1]
         fastest = np.where(singular, edge, np.where(rims, 4.0, FASTEST)).clip(max=FASTEST)
-        return cls(degrees, slowest, fastest, intervals * (degrees.max() + 1) + degrees)
+        growing = largest_growing(degrees, lengths / spans.min(axis=0))
+        return cls(degrees, slowest, fastest, intervals * (degrees.max() + 1) + degrees, growing)
 
     def indicators(self, goal: Contributions) -> np.ndarray:
         """Return (3, cells) the error of a goal after the last degree in each cell, by axis; their sum is the error
@@ -168,17 +179,17 @@ class Estimator:
         continued = before * tail(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a
         error = np.maximum(last * tail(p, a), np.where(p > 2, continued, 0.0))
         error *= sizes.sum(axis=0) / np.maximum(before + last, 1e-300)
+        if self.around is None:
+            grows = (before < last) & ((2 * p - 1) * last < (2 * p + 1) * before)
+            return np.maximum(error, grows * self.growing * sizes[1])
         growing = self._unresolved(goal) * sizes[1].sum(axis=0)
         return np.where(growing > error.sum(axis=0), growing / 3, error)
 
     def _unresolved(self, goal: Contributions) -> np.ndarray:
         """Return (cells,) the error over the last contribution where contributions grow with the degree, else 0."""
-        if self.needles is None:
-            return np.zeros(1)
-        (around, most), p = self.needles, self.degrees[0]
-        before, last = (around @ (around @ np.abs(goal).sum(axis=1).T)).T
+        p, (before, last) = self.degrees[0], (self.around @ (self.around @ np.abs(goal).sum(axis=1).T)).T
         slow = np.maximum((2 * p + 1) * before - (2 * p - 1) * last, 1e-300)
-        return np.where(last > before, np.minimum((2 * p - 1) * (before + last) / slow, most), 0.0)
+        return np.where(last > before, np.minimum((2 * p - 1) * (before + last) / slow, self.growing), 0.0)
 
     def later(self, goal: Contributions, electric: bool) -> np.ndarray:
         """Return (3, cells) the contributions of the last degree to a goal, by the heat or by the current, the change

@@ -112,6 +112,12 @@ def test_errors_hold_where_a_flux_ends_and_where_the_temperature_changes_the_pow
     assert broken(solve(scene).steady, solve(replace(scene, accuracy=scene.accuracy / 100)).steady) == []
 
 
+def test_errors_hold_beside_a_film_in_bricks_far_longer_than_a_layer_is_thick():
+    """Each degree changes the flow into the film by more than the one before; it was off by 2.2 times its error."""
+    scene = random_scenes.boxes(56000016)
+    assert broken(solve(scene).steady, solve(replace(scene, accuracy=scene.accuracy / 1000)).steady) == []
+
+
 def test_errors_hold_soon_after_a_flux_jumps_too():
     scene = random_scenes.boxes(57200079)
     found, truth = (solve(replace(scene, accuracy=scene.accuracy / finer)).over_time for finer in (1, 30))
