@@ -208,15 +208,15 @@ def choose_rows(
     """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace, the
     traces there, and the interpolation errors.
 
-    The steps of the response, between their ``ends`` (s), are halved until a line is close enough at a quarter, a half
-    and three quarters of each. Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are
-    rows too.
+    The steps of the response, between their ``ends`` (s), are halved until a line is close enough at quarters and just
+    after the start, where heat flows may jump with a bend of a drive. Traces may jump at ``jumps``: there are rows just
+    before and at each. ``instants`` are rows too.
     """
     before = [b - 1e-9 * (b - a) for a, b in pairwise([0.0, *jumps])]
     within = [t for t in instants if 0.0 <= t <= ends[-1]]
     times = np.unique(np.array([*ends, *before, *jumps, *within]))
     rows, new = evaluate(times), np.flatnonzero(~np.isin(times[1:], jumps))
-    worst, parts = dict.fromkeys(allowed, 0.0), np.array([0.25, 0.5, 0.75])
+    worst, parts = dict.fromkeys(allowed, 0.0), np.array([0.01, 0.25, 0.5, 0.75])
     # A shorter interval is a jump.
     while len(new := new[times[new + 1] - times[new] > 1e-12 * times[-1]]):
         inner = times[new, None] * (1 - parts) + times[new + 1, None] * parts
@@ -227,8 +227,8 @@ def choose_rows(
         coarse &= len(times) + coarse.sum() <= MOST_ROWS
         worst = {name: max(worst[name], float(off[name][~coarse].max(initial=0.0))) for name in allowed}
         at = new[coarse]
-        times = np.insert(times, at + 1, inner[coarse, 1])
-        rows = {name: np.insert(y, at + 1, between[name][coarse, 1]) for name, y in rows.items()}
+        times = np.insert(times, at + 1, inner[coarse, 2])
+        rows = {name: np.insert(y, at + 1, between[name][coarse, 2]) for name, y in rows.items()}
         first = at + np.arange(len(at))
         new = np.sort(np.concatenate([first, first + 1]))
     return times, rows, worst
