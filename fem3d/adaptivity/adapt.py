@@ -48,13 +48,9 @@ def adapt(
     On each mesh:
 
     1. Solve the coupled steady state in nested spaces of degrees p and p - 1 (`nested.solution`).
-    2. Estimate the error of each quantity J by dual-weighted residuals: solve the dual problem of J, integrate the
-       energy product of the last change of the solution with the dual's part in the functions of degree p over each
-       cell, and extrapolate to the degrees beyond p (`Estimator`). Other errors are added, such as of the iteration,
-       of the quadrature of laws and of the current (`goal_errors.bound_errors`).
+    2. Estimate the errors of all quantities by dual-weighted residuals (`goal_errors.bound_errors`).
     3. If a transient is wanted and the steady errors are small enough, solve it and estimate the errors of its traces.
-    4. Accept the mesh if all errors are within the accuracy. Otherwise refine it where the indicators, the shares of
-       the cells in the errors, are largest.
+    4. Accept the mesh if all errors are within the accuracy. Otherwise refine the cells with the largest shares.
 
     An error is relative to the scale of its quantity in `Study`. A scene whose conditions vary in time has no steady
     state: it takes ``with_steady=False``. The first ``mesh`` is by default a grid of bricks. Errors exceed the accuracy
@@ -159,7 +155,7 @@ class Refinement:
             bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
             if not bases[0].nonlinear:  # hot states are searched in the lower space alone
                 lower = problems.heats[-2], problems.conductors[-2]
-                low, hot = responses.search_hot_states(*lower, shift, study.end, study.accuracy)
+                low, hot = responses.search_hot_states(*lower, shift, study.earliest, study.end, study.accuracy)
                 bases = [responses.make_base(problems.heat, problems.conductor, hot), low]
         response = bound_response(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
         if level is None:

@@ -88,30 +88,45 @@ def bound_response(
     errors, goals = _errors(study, problems, estimator, fine, low, steady_errors)
     answer, scales = fine.answer, fine.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
+    known = answer, fine.generations, goals, relative
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return BoundedResponse(
-            fine.times, fine.traces, errors, False, np.nan, answer, fine.generations, goals, relative
-        )
+        return BoundedResponse(fine.times, fine.traces, errors, False, np.nan, *known)
     times, rows, between = _rows(study, answer, scales)
-    errors = {name: error + between[name] + outputs.SOLVE_ROUNDING * scales[name] for name, error in errors.items()}
-    early = _early(study, fine, low) if study.from_start else {}
-    return BoundedResponse(
-        times, rows, errors, True, _imbalance(study, answer), answer, fine.generations, goals, relative, scales,
-        max(between[name] / scales[name] for name in errors), {name: errors[name] + e for name, e in early.items()},
-    )  # fmt: skip
+    everywhere = outputs.SOLVE_ROUNDING + bases[1].unseen
+    errors = {name: error + between[name] + everywhere * scales[name] for name, error in errors.items()}
+    early = {n: errors[n] + e for n, e in _early(study, fine, low, times).items()} if study.from_start else {}
+    imbalance, lines = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
+    return BoundedResponse(times, rows, errors, True, imbalance, *known, scales, lines, early)
 
 
-def _early(study: Study, fine: FineResponse, low: Response) -> dict[str, float]:
-    """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: twice
-    the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
-    first, inputs = min(study.earliest, study.end), fine.answer.heat.inputs
-    starts = np.append(0.0, jump_times(inputs, study.end))
-    since = np.append(0.0, np.geomspace(responses.SOONEST * first, first, 10))
-    times = np.unique(np.minimum((starts[thin_out(starts, responses.KNOTS), None] + since).ravel(), study.end))
-    compared = fine.answer, low, fine.worse
+def _early(study: Study, fine: FineResponse, low: Response, rows: np.ndarray) -> dict[str, float]:
+    """Estimate the errors of traces at the ``rows`` (s) soon after the start and after jumps: twice the changes by the
+    last degree and by the last Krylov fields, for want of a measured rate, and errors of heat flows (`_jumps`)."""
+    soon = rows[~responses.sure(study, fine.answer.heat, rows)]
+    times, compared = soon[thin_out(soon, 200)], (fine.answer, low, fine.worse)
     traces, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in compared)
-    apart = [largest_differences(traces, other) for other in others]
-    return {name: 2 * sum(each[name] for each in apart) for name in traces}
+    apart, jumps = [largest_differences(traces, other) for other in others], _jumps(study, fine.answer)
+    return {name: 2 * sum(each[name] for each in apart) + jumps.get(name, 0.0) for name in traces}
+
+
+def _jumps(study: Study, answer: Response) -> dict[str, float]:
+    """Return by how much traces jump with a drive that are continuous in truth: mean temperatures off the faces of
+    given temperature, and heat flows through these, which are infinite where the temperature itself jumps."""
+    heat, domain, at = answer.heat, answer.heat.domain, jump_times(answer.heat.inputs, study.end)
+    sudden = (np.vstack([heat.inputs.at(np.zeros(1)), heat.inputs.jumps(at)]) @ heat.given).any(axis=0)
+    traces = study.traces(outputs.of_transient(answer, study.part, np.concatenate([at * (1 - 1e-12), [0.0], at])))
+    sizes, start = dict[str, float](), domain.scene.initial_temperature
+    for name, probe in ((name, domain.probes[probe]) for name, probe in study.trace_goals.items()):
+        before, after = np.split(traces[name], [len(at)])
+        jump = float(np.abs(after - np.append(start * (probe.quantity == "temperature"), before)).max())
+        if probe.quantity == "heat_flow":
+            on = domain.locate(probe).numbers
+            passed = [b for b in domain.scene.boundaries if b.kind != "voltage" and np.isin(domain.facets(b), on).any()]
+            given = [heat.shares[b.name][heat.free :] for b in passed if b.name in heat.shares]
+            sizes[name] = np.inf if any(share @ sudden for share in given) else jump * (len(given) == len(passed))
+        elif probe.quantity == "temperature" and probe.reduce == "mean" and probes.starts_free(domain, probe):
+            sizes[name] = jump
+    return sizes
 
 
 def _errors(
@@ -161,8 +176,8 @@ def _indicators(
     changes most (after a jump perhaps the entering heat).
 
     The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for long.
-    So the indicators of a rise are scaled by the ratio, at least 1, of the lower space's change to the contributions of
-    either degree: one of two degrees does not change an even solution.
+    So indicators are scaled by the ratio, at least 1, of the lower space's change to the contributions of either
+    degree: one of two degrees does not change an even solution.
     """
     probes, changes = problems.domain.probes, largest_differences(fine.traces, lower)
     rises = [name for name, probe in study.trace_goals.items() if probes[probe].quantity == "temperature"]
@@ -174,9 +189,8 @@ def _indicators(
         at_jumps = duals.contradictions(estimator)
         for name, parts in duals.by_heat().items():
             remains = estimator.indicators(parts) + at_jumps.get(name, 0.0)
-            if name in rises:
-                size = max(float(np.abs(part).sum()) for part in parts) * fine.scales[name]
-                remains *= max(changes[name] / max(size, 1e-300), 1.0)
+            size = max(float(np.abs(part).sum()) for part in parts) * fine.scales[name]
+            remains *= max(changes[name] / max(size, 1e-300), 1.0)
             goals[name] = max(goals.get(name, remains), remains, key=np.sum)
     return goals
 

@@ -281,7 +281,7 @@ def _project(
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
     shift = transient.shift(min(slow, end), first)
-    _, hot = responses.search_hot_states(problems.heats[-2], problems.conductors[-2], shift, end, accuracy)
+    _, hot = responses.search_hot_states(problems.heats[-2], problems.conductors[-2], shift, first, end, accuracy)
     base = responses.make_base(heat, conductor, hot)
     loads, times = [*base.loads, *projection.joule_loads(base)], None if scene.steady else (first, min(slow, end))
     fields = heat.solve_steady(np.array([load[: heat.free] for load in loads]).reshape(-1, heat.free)).T

@@ -204,8 +204,8 @@ class _Solver:
             self._edges = max(1.0, float(tail(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
         self._own, self._tangents = nested.discretize(answer.heat.domain, study.accuracy), dict[int, Tangent]()
         if answer.response is not None and answer.steady is None:
-            heat, conductor = self._own.heats[-2], self._own.conductors[-2]
-            _, self._hot = search_hot_states(heat, conductor, self._shift, study.end, study.accuracy)
+            lower = self._own.heats[-2], self._own.conductors[-2], self._shift
+            _, self._hot = search_hot_states(*lower, study.earliest, study.end, study.accuracy)
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {

@@ -41,6 +41,7 @@ class Base:
     patterns : the current fields
     fields, loads : (free dofs, any number), temperature fields, and loads (all dofs,) in W to respond to
     size, steady : norm of the state that errors are relative to, and a steady state of a nonlinear problem, if known
+    unseen : part of the largest current that the current fields miss
     """
 
     heat: HeatProblem
@@ -50,6 +51,7 @@ class Base:
     loads: list[np.ndarray]
     size: float | None = None
     steady: SteadyState | None = None
+    unseen: float = 0.0
 
     @staticmethod
     def of_steady(state: SteadyState, accuracy: float = 0.0) -> Base:

@@ -118,21 +118,50 @@ def test_errors_hold_beside_a_film_in_bricks_far_longer_than_a_layer_is_thick():
     assert broken(solve(scene).steady, solve(replace(scene, accuracy=scene.accuracy / 1000)).steady) == []
 
 
-def test_errors_hold_soon_after_a_flux_jumps_too():
-    scene = random_scenes.boxes(57200079)
-    found, truth = (solve(replace(scene, accuracy=scene.accuracy / finer)).over_time for finer in (1, 30))
+def beyond(found, truth, times):
+    """The traces whose true error at any of some times is beyond the reported one (and the truth's own)."""
+    values = {
+        name: [np.interp(times, each.time, each.values[name]) for each in (found, truth)] for name in found.values
+    }
+    return [
+        name
+        for name, (y, exact) in values.items()
+        if (np.abs(y - exact) > found.error_at(name, times) + truth.error_at(name, times)).any()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("seed", "finer"),
+    [
+        (57200079, 30),
+        *(pytest.param(*each, marks=pytest.mark.long) for each in [(58100397, 30), (58100057, 4), (58100218, 30)]),
+    ],
+)
+def test_errors_hold_soon_after_a_drive_jumps_too(seed, finer):
+    """After two fluxes, and in currents after a cold end has warmed; the last three were off by 1.6 to 6 times their
+    errors."""
+    scene = random_scenes.boxes(seed)
+    found, truth = (solve(replace(scene, accuracy=scene.accuracy / finer)).over_time for finer in (1, finer))
     since = [at + found.since * np.geomspace(1e-2, 2, 50) for at, _ in found.jumps]
     times = np.unique(
         np.concatenate([np.geomspace(1e-2 * found.since, scene.end_time, 500), *since]).clip(max=scene.end_time)
     )
-    for name in found.values:
-        apart = np.abs(
-            np.interp(times, found.time, found.values[name]) - np.interp(times, truth.time, truth.values[name])
-        )
-        assert (apart <= found.error_at(name, times) + truth.error_at(name, times)).all()
-    (flux, wait), *_ = found.jumps
+    assert beyond(found, truth, times) == []
+    flux, wait = found.jumps[0]
     assert wait == pytest.approx(0.1 * found.since)
     assert not found.sure(np.array([flux + 0.05 * found.since])).any()
+
+
+@pytest.mark.parametrize("seed", [pytest.param(58100339, marks=pytest.mark.long), 58100438])
+def test_errors_hold_at_every_row_from_the_start_on(seed):
+    """Of a heat flow that is infinite when its given temperature jumps, and of a mean temperature that Krylov fields
+    miss at first: they were off by 34 and 3 times their errors."""
+    scene = random_scenes.boxes(seed)
+    found, truth = (solve(replace(scene, accuracy=scene.accuracy / finer)).over_time for finer in (1, 30))
+    assert beyond(found, truth, found.time) == []
+    jumps = [at for at, wait in found.jumps if wait == found.since]
+    assert np.isinf(found.error_at("into cold", np.array(jumps))).all()
+    assert np.isfinite([found.error_at(name, found.time) for name in found.values if name != "into cold"]).all()
 
 
 @pytest.mark.long
