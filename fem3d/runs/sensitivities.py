@@ -2,8 +2,6 @@
 
 A temperature is differentiated as a rise: of a sink above the room, of a free scene in the steady state above the mean
 of the coldest given temperatures (the start's, where none is given), over time above the start.
-
-A mesh is solved three times for each key. Where it is large, the scene is solved again for its slopes, to `ENOUGH`.
 """
 
 from __future__ import annotations
@@ -32,9 +30,9 @@ from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
 
 ENOUGH = 1e-2
-"""Accuracy of slopes of large scenes: an uncertainty has two significant digits (GUM 7.2.6)."""
+"""Accuracy to which large scenes are solved again for slopes: an uncertainty has two digits (GUM 7.2.6)."""
 LARGE = 20_000
-"""Unknowns of a large scene, whose slope by a key takes a second or more."""
+"""Unknowns of a large scene; it is solved three times for each key, which takes a second or more."""
 ZERO = "it is zero within its error, of which there is no percent"
 AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
 
@@ -50,7 +48,7 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, profi
 
     Raises NumericsError if the sink itself cannot be solved again.
     """
-    if _is_large(sink, result):
+    if sink.accuracy < ENOUGH and result.details["unknowns"] > LARGE:
         sink = replace(sink, accuracy=ENOUGH)
         result = sink_run.solve(sink, result.traces is not None)
     answer, left_out = result.details["answer"], dict[str, str]()
@@ -79,7 +77,8 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
     steady, whole = result.traces is None, need_whole(scene, chosen)
     if not steady and "transient" not in result.details:
         return Sensitivities({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
-    large = _is_large(scene, result, len(result.details["planes"]) if whole else 0)
+    unknowns = result.details["unknowns"] * 2 ** (whole * len(result.details["planes"]))
+    large = scene.accuracy < ENOUGH and unknowns > LARGE
     if large or (whole and result.details["planes"]):
         scene = replace(scene, accuracy=ENOUGH) if large else scene
         result = scene_run.solve(scene, whole=whole)
@@ -117,11 +116,6 @@ def need_whole(scene: AnyScene, keys: Iterable[str]) -> bool:
     return False
 
 
-def _is_large(scene: Sink | AnyScene, result: Result, planes: int = 0) -> bool:
-    """Whether a scene is solved to `ENOUGH` for its slopes; ``planes`` of its symmetry are given up."""
-    return scene.accuracy < ENOUGH and result.details["unknowns"] * 2**planes > LARGE
-
-
 def _of_largest(found: Sensitivities, course: Course, known: Mapping[str, float]) -> Sensitivities:
     """Differentiate the largest size of each trace; the ``known`` errors of traces count too."""
     at = {n: int(np.abs(v).argmax()) for n, v in course.traces.items()}
@@ -144,13 +138,9 @@ def _known(estimates: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict
 
 def floor_of(scene: AnyScene, other: AnyScene) -> float:
     """Return the reference (K) of rises: the mean, in the other scene, of this scene's coldest given temperatures."""
-    pairs: list[tuple[Any, Any]] = []
+    key = {"temperature": "value", "convection": "ambient"}
     both: Iterable[tuple[Any, Any]] = zip(scene.boundaries, other.boundaries, strict=True)
-    for a, b in both:
-        if a.kind == "temperature":
-            pairs.append((a.value, b.value))
-        elif a.kind == "convection":
-            pairs.append((a.ambient, b.ambient))
+    pairs = [(getattr(a, key[a.kind]), getattr(b, key[a.kind])) for a, b in both if a.kind in key]
     if not pairs:
         return other.initial_temperature
     lowest = min(min(values(a)) for a, _ in pairs)
