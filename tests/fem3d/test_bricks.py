@@ -154,6 +154,7 @@ def functions(space, count, seed, fall=0.25):
     return found * scale
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("degree", [1, 3, 6])
 @pytest.mark.parametrize("probe", PROBES, ids=lambda p: p.name)
 def test_extremes_equal_dense_sampling_within_error(degree, probe):

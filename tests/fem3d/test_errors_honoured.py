@@ -376,6 +376,7 @@ def test_a_trace_whose_last_degree_changes_nothing_is_known_to_its_error(accurac
     assert np.abs(found - exact).max() <= traces.errors["middle"] < 10 * accuracy * np.ptp(exact)
 
 
+@pytest.mark.long
 def test_largest_current_is_the_inrush_at_the_start():
     """The cold conductor carries most; its error is bounded at t = 0, before the errors of traces hold."""
     scene = replace(load_free("hotplate"), end_time=1e-3, output_times=(1e-3,), accuracy=1e-2)
@@ -389,6 +390,7 @@ def test_largest_current_is_the_inrush_at_the_start():
         assert (apart <= traces.error_at(name, times) + close.error_at(name, times)).all(), name
 
 
+@pytest.mark.long
 def test_heat_that_leaves_by_cold_legs_is_within_its_error():
     """Heating raises the resistance of the membrane more than that of its legs. The flow missed 4.8 errors."""
     sizes = "parameters.L=600um", "parameters.w=20um", "parameters.t=1um", "parameters.film=0.2um"

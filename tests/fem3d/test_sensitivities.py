@@ -94,6 +94,7 @@ def test_slopes_of_a_symmetric_part(run):
             assert slope.error < 2e-2
 
 
+@pytest.mark.long
 def test_a_large_scene_is_solved_again_to_a_percent(monkeypatch):
     scene = load_free("bridge")
     result = scene_run.solve(scene)
@@ -109,6 +110,7 @@ def test_a_large_scene_is_solved_again_to_a_percent(monkeypatch):
     assert 2 * errors[0] < errors[1] < 1e-2
 
 
+@pytest.mark.long
 def test_slopes_on_a_coarse_mesh_are_within_their_errors():
     """The slope by the height missed 2.9 errors, as the error itself follows the height of the cells."""
     scene = load_free("plate")

@@ -120,6 +120,7 @@ def test_errors_hold_at_held_edge_of_good_conductor(monkeypatch):
     assert off() > 2.0
 
 
+@pytest.mark.long
 def test_errors_hold_where_two_given_temperatures_meet(monkeypatch):
     """Near the edge of a block that is hot below and cold at one side, where the solution jumps. The twin without the
     jump's error is off by more than twice its errors."""

@@ -103,6 +103,7 @@ def kept(scene: Any, names: list[str]) -> int:
         gc.enable()
 
 
+@pytest.mark.long
 def test_a_run_leaves_nothing_behind():
     """In a process of its own: a list of all objects holds tuples that another thread is still making, which ends this
     thread in an error."""

@@ -219,6 +219,7 @@ def test_a_mesh_file(tmp_path):
     assert abs(found.steady(other)["end"] - truth["end"].value) > stated
 
 
+@pytest.mark.long
 def test_a_current_that_heating_hardly_changes_has_few_fields():
     """Each further field multiplies the loads; a model of 22 boxes took four times as long."""
     scene = replace(load("hotplate", ["boundary.drive.voltage=0.2V"]), steady=True, output_times=(), accuracy=1e-2)

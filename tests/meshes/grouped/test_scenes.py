@@ -91,6 +91,7 @@ def test_transient_of_the_same_scene_as_boxes(cell, tmp_path):
     assert gap(found, boxed, np.geomspace(2e-6, 2e-5, 9)) <= 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cell", ["tetra", "hexahedron"])
 def test_a_drive_over_time_ends_in_its_steady_state(cell, tmp_path):
     """Of right-angled tetrahedra the stiffness lacks entries that the mass has, and both are factorized in one

@@ -25,6 +25,7 @@ PLAIN = replace(SILICON, temperature_coefficient=0.0)
 FALLING = PowerLaw(130.0, 293.0, -1.3)
 
 
+@pytest.mark.long
 def test_the_hottest_place_of_a_conductor_is_kohlrausch_s():
     volts, silicon = 5.0, replace(SILICON, thermal_conductivity=FALLING)
 
