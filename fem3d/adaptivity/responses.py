@@ -101,7 +101,7 @@ def search_hot_states(
         if worst is None:
             break
         hot.append(worst)
-        base = make_base(heat, conductor, hot)
+        base = replace(make_base(heat, conductor, hot), unseen=base.unseen)  # until the next round, or for good
     return base, hot
 
 

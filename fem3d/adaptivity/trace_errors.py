@@ -101,7 +101,7 @@ def bound_response(
 
 def _early(study: Study, fine: FineResponse, low: Response, rows: np.ndarray) -> dict[str, float]:
     """Estimate the errors of traces at the ``rows`` (s) soon after the start and after jumps: twice the changes by the
-    last degree and by the last Krylov fields, for want of a measured rate, and errors of heat flows (`_jumps`)."""
+    last degree and by the last Krylov fields, for want of a measured rate, and jumps of the mesh (`_jumps`)."""
     soon = rows[~responses.sure(study, fine.answer.heat, rows)]
     times, compared = soon[thin_out(soon, 200)], (fine.answer, low, fine.worse)
     traces, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in compared)
@@ -110,8 +110,8 @@ def _early(study: Study, fine: FineResponse, low: Response, rows: np.ndarray) ->
 
 
 def _jumps(study: Study, answer: Response) -> dict[str, float]:
-    """Return by how much traces jump with a drive that are continuous in truth: mean temperatures off the faces of
-    given temperature, and heat flows through these, which are infinite where the temperature itself jumps."""
+    """Return the jump with a drive of each trace that is continuous in truth: mean temperatures off the faces of given
+    temperature, and heat flows through such faces. A flow is infinite where the given temperature itself jumps."""
     heat, domain, at = answer.heat, answer.heat.domain, jump_times(answer.heat.inputs, study.end)
     sudden = (np.vstack([heat.inputs.at(np.zeros(1)), heat.inputs.jumps(at)]) @ heat.given).any(axis=0)
     traces = study.traces(outputs.of_transient(answer, study.part, np.concatenate([at * (1 - 1e-12), [0.0], at])))

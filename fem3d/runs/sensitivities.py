@@ -24,7 +24,7 @@ from fem3d.runs.motion import same_planes
 from meshes import symmetry
 from scenes import physics
 from scenes.errors import SceneError, quoted
-from scenes.model import ROUNDING, AnyScene, Probe, values
+from scenes.model import ROUNDING, AnyScene, MeshScene, Probe, values
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
@@ -78,7 +78,9 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
     if not steady and "transient" not in result.details:
         return Sensitivities({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
     unknowns = result.details["unknowns"] * 2 ** (whole * len(result.details["planes"]))
-    large = scene.accuracy < ENOUGH and unknowns > LARGE
+    # The first mesh of a file is its coarsest.
+    refined = not isinstance(scene, MeshScene) or result.details["levels"] > 1
+    large = scene.accuracy < ENOUGH and unknowns > LARGE and refined
     if large or (whole and result.details["planes"]):
         scene = replace(scene, accuracy=ENOUGH) if large else scene
         result = scene_run.solve(scene, whole=whole)

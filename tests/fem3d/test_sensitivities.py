@@ -268,90 +268,20 @@ def test_a_mesh_file_has_no_coordinates():
         assert slope.value == pytest.approx(expected, abs=2e-3), (key, name)
 
 
+def test_a_mesh_of_a_file_that_is_not_refined_is_not_solved_again(monkeypatch):
+    scene = from_dict(tomllib.loads(WIRE) | {"run": {"steady": True, "accuracy": 5e-3}}, folder=str(FILES))
+    monkeypatch.setattr("fem3d.adaptivity.cell_mesh.MOST_UNKNOWNS", 1)
+    result = scene_run.solve(scene)
+    assert result.details["levels"] == 1
+    monkeypatch.setattr("fem3d.runs.sensitivities.LARGE", 0)
+    monkeypatch.setattr(scene_run, "solve", lambda *_, **__: pytest.fail("it is solved again"))
+    assert of_scene(scene, result, ["source.source-1.heat_source"]).steady
+
+
 def test_zero_has_no_percent():
     document = deepcopy(PAIR)
     document["probe"].append({"name": "floor", "lower": [0, 0, 0], "upper": [0, 20e-6, 10e-6]})
     assert set(solved(from_dict(document), "boundary.in.voltage").left_out) == {'probe "floor"'}
-
-
-HEATED: dict[str, Any] = {
-    "scene": {"initial_temperature": 300.0},
-    "run": {"end_time": 2e-3, "accuracy": 1e-2},
-    "material": [{"name": "m", "thermal_conductivity": 1.0, "density": 1000.0, "specific_heat": 1000.0}],
-    "box": [{"name": "bar", "material": "m", "lower": [0, 0, 0], "upper": [1e-5, 1e-5, 2e-5],
-             "heat_source": 1e9}],
-    "boundary": [{"name": "cold", "lower": [0, 0, 0], "upper": [1e-5, 1e-5, 0], "temperature": 300.0}],
-    "probe": [{"name": "top", "lower": [0, 0, 2e-5], "upper": [1e-5, 1e-5, 2e-5]},
-              {"name": "most", "lower": [0, 0, 0], "upper": [1e-5, 1e-5, 2e-5], "reduce": "max"}],
-}  # fmt: skip
-
-
-@pytest.mark.long
-def test_over_time():
-    """A heated bar: by the source all goes in proportion; material and source times one factor leave the rise as it is;
-    the diffusion time goes with the square of the length."""
-    scene = from_dict(deepcopy(HEATED))
-    result = scene_run.solve(scene, None, True)
-    found = of_scene(
-        scene, result,
-        ("box.bar.heat_source", "material.m.thermal_conductivity", "material.m.density", "box.bar.upper.z"),
-    )  # fmt: skip
-    course = {key: by_name["top"] for key, by_name in found.course.values.items()}
-    own = np.interp(found.course.times, result.traces.time, result.traces.values["top"]) - 300.0
-    size = own.max()
-    # Traces are within 1e-2.
-    source, conductivity, density, length = course.values()
-    assert source == pytest.approx(own, abs=5e-3 * size)
-    assert np.abs(source + conductivity + density).max() < 1e-4 * size
-    assert np.abs(conductivity).max() > 0.5 * size
-    # q L^2 / k times a function of k t / (c L^2): L acts like the square root of q and c, and the inverse one of 1 / k.
-    assert length == pytest.approx(2 * source + 2 * density, abs=1e-4 * size)
-    # The slopes are of the largest rise, at the top.
-    for by_name in found.steady.values():
-        assert by_name["most"].value == pytest.approx(by_name["top"].value, abs=by_name["most"].error)
-
-
-def test_a_voltage_over_time():
-    """At a constant resistivity rises go with the square of the voltage, the current in proportion."""
-    found = solved(bar(run={"end_time": 1e-4, "accuracy": 1e-2}), "boundary.voltage near.voltage")
-    by_name = found.steady["boundary.voltage near.voltage"]
-    for name, exponent in (("peak", 2), ("mean", 2), ("current", 1)):
-        assert by_name[name].value == pytest.approx(exponent, abs=1e-4)
-        assert abs(by_name[name].value - exponent) <= by_name[name].error < 2e-2
-
-
-def test_a_current_alone_over_time():
-    """No temperature acts on it: there is no dual problem."""
-    scene = bar(run={"end_time": 1e-4, "accuracy": 1e-2})
-    scene = replace(scene, probes=tuple(p for p in scene.probes if p.quantity == "current"))
-    slope = solved(scene, "material.m.resistivity").steady["material.m.resistivity"]["current"]
-    assert abs(slope.value + 1) <= slope.error < 2e-2
-
-
-def test_density_and_specific_heat_act_alike():
-    """On a hot plate, whose fields of many loads and dual problems nearly depend on each other."""
-    keys = "material.platinum.density", "material.platinum.specific_heat"
-    density, heat = solved(load_free("hotplate", ["run.accuracy=2e-2"]), *keys).steady.values()
-    for name, slope in density.items():
-        assert slope.value == pytest.approx(heat[name].value, abs=slope.error)
-        assert 0 < abs(slope.value) < 0.1
-
-
-def test_inputs_that_jump():
-    """The scene is linear in its source and in all temperatures together."""
-    given = deepcopy(HEATED)
-    given["probe"] = given["probe"][:1]
-    jumping: dict[str, Any] = {"times": [0.0, 1e-3, 1e-3, 2e-3]}
-    given["box"][0]["heat_source"] = jumping | {"values": [1e9, 1e9, 3e9, 3e9]}
-    given["boundary"][0]["temperature"] = jumping | {"values": [300.0, 300.0, 330.0, 330.0]}
-    scene = from_dict(given)
-    result = scene_run.solve(scene, None, True)
-    found = of_scene(scene, result, ("box.bar.heat_source", "boundary.cold.temperature", "scene.initial_temperature"))
-    traces, together = result.over_time, sum(by_name["top"] for by_name in found.course.values.values())
-    rows = np.interp(found.course.times, traces.time, traces.values["top"]) - 300.0
-    late = np.abs(found.course.times - 1e-3) > 2e-5
-    assert together[late] == pytest.approx(rows[late], abs=5e-3 * found.values["top"].value)
-    assert np.abs(found.course.values["boundary.cold.temperature"]["top"]).max() > 100
 
 
 SIZES = ("sink.length", "sink.width", "sink.thickness", "anchor.pad_length", "anchor.pad_width",

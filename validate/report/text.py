@@ -17,10 +17,10 @@ MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "u
 
 def report(outcome: Outcome[Any], style: Style | None = None) -> str:
     """Return the report of a run: alarms, the answer, the sections, the warnings; by default without colours."""
-    from validate.report.views import sections
+    from validate.report import views
 
     style = style or Style()
-    parts = (section_text(section, style) for section in sections(outcome, style))
+    parts = (section_text(section, style) for section in views.sections(outcome, style))
     said = (wrapped(f"Warning: {text}") for text in sentences(outcome.warnings))
     return "\n\n".join(filter(None, (headline(outcome, style), *parts, *said)))
 
