@@ -42,7 +42,7 @@ def solve(scene: Any, options: Options, progress: Progress | None = None, answer
     for analysis in analyses:
         with progress.stage(analysis.name):
             analysis.prepare(outcome, progress)
-    outcome.results = kind.solve(outcome.scene, options, progress)
+    outcome.results = kind.solve(outcome.scene, options, progress, outcome.fem3d)
     if outcome.fem3d is not None:
         outcome.scene = outcome.fem3d.details.get("scene", outcome.scene)
         if model is not None:

@@ -1,18 +1,22 @@
-"""Keys of the scene, fitted to measured data before the run: bounded least squares with the models' own derivatives.
+"""Keys of the scene, fitted to measured data before the run: bounded least squares with the model's own derivatives.
 
-The logarithms of the keys minimize sum ((S - D) / u_D)^2. With the derivatives J of the residuals their covariance is
-(J^T J)^-1, where the model is right and u_D is correct (Seber and Wild, Nonlinear Regression, 1989).
+The logarithms x of the keys minimize |r|^2 with r = (S - D) / u_D. With J = dr/dx their covariance is (J^T J)^-1, where
+the model is right and u_D is correct (Seber and Wild, Nonlinear Regression, 1989).
+
+Steps of Gauss and Newton, halved until |r| falls, take a rough solution R, of the accuracy `ENOUGH`, in place of S.
+Where a step is within a tenth of the uncertainties, S is solved, and R + (S - R), with this difference, takes the next
+steps. The fit ends where no step follows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+from numpy.linalg import norm
 
 from compare import quantities
 from compare.against import Data, simulated
@@ -22,7 +26,7 @@ from compare.outcome import Outcome, Progress
 from compare.report import Section, Style, Table
 from compare.slopes import in_3d
 from compare.verdict import COVERS
-from scenes.errors import SceneError
+from scenes.errors import NumericsError, SceneError
 from scenes.formats import percent
 from scenes.result import Result, Step, step
 from scenes.uncertain import path_of
@@ -31,6 +35,8 @@ from scenes.varied import kind_of as kind_of_key
 from scenes.varied import numbers, varied
 
 TINY = 1e-20  # A bound over the first value where there is none; its inverse is the other one.
+SETTLED = 0.1  # A step over the uncertainties of the keys: the misfit is then 1 % of one point's from its least one.
+MOST_STEPS, MOST_HALVES = 20, 6
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,7 @@ class Fit:
     u, correlations : relative standard uncertainties, and correlations (keys, keys)
     misfit : sum of squares over points less keys, about 1 where the model is as good as the data
     points : number of data
-    scene : the fitted scene
+    scene, result : the fitted scene, and its result in 3D
     """
 
     start: dict[str, float]
@@ -53,6 +59,7 @@ class Fit:
     misfit: float
     points: int
     scene: Any
+    result: Result
 
     def interval(self, key: str) -> tuple[float, float]:
         """Return the interval of a key (95 %), in SI units."""
@@ -88,7 +95,7 @@ class Calibration(Analysis[Fit]):
         scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
         progress("fitting")
         fit = fit_scene(scene, data, keys_of(scene, keys))
-        outcome.scene, outcome.analyses[self.name] = fit.scene, fit
+        outcome.scene, outcome.results["fem3d"], outcome.analyses[self.name] = fit.scene, fit.result, fit
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Fit:
         fit: Fit = outcome.analyses[self.name]
@@ -128,64 +135,108 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
     Raises SceneError for data of fewer points than keys, where they do not follow a key, and where a fit leaves the
     scenes that can be built.
     """
-    from scipy.optimize import least_squares
+    from scipy.optimize import lsq_linear
 
-    sure, numbered = quantities.of(scene).sure(data.time), numbers(scene)
-    start = {key: numbered[key] for key in keys}
-    points = int(sure.sum()) * len(data.values)
-    if points <= len(keys):
-        raise SceneError(f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)})")
+    from fem3d.runs.sensitivities import ENOUGH
+
+    numbered, enough = numbers(scene), max(scene.accuracy, ENOUGH)
+    start = np.array([numbered[key] for key in keys])
     # Of the logarithm of a value over its first one.
     limits = np.array([(kind.lower, kind.upper) for kind in (kind_of_key(scene, key) for key in keys)]).T
-    least, most = np.log(np.clip(limits / np.abs([*start.values()]), TINY, 1 / TINY))
-    times = data.time[sure]
-
-    @lru_cache(maxsize=1)  # a result in 3D is large
-    def solved(*x: float) -> tuple[Any, Result, list[str]]:
-        """The scene at logarithms of the keys, its result, and the quantities of both."""
-        moved = _moved(scene, keys, x)
-        result = _solve(moved)
-        modelled = result.steady if np.isinf(times[-1]) else result.over_time.values
-        if not (names := [name for name in data.values if name in data.u and name in modelled]):
-            raise SceneError(
-                f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
-                "uncertainty: give --data-uncertainty of one"
-            )
-        return moved, result, names
-
-    def residuals(x: np.ndarray) -> np.ndarray:
-        _, result, names = solved(*x)
-        off = [(simulated([result], n, times)[0] - data.values[n][sure]) / data.u[n][sure] for n in names]
-        return np.concatenate(off)
-
-    @cache
-    def derivatives(*x: float) -> np.ndarray:
-        moved, result, names = solved(*x)
-        slopes = in_3d(moved, result, keys)
-        if left_out := [key for key in keys if key in slopes.left_out]:
-            raise SceneError(f"--calibrate {left_out[0]}: {slopes.left_out[left_out[0]]}")
-        columns = [[np.nan_to_num(slopes.at(key, n, times)) / data.u[n][sure] for n in names] for key in keys]
-        return np.array([np.concatenate(column) for column in columns]).T
-
-    jacobian = derivatives(*np.zeros(len(keys)))
+    least, most = np.log(np.clip(limits / np.abs(start), TINY, 1 / TINY))
+    first = replace(_moved(scene, keys, np.zeros(len(keys))), accuracy=enough)
+    result = _solve(first)
+    problem, best = _Problem(scene, data, keys, result), None
+    rough = problem.trial(np.zeros(len(keys)), first, result)
+    jacobian, difference = problem.differentiate(rough), np.zeros(len(rough.residuals))
     still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
-    # The last step, shorter than a thousandth of all or better by 1e-5 of the squares, needs no derivatives.
-    solution = least_squares(
-        residuals, np.zeros(len(keys)), lambda x: derivatives(*x), (least - 1e-9, most + 1e-9), x_scale="jac",
-        xtol=1e-3, ftol=1e-5, max_nfev=20,
-    )  # fmt: skip
-    normal, fitted = solution.jac.T @ solution.jac, _moved(scene, keys, solution.x)
-    # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the square
-    # of the derivatives' rounding.
-    covariance = np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(len(keys)))
-    u = np.sqrt(np.diag(covariance))
+    for _ in range(MOST_STEPS):
+        normal, x, residuals = jacobian.T @ jacobian, rough.x, rough.residuals + difference
+        # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the
+        # square of the derivatives' rounding.
+        covariance = np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(len(keys)))
+        u = np.sqrt(np.diag(covariance))
+        room = np.clip((least - 1e-9 - x, most + 1e-9 - x), -1.0, 1.0)  # by a factor of e at most
+        step, nearer = lsq_linear(jacobian, -residuals, room).x, None
+        if (np.abs(step) > SETTLED * u).any():
+            tried = (problem.solve(x + step / 2**n, enough) for n in range(MOST_HALVES))
+            nearer = next((t for t in tried if norm(t.residuals + difference) < norm(residuals)), None)
+        if nearer is not None:
+            rough, jacobian = nearer, problem.differentiate(nearer)
+            continue
+        if best is not None and best.x is x:
+            break
+        fine = rough if scene.accuracy >= ENOUGH else problem.solve(x, scene.accuracy)
+        if best is not None and norm(fine.residuals) >= norm(best.residuals):
+            break
+        best, difference = fine, fine.residuals - rough.residuals
+    if best is None:
+        raise NumericsError(f"--calibrate has no end after {MOST_STEPS} steps: begin nearer, or with fewer keys")
+    values, points = numbers(best.scene), len(best.residuals)
     return Fit(
-        start, {key: numbers(fitted)[key] for key in keys}, dict(zip(keys, u.tolist(), strict=True)),
-        covariance / np.outer(u, u), 2 * float(solution.cost) / max(len(solution.fun) - len(keys), 1),
-        len(solution.fun), fitted,
+        dict(zip(keys, start.tolist(), strict=True)), {key: values[key] for key in keys},
+        dict(zip(keys, u.tolist(), strict=True)), covariance / np.outer(u, u),
+        float(best.residuals @ best.residuals) / max(points - len(keys), 1), points, best.scene, best.result,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A solved ``scene`` with the logarithms ``x`` (keys,) of its keys over their first values.
+
+    The ``residuals`` (points,) are differences from the data over the uncertainties of the data.
+    """
+
+    x: np.ndarray
+    scene: Any
+    result: Result
+    residuals: np.ndarray
+
+
+class _Problem:
+    """The residuals of a scene by its keys, at the times of the data at which errors of its ``result`` hold.
+
+    Raises SceneError for data of fewer points than keys.
+    """
+
+    def __init__(self, scene: Any, data: Data, keys: Sequence[str], result: Result) -> None:
+        self._scene, self._data, self._keys = scene, data, keys
+        self._sure = quantities.of(scene, result).sure(data.time)
+        self._times = data.time[self._sure]
+        points = len(self._times) * len(data.values)
+        if points <= len(keys):
+            raise SceneError(
+                f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)})"
+            )
+
+    def solve(self, x: np.ndarray, accuracy: float) -> _Trial:
+        scene = replace(_moved(self._scene, self._keys, x.tolist()), accuracy=accuracy)
+        return self.trial(x, scene, _solve(scene))
+
+    def trial(self, x: np.ndarray, scene: Any, result: Result) -> _Trial:
+        data = self._data
+        off = {n: simulated([result], n, self._times)[0] - data.values[n][self._sure] for n in self._names(result)}
+        return _Trial(x, scene, result, np.concatenate([each / data.u[n][self._sure] for n, each in off.items()]))
+
+    def differentiate(self, trial: _Trial) -> np.ndarray:
+        """Return the derivatives of the residuals (points, keys)."""
+        slopes = in_3d(trial.scene, trial.result, self._keys)
+        if left_out := [key for key in self._keys if key in slopes.left_out]:
+            raise SceneError(f"--calibrate {left_out[0]}: {slopes.left_out[left_out[0]]}")
+        u = {name: self._data.u[name][self._sure] for name in self._names(trial.result)}
+        columns = [[np.nan_to_num(slopes.at(key, n, self._times)) / u[n] for n in u] for key in self._keys]
+        return np.array([np.concatenate(column) for column in columns]).T
+
+    def _names(self, result: Result) -> list[str]:
+        modelled = result.steady if np.isinf(self._times[-1]) else result.over_time.values
+        if names := [name for name in self._data.values if name in self._data.u and name in modelled]:
+            return names
+        raise SceneError(
+            f"--calibrate: {self._data.name} has no quantity that the model answers and that is known to some "
+            "uncertainty: give --data-uncertainty of one"
+        )
 
 
 def _moved(scene: Any, keys: Sequence[str], logarithms: Sequence[float]) -> Any:

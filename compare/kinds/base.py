@@ -54,9 +54,10 @@ class Kind(ABC, Generic[S]):
         return scene
 
     @abstractmethod
-    def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
+    def solve(self, scene: S, options: Options, progress: Progress, fem3d: Result | None = None) -> dict[str, Result]:
         """Solve the models that the options ask for and the kind has, except the user's own, by name: "fem3d",
-        "reduced1d", and "single", 3D of one span of a row. Raises SceneError and ArithmeticError."""
+        "reduced1d", and "single", 3D of one span of a row. A result in 3D of this scene is taken where it is given.
+        Raises SceneError and ArithmeticError."""
 
     def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Outcome[S]]]:
         """Return the checks that such a run may have, in the order of the report; none by default, for a kind with its

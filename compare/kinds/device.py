@@ -71,7 +71,9 @@ class DeviceKind(Kind[Device]):
         traces = {name: result.trace(name) for name in result.quantities}
         return Result(model, steady, Traces(result.time_s, traces, result.errors), details)
 
-    def solve(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
+    def solve(
+        self, scene: Device, options: Options, progress: Progress, fem3d: Result | None = None
+    ) -> dict[str, Result]:
         from reduced1d.device import design
 
         results = {"reduced1d": self._in_1d(scene, options, progress)}

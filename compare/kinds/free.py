@@ -47,14 +47,16 @@ class FreeKind(Kind[AnyScene]):
     def declared(self, scene: AnyScene, options: Options) -> AnyScene:
         return probed(scene)
 
-    def solve(self, scene: AnyScene, options: Options, progress: Progress) -> dict[str, Result]:
+    def solve(
+        self, scene: AnyScene, options: Options, progress: Progress, fem3d: Result | None = None
+    ) -> dict[str, Result]:
         from fem3d.runs import scene as scene_run
 
         own = chosen_model(scene, options.model)
         progress("solving in 3D")
         with progress.stage("fem3d"):
             try:
-                result = scene_run.solve(scene, progress)
+                result = fem3d or scene_run.solve(scene, progress)
             except RunawayInTimeError as error:
                 if options.export is not None or own is not None:
                     raise

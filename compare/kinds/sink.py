@@ -59,13 +59,17 @@ class SinkKind(Kind[Sink]):
         if options.calibrate and (why := nonlinear(scene.scene(), True)):
             raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
 
-    def solve(self, scene: Sink, options: Options, progress: Progress) -> dict[str, Result]:
-        results: dict[str, Result] = {}
+    def solve(
+        self, scene: Sink, options: Options, progress: Progress, fem3d: Result | None = None
+    ) -> dict[str, Result]:
+        results = {"fem3d": fem3d} if fem3d else dict[str, Result]()
         if options.only != "1d":
             from fem3d.runs.sink import solve
 
             rows = {"fem3d": scene} | ({"single": replace(scene, spans=1)} if scene.spans > 1 else {})
             for name, sink in rows.items():
+                if name in results:
+                    continue
                 progress("solving in 3D")
                 with progress.stage("fem3d"):
                     results[name] = solve(sink, not options.steady, progress)
