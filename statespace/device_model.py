@@ -213,7 +213,7 @@ def compact(
     most, count = whole.modal.count, states
     while True:
         say("compact model: states")
-        made = reduce(judge.document, most, judge.references, accuracy, count, DEVICE)
+        made, _ = reduce(judge.document, most, judge.references, accuracy, count, DEVICE)
         say(f"compact model: the closed loop with {made['states']} states")
         made["error"] = {LOOP: judge.closed(CompactModel(made))} | made["error"]
         reached = worst(made["error"])

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -248,34 +249,39 @@ def compare(document: Mapping[str, Any], references: References) -> Errors:
     }
 
 
+def relative_errors(errors: Errors) -> np.ndarray:
+    """Return all relative errors (runs and outputs,)."""
+    return np.array([e["relative"] for run in errors.values() for kind in run.values() for e in kind.values()])
+
+
 def worst(errors: Errors) -> float:
     """Return the largest relative error."""
-    return max(e["relative"] for run in errors.values() for kind in run.values() for e in kind.values())
+    return float(relative_errors(errors).max())
 
 
 def reduce(
     document: Callable[[int], dict[str, Any]], most: int, references: References, accuracy: float, states: int | None,
     full: str,
-) -> dict[str, Any]:  # fmt: skip
+) -> tuple[dict[str, Any], float]:  # fmt: skip
     """Find the model of fewest states, at most ``most``, within a relative accuracy; or of a number of ``states``.
 
-    ``document(n)`` is the document of the model of the first n directions. The result has "error" too. Where even
-    ``most`` states miss the accuracy it has the fewest whose error is about as small, and "warnings" about the
-    distance from the ``full`` model.
+    ``document(n)`` is the document of the model of the first n directions. The result has "error" too. Errors that
+    exceed the accuracy even with ``most`` states may be a tenth larger than there, and "warnings" state the distance
+    from the ``full`` model. Also return the largest error with ``most`` states.
     """
-    known: dict[int, Errors] = {}
 
-    def error(count: int) -> float:
-        if count not in known:
-            known[count] = compare(document(count), references)
-        return worst(known[count])
+    @cache
+    def compare_once(count: int) -> Errors:
+        return compare(document(count), references)
 
-    count = fewest(most, error, accuracy) if states is None else min(states, most)
-    warnings = []
-    if error(count) > accuracy and states is None:
-        count = fewest(most, error, 1.1 * error(count))
-        warnings = [not_reached(accuracy, full, error(count))]
-    return document(count) | {"error": known[count], "warnings": warnings}
+    def errors(count: int) -> np.ndarray:
+        return relative_errors(compare_once(count))
+
+    allowed = np.maximum(accuracy, 1.1 * errors(most))
+    count = min(states, most) if states is not None else fewest(most, lambda n: bool((errors(n) <= allowed).all()))
+    missed = states is None and errors(count).max() > accuracy
+    warnings = [not_reached(accuracy, full, errors(count).max())] if missed else []
+    return document(count) | {"error": compare_once(count), "warnings": warnings}, float(errors(most).max())
 
 
 def not_reached(accuracy: float, full: str, reached: float, because: str = "") -> str:
@@ -286,15 +292,15 @@ def not_reached(accuracy: float, full: str, reached: float, because: str = "") -
     )
 
 
-def fewest(most: int, error: Callable[[int], float], accuracy: float) -> int:
-    """Bisect for the smallest number of states, at most ``most``, whose error holds an accuracy.
+def fewest(most: int, holds: Callable[[int], bool]) -> int:
+    """Bisect for the smallest number of states, at most ``most``, that holds an accuracy.
 
     A number of states with which the model cannot be run does not hold it; ``most`` is taken where no other does.
     """
 
     def exceeds(count: int) -> bool:
         try:
-            return error(count) > accuracy
+            return not holds(count)
         except (ArithmeticError, np.linalg.LinAlgError):
             return True
 

@@ -144,7 +144,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
     # Of the logarithm of a value over its first one.
     limits = np.array([(kind.lower, kind.upper) for kind in (kind_of_key(scene, key) for key in keys)]).T
     least, most = np.log(np.clip(limits / np.abs(start), TINY, 1 / TINY))
-    first = replace(_moved(scene, keys, np.zeros(len(keys))), accuracy=enough)
+    first = replace(_moved(scene, keys, [0.0] * len(keys)), accuracy=enough)
     result = _solve(first)
     problem, best = _Problem(scene, data, keys, result), None
     rough = problem.trial(np.zeros(len(keys)), first, result)

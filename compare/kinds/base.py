@@ -170,8 +170,8 @@ class Kind(ABC, Generic[S]):
 
         scene, export = self.exported(outcome.scene, outcome.options), outcome.options.export
         assert scene is not None
-        seconds = progress.processor_time.get("fem3d")
-        return compact(scene, export.states, export.accuracy, progress, seconds, outcome.fem3d)
+        seconds, earlier = progress.processor_time.get("fem3d", 0.0), outcome.fem3d if scene is outcome.scene else None
+        return compact(scene, export.states, export.accuracy, progress, seconds, earlier)
 
     def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
         """Return time_s and <model>_<quantity>_<unit> for traces.csv, as far as all models go; temperatures in kelvin,

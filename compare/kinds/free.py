@@ -53,6 +53,11 @@ class FreeKind(Kind[AnyScene]):
         from fem3d.runs import scene as scene_run
 
         own = chosen_model(scene, options.model)
+        if options.export is not None:
+            from fem3d.runs.compact import RUN_SHARE
+
+            # The compact model is compared with this result.
+            scene = replace(scene, accuracy=min(scene.accuracy, max(RUN_SHARE * options.export.accuracy, 1e-6)))
         progress("solving in 3D")
         with progress.stage("fem3d"):
             try:

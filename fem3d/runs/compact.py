@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import lru_cache, partial
 from itertools import pairwise
 from threading import Lock
 from time import thread_time
@@ -37,20 +38,20 @@ from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
 from scenes.result import Result
 from statespace.channels import OWN, Channel, apart, channels, driven, scenarios
 from statespace.document import scene_document
-from statespace.reduction import SOONER, Reference, References, StateSpace, Times, compare, not_reached, reduce, worst
+from statespace.reduction import SOONER, Reference, References, StateSpace, Times, not_reached, reduce, worst
 from statespace.runtime import CompactModel
 
 FULL = "the full model"
 RUN_SHARE, ROUGH_SHARE = 0.5, 3.0
 """Parts of the accuracy: for the runs and the mesh of the compact model, and for a mesh that does not reach it."""
-LONGEST, ALWAYS = 4.0, 30.0
-"""Limit of the runs: this multiple of the processor time of the 3D solution, or at least these seconds."""
+LONGEST, ALWAYS = 2.0, 30.0
+"""Limit of all runs: this multiple of the processor time of the scene's own runs, or at least these seconds."""
 MOST_PLACES = 12  # of an extreme that a model reads: a choice, as each is a row of its outputs
 
 
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None,
-    seconds: float | None = None, rough: Result | None = None,
+    seconds: float = 0.0, earlier: Result | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Make the document of a scene's compact model, as `statespace.runtime.CompactModel` takes it.
 
@@ -60,8 +61,8 @@ def compact(
     states : number of states; None for as many as the accuracy takes
     accuracy : largest error, relative to the same scales as the scene's accuracy
     say : called with lines about the progress
-    seconds : processor time (s) of an earlier 3D solution; by default the time of the first run
-    rough : the earlier 3D solution, whose mesh the first run over time begins with
+    seconds, earlier : processor time (s) of an earlier 3D solution of the scene, and its result, which is one of the
+        scene's own runs if it is accurate enough
 
     Returns
     -------
@@ -71,7 +72,7 @@ def compact(
     """
     refuse(scene)
     try:
-        return _compact(scene, states, accuracy, say, seconds, rough)
+        return _compact(scene, states, accuracy, say, seconds, earlier)
     except NumericsError:
         raise
     except (ArithmeticError, np.linalg.LinAlgError) as error:
@@ -80,83 +81,81 @@ def compact(
 
 def _compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None],
-    seconds: float | None, rough: Result | None,
+    seconds: float, earlier: Result | None,
 ) -> dict[str, Any]:  # fmt: skip
     if not physics.heat(scene):
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
-        scene = replace(driven(scene, largest), steady=True, output_times=())
+        scene, earlier = replace(driven(scene, largest), steady=True, output_times=()), None
     inputs, start = channels(scene), thread_time()
     tried = scenarios(scene, inputs)
-    own = _references(tried.pop(OWN), inputs, RUN_SHARE * accuracy, say, rough=rough)
+    own = _references(tried.pop(OWN), inputs, RUN_SHARE * accuracy, say, earlier=earlier)
     # A step of the only drive may be the scene itself.
     references = {OWN: own} | {name: own for name, each in tried.items() if each == scene}
     tried = {name: each for name, each in tried.items() if name not in references}
-    budget = _Budget(thread_time() - start, seconds)
-    run_share = RUN_SHARE * budget.looser(len(tried))
-    # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
-    part = ROUGH_SHARE if isinstance(scene, MeshScene) else min(run_share, ROUGH_SHARE)
+    budget = _Budget(seconds + thread_time() - start)
+    looser = budget.looser(len(tried) * budget.spent)
 
-    def meshed() -> tuple[Problems, Symmetry, str]:
+    @lru_cache(1)
+    def meshed(part: float) -> tuple[Problems, Symmetry, str]:
         try:
             return *_problem(scene, inputs, part * accuracy, own), ""
         except NumericsError as error:
             return *_problem(scene, inputs, ROUGH_SHARE * accuracy, own), f" ({error})"
 
-    def compared(name: str) -> list[Reference] | None:
-        return budget.spend(name, lambda: _references(tried[name], inputs, run_share * accuracy, say, own))
-
-    with threadpool_limits(1), ThreadPoolExecutor(2) as pool:  # two at once, which bounds the memory
-        meshing = pool.submit(meshed)
-        runs = dict(zip(tried, pool.map(compared, tried), strict=True))
-        say("compact model: mesh and fields")
-        problems, symmetric, because = meshing.result()
-    references |= {name: found for name, found in runs.items() if found}
-    left = [name for name, found in runs.items() if not found]
-    steps, rest = np.array([c.step for c in inputs]), np.array([c.rest for c in inputs])
+    while True:
+        before, share = budget.spent, RUN_SHARE * looser
+        # The errors of a model on a mesh file are those of its mesh, which is kept. Else it is as accurate as the runs.
+        part = ROUGH_SHARE if isinstance(scene, MeshScene) else min(share, ROUGH_SHARE)
+        solve = partial(_references, known=inputs, accuracy=share * accuracy, say=say, own=own)
+        with threadpool_limits(1), ThreadPoolExecutor(2) as pool:  # two at once, which bounds the memory
+            meshing = pool.submit(meshed, part)
+            runs = pool.map(partial(budget.spend, solve), tried.values())
+            references |= {name: run for name, run in zip(tried, runs, strict=True) if run}
+            say("compact model: mesh and fields")
+            problems, symmetric, because = meshing.result()
+        tighter = budget.looser(looser * (budget.spent - before))
+        if tighter > looser / 2:
+            break
+        looser = tighter
     rich, times = _project(scene, inputs, problems, symmetric, accuracy)
     space = rich.state_space(_places(scene, rich, references))
-    reached = worst(compare(_document(scene, inputs, space), references))
     say("compact model: states")
-    order = space.leading(steps, rest, times)
-    made = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states, references,
-                  max(accuracy, 1.1 * reached), states, FULL)  # fmt: skip
+    order = space.leading(np.array([c.step for c in inputs]), np.array([c.rest for c in inputs]), times)
+    made, reached = reduce(lambda count: _document(scene, inputs, space.within(order[:, :count])), space.states,
+                           references, accuracy, states, FULL)  # fmt: skip
     if states is None and worst(made["error"]) > accuracy:
-        because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (run_share > RUN_SHARE)
+        because = because or f" (the runs took {LONGEST:g} times the time of the 3D solution)" * (looser > 1)
         made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
-    if left:
+    if left := [name for name in tried if name not in references]:
         made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(left)}")
-    text = [
+    text = (
         "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, with "
-        f"their errors. With {space.states} states it is {reached:.1e} at most.",
-    ]
-    estimated = {"runs": len(references), "more_states": space.states, "with_more_states": reached, "text": text}
+    )
+    text += f"their errors. With {space.states} states it is {reached:.1e} at most."
+    estimated = {"runs": len(references), "more_states": space.states, "with_more_states": reached, "text": [text]}
     return made | {"estimated": estimated}
 
 
 class _Budget:
-    """The processor time (s) for the runs of all inputs after a ``first`` run: a multiple of the 3D solution's
-    ``seconds``, if given, which `LONGEST` and `ALWAYS` define."""
+    """The processor time (s) of all runs, ``spent`` by the scene's own at first; `LONGEST` and `ALWAYS` limit it."""
 
-    def __init__(self, first: float, seconds: float | None) -> None:
-        self._first, self._spent, self._lock = first, dict[str, float](), Lock()
-        self._limit = max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
+    def __init__(self, own: float) -> None:
+        self.spent, self._limit, self._lock = own, max(LONGEST * own, ALWAYS), Lock()
 
-    def looser(self, runs: int) -> float:
-        """Return the factor on the tolerance with which so many runs take two thirds of the time at most."""
-        room = max(self._limit * 2 / 3 - self._first, 0.1 * self._first)
-        return max(1.0, runs * self._first / room)
+    def looser(self, seconds: float) -> float:
+        """Return the factor on the tolerance of runs, which shortens them by as much from so many ``seconds``, with
+        which they end within two thirds of the limit."""
+        return max(1.0, seconds / max(self._limit * 2 / 3 - self.spent, 0.1 * self.spent, 1e-9))
 
-    def spend(self, name: str, run: Callable[[], list[Reference]]) -> list[Reference] | None:
-        """Return the result of a run; None where the time is spent."""
-        with self._lock:  # a run under way counts as long as the longest one
-            self._spent[name] = max(self._spent.values(), default=self._first)
-            if self._first + sum(self._spent.values()) >= self._limit:
-                del self._spent[name]
-                return None
+    def spend(self, solve: Callable[[AnyScene], list[Reference]], scene: AnyScene) -> list[Reference] | None:
+        """Return the runs of a scenario; None where the time is spent."""
+        if self.spent >= self._limit:
+            return None
         begun = thread_time()
-        result = run()
-        self._spent[name] = thread_time() - begun
+        result = solve(scene)
+        with self._lock:
+            self.spent += thread_time() - begun
         return result
 
 
@@ -182,24 +181,33 @@ def refuse(scene: AnyScene) -> None:
 
 def _references(
     scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None],
-    own: list[Reference] | None = None, rough: Result | None = None,
+    own: list[Reference] | None = None, earlier: Result | None = None,
 ) -> list[Reference]:  # fmt: skip
-    """Solve the full model of a scenario, over time and in the steady state; ``own`` are the runs of the scene."""
+    """Solve the full model of a scenario, over time and in the steady state, unless an ``earlier`` result of the same
+    scenario is accurate enough; ``own`` are the runs of the scene."""
     say("compact model: a run of the full model")
     finer = replace(scene, accuracy=max(accuracy, 1e-6))
+
+    def solve(scene: AnyScene) -> Result:
+        if earlier is None or scene.steady != (earlier.traces is None):
+            return scene_run.solve(scene)
+        found = Reference.of_result({}, earlier, earlier.details["scales"])
+        accurate = all(error <= scene.accuracy * found.scales[name] for name, error in found.errors.items())
+        return earlier if accurate else scene_run.solve(scene)
+
     by_name = {c.name: c.value for c in channels(finer)}
     inputs = {c.name: by_name.get(c.name, 0.0) for c in known}  # a source that is off has no channel
     results = []
     if scene.steady or not any(isinstance(v, Schedule) for v in inputs.values()):
         try:
-            results.append(scene_run.solve(replace(finer, steady=True, output_times=())))
+            results.append(solve(replace(finer, steady=True, output_times=())))
         except (NumericsError, SceneError):
             if scene.steady:
                 raise
             # Over time there is no need for a steady state.
     at: Any = slice(None)
     if not scene.steady:
-        results.append(scene_run.solve(finer, rough=rough))
+        results.append(solve(finer))
         at = comparison_rows(scene, results[-1].over_time.time)
     runs = [Reference.of_result(inputs, result, result.details["scales"], at) for result in results]
     if own is None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.adapt import adapt, indicators
+from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.adaptivity.responses import BEFORE, waits
 from fem3d.adaptivity.trace_errors import ROW_SHARE
@@ -32,11 +32,8 @@ from scenes.result import Estimate, Result, Step, Traces
 from scenes.units import TIME
 
 
-def solve(
-    scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False, rough: Result | None = None
-) -> Result:
-    """Solve the probes of a scene in 3D, steady or over time, each with its estimated error; ``whole`` ignores mirror
-    symmetry. The mesh of cells of a ``rough`` result over time of the same scene is refined to begin with.
+def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
+    """Solve the probes of a scene in 3D, steady or over time, each with its error bound; ``whole`` ignores symmetry.
 
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
     If errors on a mesh file exceed the accuracy of the scene, a warning is added. Raises SceneError where mesh and
@@ -46,11 +43,6 @@ def solve(
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     study, mesh = start(scene, whole)
-    earlier: Answer | None = None if rough is None else rough.details.get("answer")
-    if earlier is not None and earlier.response is not None and earlier.mesh.whole:
-        study = probe_quantities.study(scene, part_of(scene, True))
-        mesh = earlier.mesh.with_scene(study.part.scene)
-        mesh = mesh.refine(indicators(None, earlier.response), (1 - ROW_SHARE) * scene.accuracy) or mesh
     answer = adapt(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     details = described(study, answer) | {"plan": plan(scene, answer.mesh), "answer": answer}
     # An answer above the requested error has no error estimate away from the probes.

@@ -96,11 +96,22 @@ def test_the_scene_itself(document):
 def test_a_model_stops_in_time_with_a_warning(bar, monkeypatch):
     """The inputs whose steps there is no time for are named."""
     monkeypatch.setattr("fem3d.runs.compact.ALWAYS", 0.0)
+    monkeypatch.setattr("fem3d.runs.compact.LONGEST", 1.0)
     made = compact(replace(bar, steady=True, accuracy=1e-2), None, 1e-4, seconds=1e-4)
     assert CompactModel(made).steady()["current"] > 0
     assert set(made["error"]) == {"the scene", "step of in.voltage"}, "this step is the scene"
     untried = made["warnings"][-1]
     assert "not compared with the full one for a step of held.temperature, a step of air.ambient" in untried
+
+
+@pytest.mark.parametrize("accurate", [True, False])
+def test_a_result_that_is_accurate_enough_is_not_solved_again(accurate, bar, monkeypatch):
+    scene, solve, solved = replace(bar, steady=True), scene_run.solve, []
+    earlier = solve(replace(scene, accuracy=5e-4))
+    coarse = {name: replace(e, error=0.1 * abs(e.value)) for name, e in earlier.steady.items()}
+    monkeypatch.setattr(scene_run, "solve", lambda each: solved.append(each) or solve(each))
+    compact(scene, None, 1e-3, earlier=earlier if accurate else replace(earlier, steady=coarse))
+    assert (scene in [replace(each, accuracy=scene.accuracy) for each in solved]) is not accurate
 
 
 def in_python(folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:
