@@ -162,7 +162,8 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem
     from compare.models.sampling import ask, make_question
 
     def solve(changed: Any, times: np.ndarray | None) -> Mapping[str, Any]:
-        return ask(model, make_question(changed, fem3d, times)).values
+        values = ask(model, make_question(changed, fem3d, times)).values
+        return {name: v[0] for name, v in values.items()} if times is None else values
 
     times = None if result.traces is None else result.traces.time[result.traces.time > 0]
     # A program may have noise of up to 1e-4 of its values.

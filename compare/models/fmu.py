@@ -17,10 +17,12 @@ from xml.etree import ElementTree
 import numpy as np
 
 from compare.data.columns import Column, find_unit
-from compare.models.model import LONGEST, STEPS, Answer, Model, Question, find_file, match_outputs, run_twice
+from compare.models.model import LONGEST, STEPS, Model, Question, find_file, match_outputs, run_twice
+from compare.quantities import AT_REST
 from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted, unknown
 from scenes.formats import quantity
+from scenes.result import Traces
 from scenes.units import PLAIN, TEMPERATURE, Unit, parse_unit
 
 HORIZONS = tuple(10.0**n for n in range(-6, 7))
@@ -38,12 +40,12 @@ class Fmu(Model):
         self.name, self._folder, self._settable, self._readable = name, folder, settable, readable
         self._worker = Worker("it", quiet=True)
 
-    def answer(self, question: Question) -> Answer:
+    def answer(self, question: Question) -> Traces:
         if question.times is None:
             return self._settle(question)
         return run_twice(partial(self._run, question, float(question.times[-1])))
 
-    def _settle(self, question: Question) -> Answer:
+    def _settle(self, question: Question) -> Traces:
         """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
 
         A run rests where the outputs moved, and then stayed for as long again, to a millionth of the change; this does
@@ -51,11 +53,11 @@ class Fmu(Model):
         All ends are tried, because an FMU may move again. A run that fails has too long steps and ends the series.
         Raises SceneError where no run rests.
         """
-        rested: Answer | None = None
+        rested: Traces | None = None
         failure, last, until = "", 0.0, monotonic() + LONGEST / 10
         for end in HORIZONS:
             try:
-                _, run = self._run(question, end, STEPS[0], until - monotonic())
+                run = self._run(question, end, STEPS[0], until - monotonic()).values
             except SceneError as error:
                 failure = str(error)
                 if last:
@@ -67,16 +69,14 @@ class Fmu(Model):
             moved = (change > rounding).any() or end == HORIZONS[-1]
             if moved and (late <= 1e-6 * change + rounding).all():
                 errors = dict(zip(run, late.tolist(), strict=True))
-                rested = Answer({name: v[-1] for name, v in run.items()}, errors)
+                rested = Traces(AT_REST, {name: v[-1:] for name, v in run.items()}, errors)
         if rested is None:
             unsettled = f"it does not come to rest within {quantity(last, 's')}" * bool(last)
             raise SceneError(": ".join(filter(None, (unsettled, failure))))
         return rested
 
-    def _run(
-        self, question: Question, end: float, steps: int, seconds: float = LONGEST
-    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Return the times (s) and the quantities, in SI units, of a run to an end (s) that may take some seconds."""
+    def _run(self, question: Question, end: float, steps: int, seconds: float = LONGEST) -> Traces:
+        """Run the FMU to an end (s), which may take some seconds."""
         from fmpy import simulate_fmu
 
         for name in question.parameters:
@@ -110,7 +110,7 @@ class Fmu(Model):
         values = {name: Column("", self._readable[own][1], rows[own]).si for name, own in outputs.items()}
         if not np.isfinite([*values.values()]).all():
             raise SceneError("it has an output that is not finite")
-        return rows["time"], values
+        return Traces(rows["time"], values, {})
 
 
 def open_model(given: str, folder: str) -> Fmu:

@@ -16,9 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.models.model import LONGEST, Answer, Model, Question, find_file
+from compare.models.model import LONGEST, Model, Question, find_file
+from compare.quantities import AT_REST
 from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted, unknown
+from scenes.result import Traces
 
 
 class Function(Model):
@@ -28,23 +30,23 @@ class Function(Model):
         self.name = name or getattr(call, "__name__", type(call).__name__)
         self._call, self._file = call, file
 
-    def answer(self, question: Question) -> Answer:
+    def answer(self, question: Question) -> Traces:
         times, when, wanted = question.times, question.when, next(iter(question.units), "probe")
         with _sentences(self._file, f" when it was asked {when}"):
-            given = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
+            given = self._call(copy.deepcopy(question.document), None if times is None else times.copy())
         if not isinstance(given, Mapping):
             raise SceneError(f"it returned {quoted(type(given).__name__)} {when}: return such as {{{wanted!r}: 300.0}}")
-        shape, values = () if times is None else times.shape, dict[str, np.ndarray]()
+        rows, values = AT_REST if times is None else times, dict[str, np.ndarray]()
         for name, value in given.items():
             array: np.ndarray = np.ma.asarray(None)
             with suppress(TypeError, ValueError):  # of lists of unequal length
                 array = np.ma.asarray(value)
-            if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == shape):
-                needed = f"{shape[0]} real numbers, one for each time" if shape else "one real number"
+            if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == rows.shape):
+                needed = "one real number" if times is None else f"{len(rows)} real numbers, one for each time"
                 raise SceneError(f"{quoted(str(name))} {when} is {quoted(repr(value))}: give {needed}")
             filled = np.ma.filled(array.astype(float), np.nan)  # masked values are not numbers
-            values[str(name)] = np.broadcast_to(filled.reshape(()) if array.size == 1 else filled, shape)
-        return Answer(values)
+            values[str(name)] = np.broadcast_to(filled.reshape(-1), rows.shape)
+        return Traces(rows, values, {})
 
 
 class FileFunction(Model):
@@ -55,8 +57,10 @@ class FileFunction(Model):
         self._file, self._worker = (str(path), function, saved), Worker("it", quiet=False)
         self._worker.run(LONGEST, _ask, self._file)
 
-    def answer(self, question: Question) -> Answer:
-        return self._worker.run(LONGEST, _ask, self._file, question)
+    def answer(self, question: Question) -> Traces:
+        answer = self._worker.run(LONGEST, _ask, self._file, question)
+        assert answer is not None
+        return answer
 
 
 def open_model(given: str, folder: str) -> FileFunction:
@@ -82,10 +86,10 @@ def _function(file: str, name: str, saved: int) -> Function:
     raise unknown("it has no function", name, [n for n in functions if not n.startswith("_")])
 
 
-def _ask(file: tuple[str, str, int], question: Question | None = None) -> Answer:
+def _ask(file: tuple[str, str, int], question: Question | None = None) -> Traces | None:
     """Load the function of a file, and return its answer to a question, in a process of its own."""
     function = _function(*file)
-    return function.answer(question) if question else Answer({})
+    return function.answer(question) if question else None
 
 
 @contextmanager

@@ -3,13 +3,18 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.errors import SceneError, listed, quoted, unknown
+from scenes.free import as_dict
+from scenes.loading import as_dict as parametric_as_dict
+from scenes.model import AnyScene
+from scenes.result import Traces
+from scenes.sink import Sink
 
 LONGEST = 600.0
 """s by the clock that a model may take for one answer; 3D itself takes minutes at most."""
@@ -23,14 +28,13 @@ class Question:
 
     Attributes
     ----------
-    name, document : of the scene; the document in SI numbers, as summary.json has it
+    scene : a sink or a free scene
     units : of the quantities that 3D has, by name
     times : (n,) s, ascending; None in the steady state
     parameters, outputs : of the scene's [model]: values (SI), and the model's own names of quantities
     """
 
-    name: str
-    document: Mapping[str, object]
+    scene: AnyScene | Sink
     units: Mapping[str, str]
     times: NDArray[np.float64] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -40,21 +44,13 @@ class Question:
     def when(self) -> str:
         return "in the steady state" if self.times is None else "over time"
 
-
-@dataclass(frozen=True)
-class Answer:
-    """The values of a model.
-
-    Attributes
-    ----------
-    values : by quantity, in the steady state one number each, over time one for each time
-    errors : estimated errors of some of them, in the unit of the values
-    time : (rows,) times (s) of the values where a model has rows of its own; None where they are the requested times
-    """
-
-    values: Mapping[str, NDArray[np.float64]]
-    errors: Mapping[str, float] = field(default_factory=dict)
-    time: NDArray[np.float64] | None = None
+    @property
+    def document(self) -> dict[str, object]:
+        """The scene in SI numbers, as summary.json has it."""
+        document = parametric_as_dict(self.scene) if isinstance(self.scene, Sink) else as_dict(self.scene)
+        if self.parameters:
+            document["model"]["parameters"] = self.parameters
+        return document
 
 
 class Model(ABC):
@@ -67,23 +63,22 @@ class Model(ABC):
         return f"{type(self).__name__}({self.name!r})"
 
     @abstractmethod
-    def answer(self, question: Question) -> Answer:
-        """Return the values at the question's times, or at own rows up to the last of these.
+    def answer(self, question: Question) -> Traces:
+        """Return the values at the question's times, or at own rows up to the last of these; of the steady state one
+        row at infinite time. Some may have an error.
 
         Raises SceneError, before which `sampling.ask` puts the name of the model.
         """
 
 
-def run_twice(run: Callable[[int], tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]]]]) -> Answer:
+def run_twice(run: Callable[[int], Traces]) -> Traces:
     """Return the finer of two runs, of at least so many steps each, with an error by their difference."""
-    (coarse_time, coarse), (time, fine) = map(run, STEPS)
+    coarse, fine = map(run, STEPS)
     # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
     # but its part of the long one, and right after the jump the short one is off by all of it.
     share = STEPS[1] / (STEPS[1] - STEPS[0])
-    errors = {
-        name: share * float(np.abs(v - np.interp(time, coarse_time, coarse[name])).max()) for name, v in fine.items()
-    }
-    return Answer(fine, errors, time)
+    off = {name: v - np.interp(fine.time, coarse.time, coarse.values[name]) for name, v in fine.values.items()}
+    return replace(fine, errors={name: share * float(np.abs(each).max()) for name, each in off.items()})
 
 
 def find_file(given: str, folder: str, example: str) -> Path:

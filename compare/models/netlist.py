@@ -17,9 +17,10 @@ import numpy as np
 
 from compare.data import raw
 from compare.data.match import Target
-from compare.models.model import LONGEST, Answer, Model, Question, find_file, match_outputs, run_twice
+from compare.models.model import LONGEST, Model, Question, find_file, match_outputs, run_twice
+from compare.quantities import AT_REST
 from scenes.errors import SceneError, printable, quoted, unknown
-from scenes.free import from_dict
+from scenes.result import Traces
 
 _REFUSED = re.compile(
     r"^\.(control|endc|exec|inc|lib|csparam|codemodel|osdi|pre_osdi)|`"
@@ -44,16 +45,15 @@ class Netlist(Model):
     def __init__(self, name: str, lines: tuple[str, ...], from_ic: bool) -> None:
         self.name, self._lines, self._from_ic = name, lines, from_ic
 
-    def answer(self, question: Question) -> Answer:
+    def answer(self, question: Question) -> Traces:
         if question.times is not None:
             return run_twice(partial(self._run, question))
         if varying := next(filter(_VARYING.match, self._lines), ""):
             name = quoted(varying.split()[0])
             raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
-        _, values = self._run(question)
-        return Answer({name: v[-1] for name, v in values.items()})
+        return self._run(question)
 
-    def _run(self, question: Question, steps: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    def _run(self, question: Question, steps: int = 0) -> Traces:
         """Return the rows (s) of a run of so many steps, or of the operating point, and the quantities there."""
         analysis, plot, tolerance = ".op", "operating point", 1e-6
         if question.times is not None:
@@ -72,15 +72,15 @@ class Netlist(Model):
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
         vectors = _solve(text, plot)
-        time = vectors.pop("time", np.zeros(1))
+        time = vectors.pop("time", AT_REST)
         nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
         values = {name: vectors[node] for name, node in nodes.items()}
         for name, own in expressions.items():
             # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
             if question.units[name] == "A" and re.fullmatch(r"i\([\w.]+\)", own.strip(), re.IGNORECASE):
-                sign = Target(from_dict(dict(question.document))).sign(name)
+                sign = Target(question.scene).sign(name)
                 values[name] = values[name] * (-1 if (values[name] * abs(values[name])).sum() * sign < 0 else 1)
-        return time, values
+        return Traces(time, values, {})
 
 
 def open_model(given: str, folder: str) -> Netlist:

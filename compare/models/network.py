@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from compare.models.model import Answer, Model, Question
+from compare.models.model import Model, Question
+from compare.quantities import AT_REST
 from reduced1d.network.solution import solve, solve_sink
-from scenes.free import from_dict
-from scenes.keys import SINK
-from scenes.loading import from_dict as from_parametric
-from scenes.loading import type_of_file
+from scenes.result import Traces
+from scenes.sink import Sink
 
 
 class Network(Model):
@@ -16,16 +15,13 @@ class Network(Model):
     name = "network"
     exact = True
 
-    def answer(self, question: Question) -> Answer:
-        document, times = dict(question.document), question.times
-        if type_of_file(document) is SINK:
-            result = solve_sink(from_parametric(document), times)
-        else:
-            result = solve(from_dict(document, question.name), times, steady_too=False)
+    def answer(self, question: Question) -> Traces:
+        scene, times = question.scene, question.times
+        result = solve_sink(scene, times) if isinstance(scene, Sink) else solve(scene, times, steady_too=False)
         if times is not None:
-            return Answer(result.over_time.values, result.over_time.errors)
-        values = {name: np.array(estimate.value) for name, estimate in result.steady.items()}
-        return Answer(values, {name: estimate.error for name, estimate in result.steady.items()})
+            return result.over_time
+        values, errors = ({n: getattr(e, part) for n, e in result.steady.items()} for part in ("value", "error"))
+        return Traces(AT_REST, {name: np.array([value]) for name, value in values.items()}, errors)
 
 
 def open_model(given: str, folder: str) -> Network:

@@ -9,13 +9,12 @@ import numpy as np
 
 from compare.course import ascending
 from compare.data.columns import refusing
-from compare.models.model import Answer, Model, Question
+from compare.models.model import Model, Question
 from compare.verdict import unit_of
 from scenes.errors import SceneError, listed, quoted, unknown
 from scenes.expressions import Measure, measured
 from scenes.formats import quantity
 from scenes.free import as_dict
-from scenes.loading import as_dict as parametric_as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
@@ -31,21 +30,17 @@ def make_question(scene: AnyScene | Sink, fem3d: Result | None = None, times: np
     if isinstance(scene, Sink):
         assert fem3d is not None
         names = fem3d.steady if times is None else fem3d.over_time.values
-        return Question(scene.name, parametric_as_dict(scene), {name: unit_of(name) for name in names}, times)
-    document, own_model = as_dict(scene), scene.model or OwnModel()
-    units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
-    parameters = _parameters(scene, own_model, document)
-    if parameters:
-        document["model"] = {**document["model"], "parameters": parameters}
-    return Question(scene.name, document, units, times, parameters, own_model.outputs)
+        return Question(scene, {name: unit_of(name) for name in names}, times)
+    own_model, units = scene.model or OwnModel(), {probe.name: UNITS[probe.quantity] for probe in scene.probes}
+    return Question(scene, units, times, _parameters(scene, own_model), own_model.outputs)
 
 
-def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, object]) -> dict[str, float]:
+def _parameters(scene: AnyScene, own_model: OwnModel) -> dict[str, float]:
     """Return the SI values of a model's parameters: numbers, quantities, or expressions of parameters and keys."""
     if not own_model.parameters:
         return {}
     known = {} if scene.parameters is None else dict(scene.parameters.measures)
-    keys, varied, values = dict(_numbers(document)), of_free(scene), dict[str, float]()
+    keys, varied, values = dict(_numbers(as_dict(scene))), of_free(scene), dict[str, float]()
     for name, given in own_model.parameters.items():
         text = str(given)
         # Keys have dots, and perhaps blanks: names of an expression stand for them, the longest first.
@@ -78,23 +73,24 @@ def _numbers(document: object, key: str = "") -> Iterator[tuple[str, float]]:
         yield from _numbers(value, f"{key}.{name}" if key else name)
 
 
-def ask(model: Model, question: Question) -> Answer:
-    """Return a model's answer at the question's times, linear between its own rows, checked.
+def ask(model: Model, question: Question) -> Traces:
+    """Return a model's answer at the question's times, linear between its own rows, checked; all values have an error.
 
     Raises SceneError for unknown quantities and values that are not finite.
     """
     with refusing(f"the model {quoted(model.name)}"):
         answer = model.answer(question)
-        rows = question.times if answer.time is None else answer.time
         for name, values in answer.values.items():
             if name not in question.units:
                 raise unknown(f"no quantity {question.when} is", name, question.units)
             if (gaps := np.flatnonzero(~np.isfinite(values))).size:
-                at = question.when if rows is None else f"at {quantity(float(rows[gaps[0]]), 's')}"
+                at = question.when if question.times is None else f"at {quantity(float(answer.time[gaps[0]]), 's')}"
                 raise SceneError(f"{quoted(name)} {at} is not a finite number")
-    if question.times is None or rows is None:
-        return answer
-    return replace(answer, values={name: np.interp(question.times, rows, v) for name, v in answer.values.items()})
+    errors = {name: answer.errors.get(name, 0.0) for name in answer.values}
+    if question.times is None:
+        return replace(answer, errors=errors)
+    between = {name: np.interp(question.times, answer.time, v) for name, v in answer.values.items()}
+    return Traces(question.times, between, errors)
 
 
 def solve(model: Model, scene: Any, fem3d: Result, say: Callable[[str], None]) -> Result:
@@ -108,15 +104,14 @@ def solve(model: Model, scene: Any, fem3d: Result, say: Callable[[str], None]) -
     steady, traces, wanted = dict[str, Estimate](), None, list[str]()
     if fem3d.steady:
         question = make_question(scene, fem3d)
-        answer = ask(model, question)
-        steady = {name: Estimate(float(v), answer.errors.get(name, 0.0)) for name, v in answer.values.items()}
+        at_rest = ask(model, question)
+        steady = {name: Estimate(float(v[0]), at_rest.errors[name]) for name, v in at_rest.values.items()}
         wanted += question.units
     if fem3d.traces is not None:
         rows = np.arange(len(fem3d.traces.time))
         times = np.unique(np.interp(np.arange(8 * rows[-1] + 1) / 8, rows, ascending(fem3d.traces.time)))
         question = make_question(scene, fem3d, times)
-        answer = ask(model, question)
-        traces = Traces(times, dict(answer.values), {name: answer.errors.get(name, 0.0) for name in answer.values})
+        traces = ask(model, question)
         wanted += question.units
     answered = {*steady, *(() if traces is None else traces.values)}
     silent = [name for name in dict.fromkeys(wanted) if name not in answered]

@@ -2,16 +2,17 @@
 state; over time a column of times and one for each probe, with headers as in data to compare with."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from compare.course import bends
 from compare.data import text
 from compare.data.columns import Column, find_times
-from compare.models.model import Answer, Model, Question, find_file, match_outputs
+from compare.models.model import Model, Question, find_file, match_outputs
+from compare.quantities import AT_REST, of
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
+from scenes.result import Traces
 from scenes.units import parse_unit
 
 
@@ -24,27 +25,27 @@ class Table(Model):
         rises = {name.removesuffix(" rise"): c for name, c in plain.items()}
         self.name, self._rows, self._columns = name, rows, rises | plain | {c.name.lower(): c for c in columns}
 
-    def answer(self, question: Question) -> Answer:
+    def answer(self, question: Question) -> Traces:
         """Return the values; those of rows have the error of straight lines between them."""
         rows, times, units = self._rows, question.times, question.units
         if (times is None) != (rows is None):
-            return Answer({})
+            return Traces(AT_REST, {}, {})
         if rows is not None and times is not None and rows[-1] < times[-1] * (1 - 1e-9):
             last, end = (quantity(float(each[-1]), "s") for each in (rows, times))
             raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
         outputs = {name: own.lower() for name, own in question.outputs.items()}
-        values, scene = {}, dict[str, Any](question.document)["scene"]
+        values, initial = {}, of(question.scene).initial
         for name, own in match_outputs("column", outputs, units, self._columns).items():
             column = self._columns[own]
             if column.powers is not None and column.powers != parse_unit(units[name]).powers:
                 raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")
             is_rise = column.plain.lower().endswith(" rise")
-            values[name] = column.differences + scene["initial_temperature"] if is_rise else column.si
+            values[name] = column.differences + initial if is_rise else column.si
         if rows is None or times is None:
-            return Answer({name: v[0] for name, v in values.items()})
+            return Traces(AT_REST, values, {})
         late = max(rows[0] - times[0], 0.0) / (rows[1] - rows[0])  # before the first row its value holds
         errors = {n: float((bends(rows, v) + _steps(rows, v)).max() + late * np.ptp(v[:2])) for n, v in values.items()}
-        return Answer(values, errors, rows)
+        return Traces(rows, values, errors)
 
 
 def _steps(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
