@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.data.columns import refusing
-from compare.models.function import Function
+from compare.models.function import of_callable
 from compare.models.model import Model
 from reduced1d.ladder import canonical
 from scenes.errors import SceneError, quoted
@@ -22,7 +22,7 @@ _KINDS = {".cir": "netlist", ".net": "netlist", ".sp": "netlist", ".fmu": "fmu",
 def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
     """Return the model of a name, a file (relative to ``folder``) or a Python callable. Raises SceneError."""
     if callable(given):
-        return Function(given)
+        return of_callable(given)
     module = import_module(f"compare.models.{_kind(given)}")
     with refusing(f"the model {quoted(given)}"):
         model: Model = module.open_model(given, folder)

@@ -6,6 +6,7 @@ The scene's values are the start values of its parameters and inputs. For the st
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from importlib.util import find_spec
@@ -33,12 +34,14 @@ Units = Mapping[str, tuple[str, Unit]]
 """The declared units of variables by name: "" and a plain one for none; unknown ones have no powers."""
 
 
-class Fmu(Model):
-    """An FMU unpacked in a ``folder``, and its variables that can be set and read."""
+@dataclass(frozen=True)
+class Fmu:
+    """An FMU unpacked in a ``folder``, its variables that can be set and read, and the process that runs it."""
 
-    def __init__(self, name: str, folder: TemporaryDirectory[str], settable: Units, readable: Units) -> None:
-        self.name, self._folder, self._settable, self._readable = name, folder, settable, readable
-        self._worker = Worker("it", quiet=True)
+    folder: TemporaryDirectory[str]
+    settable: Units
+    readable: Units
+    worker: Worker
 
     def answer(self, question: Question) -> Traces:
         if question.times is None:
@@ -80,24 +83,24 @@ class Fmu(Model):
         from fmpy import simulate_fmu
 
         for name in question.parameters:
-            if name not in self._settable:
-                raise unknown("it has no parameter or input in a known unit", name, self._settable)
-        outputs = match_outputs("variable", question.outputs, question.units, self._readable)
+            if name not in self.settable:
+                raise unknown("it has no parameter or input in a known unit", name, self.settable)
+        outputs = match_outputs("variable", question.outputs, question.units, self.readable)
         for name, own in outputs.items():
-            (called, unit), symbol = self._readable[own], question.units[name]
+            (called, unit), symbol = self.readable[own], question.units[name]
             if called and unit.powers != parse_unit(symbol).powers:
                 raise SceneError(
                     f"{quoted(own)}, for {quoted(name)}, is in {quoted(called)}, not in {symbol}: give one in {symbol}"
                 )
-        given = {name: (value, self._settable[name][1]) for name, value in question.parameters.items()}
+        given = {name: (value, self.settable[name][1]) for name, value in question.parameters.items()}
         start = {name: (value - float(unit.offset)) / float(unit.factor) for name, (value, unit) in given.items()}
         simulate = partial(
-            simulate_fmu, self._folder.name, validate=False, start_time=0.0, stop_time=end, output_interval=end / steps,
+            simulate_fmu, self.folder.name, validate=False, start_time=0.0, stop_time=end, output_interval=end / steps,
             step_size=end / steps, output=list(outputs.values()), start_values=start, relative_tolerance=1e-2 / steps,
             record_events=False,
         )  # fmt: skip
         try:
-            rows = self._worker.run(max(seconds, 0.1), simulate)
+            rows = self.worker.run(max(seconds, 0.1), simulate)
         except SceneError:
             raise
         except Exception as error:
@@ -107,13 +110,13 @@ class Fmu(Model):
         if rows["time"][-1] < end - end / steps / 2:
             stop = quantity(float(rows["time"][-1]), "s")
             raise SceneError(f"it stops at {stop} of {quantity(end, 's')}: a step of it says that it failed")
-        values = {name: Column("", self._readable[own][1], rows[own]).si for name, own in outputs.items()}
+        values = {name: Column("", self.readable[own][1], rows[own]).si for name, own in outputs.items()}
         if not np.isfinite([*values.values()]).all():
             raise SceneError("it has an output that is not finite")
         return Traces(rows["time"], values, {})
 
 
-def open_model(given: str, folder: str) -> Fmu:
+def open_model(given: str, folder: str) -> Model:
     """Return the FMU of a file. Raises SceneError where it cannot be read."""
     path = find_file(given, folder, "an FMU, such as bridge.fmu")
     if find_spec("fmpy") is None:
@@ -136,7 +139,7 @@ def open_model(given: str, folder: str) -> Fmu:
         raise SceneError(f"it has programs for {', '.join(platforms) or 'no system'}: export it for {platform}")
     settable = {v.name: u for v, u in variables if v.causality in ("parameter", "input") and u[1].powers}
     readable = {v.name: u for v, u in variables if v.causality != "parameter"}
-    return Fmu(path.name, unpacked, settable, readable)
+    return Model(path.name, Fmu(unpacked, settable, readable, Worker("it")).answer)
 
 
 def _declared_unit(variable: Any, definitions: Mapping[str, Any], differences: set[str | None]) -> tuple[str, Unit]:

@@ -11,7 +11,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout, suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -23,73 +23,67 @@ from scenes.errors import SceneError, printable, quoted, unknown
 from scenes.result import Traces
 
 
-class Function(Model):
-    """A callable as a model; the ``file`` that defines it may be known."""
-
-    def __init__(self, call: Callable[..., object], name: str = "", file: str = "") -> None:
-        self.name = name or getattr(call, "__name__", type(call).__name__)
-        self._call, self._file = call, file
-
-    def answer(self, question: Question) -> Traces:
-        times, when, wanted = question.times, question.when, next(iter(question.units), "probe")
-        with _sentences(self._file, f" when it was asked {when}"):
-            given = self._call(copy.deepcopy(question.document), None if times is None else times.copy())
-        if not isinstance(given, Mapping):
-            raise SceneError(f"it returned {quoted(type(given).__name__)} {when}: return such as {{{wanted!r}: 300.0}}")
-        rows, values = AT_REST if times is None else times, dict[str, np.ndarray]()
-        for name, value in given.items():
-            array: np.ndarray = np.ma.asarray(None)
-            with suppress(TypeError, ValueError):  # of lists of unequal length
-                array = np.ma.asarray(value)
-            if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == rows.shape):
-                needed = "one real number" if times is None else f"{len(rows)} real numbers, one for each time"
-                raise SceneError(f"{quoted(str(name))} {when} is {quoted(repr(value))}: give {needed}")
-            filled = np.ma.filled(array.astype(float), np.nan)  # masked values are not numbers
-            values[str(name)] = np.broadcast_to(filled.reshape(-1), rows.shape)
-        return Traces(rows, values, {})
+def of_callable(call: Callable[..., object], file: str = "") -> Model:
+    """Return a callable as a model; the ``file`` that defines it may be known."""
+    return Model(getattr(call, "__name__", type(call).__name__), partial(_answer, call, file))
 
 
-class FileFunction(Model):
-    """The function of FILE.py:FUNCTION, in a process of its own, loaded at once."""
+def _answer(call: Callable[..., object], file: str, question: Question) -> Traces:
+    """The checked values of a callable."""
+    times, when, wanted = question.times, question.when, next(iter(question.units), "probe")
+    with _sentences(file, f" when it was asked {when}"):
+        given = call(copy.deepcopy(question.document), None if times is None else times.copy())
+    if not isinstance(given, Mapping):
+        raise SceneError(f"it returned {quoted(type(given).__name__)} {when}: return such as {{{wanted!r}: 300.0}}")
+    rows, values = AT_REST if times is None else times, dict[str, np.ndarray]()
+    for name, value in given.items():
+        array: np.ndarray = np.ma.asarray(None)
+        with suppress(TypeError, ValueError):  # of lists of unequal length
+            array = np.ma.asarray(value)
+        if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == rows.shape):
+            needed = "one real number" if times is None else f"{len(rows)} real numbers, one for each time"
+            raise SceneError(f"{quoted(str(name))} {when} is {quoted(repr(value))}: give {needed}")
+        filled = np.ma.filled(array.astype(float), np.nan)  # masked values are not numbers
+        values[str(name)] = np.broadcast_to(filled.reshape(-1), rows.shape)
+    return Traces(rows, values, {})
 
-    def __init__(self, path: Path, function: str, saved: int) -> None:
-        self.name = f"{path.name}:{function}"
-        self._file, self._worker = (str(path), function, saved), Worker("it", quiet=False)
-        self._worker.run(LONGEST, _ask, self._file)
 
-    def answer(self, question: Question) -> Traces:
-        answer = self._worker.run(LONGEST, _ask, self._file, question)
-        assert answer is not None
-        return answer
-
-
-def open_model(given: str, folder: str) -> FileFunction:
+def open_model(given: str, folder: str) -> Model:
     """Return the function of FILE.py:FUNCTION, loaded; the same as before where the file has not changed."""
     file, _, name = given.rpartition(":")
     path = find_file(file, folder, "a Python file and a function in it, such as lumped.py:bridge")
     return _open(path.resolve(), name, path.stat().st_mtime_ns)
 
 
-_open = lru_cache(maxsize=1)(FileFunction)
+@lru_cache(maxsize=1)
+def _open(path: Path, name: str, saved: int) -> Model:
+    """Load a function at once, in a process of its own."""
+    worker = Worker("it", quiet=False)
+
+    def ask(question: Question | None) -> Traces:
+        return worker.run(LONGEST, _ask, str(path), name, saved, question)
+
+    ask(None)
+    return Model(f"{path.name}:{name}", ask)
 
 
 @lru_cache(maxsize=1)
-def _function(file: str, name: str, saved: int) -> Function:
+def _function(file: str, name: str, saved: int) -> Model:
     """Run a file that was ``saved`` at a time (ns), with its own folder on the path for its imports."""
     path, loaded = Path(file), f"model_{Path(file).stem}"
     sys.path.insert(0, str(path.parent))
     with _sentences(file, ""):
         names = runpy.run_path(file, run_name=loaded)
     if callable(call := names.get(name)):
-        return Function(call, f"{path.name}:{name}", file)
+        return of_callable(call, file)
     functions = [n for n, each in names.items() if callable(each) and getattr(each, "__module__", None) == loaded]
     raise unknown("it has no function", name, [n for n in functions if not n.startswith("_")])
 
 
-def _ask(file: tuple[str, str, int], question: Question | None = None) -> Traces | None:
+def _ask(file: str, name: str, saved: int, question: Question | None) -> Traces:
     """Load the function of a file, and return its answer to a question, in a process of its own."""
-    function = _function(*file)
-    return function.answer(question) if question else None
+    function = _function(file, name, saved)
+    return function.answer(question) if question else Traces(AT_REST, {}, {})
 
 
 @contextmanager

@@ -1,7 +1,6 @@
 """The interface of all 1D and lumped models: a question about a scene, and the answer of a model."""
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -53,22 +52,25 @@ class Question:
         return document
 
 
-class Model(ABC):
-    """A 1D or lumped model of a scene; ``exact`` models repeat their answers to rounding."""
+@dataclass(frozen=True)
+class Model:
+    """A 1D or lumped model of a scene.
+
+    Attributes
+    ----------
+    name : in reports
+    answer : the function of the values at a question's times, or at own rows up to the last of these
+    exact : whether answers repeat to rounding
+
+    Notes
+    -----
+    The answer to a question about the steady state is one row at infinite time. Some values may have an error. The
+    function raises SceneError, before which `sampling.ask` puts the name of the model.
+    """
 
     name: str
-    exact = False
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.name!r})"
-
-    @abstractmethod
-    def answer(self, question: Question) -> Traces:
-        """Return the values at the question's times, or at own rows up to the last of these; of the steady state one
-        row at infinite time. Some may have an error.
-
-        Raises SceneError, before which `sampling.ask` puts the name of the model.
-        """
+    answer: Callable[[Question], Traces]
+    exact: bool = False
 
 
 def run_twice(run: Callable[[int], Traces]) -> Traces:

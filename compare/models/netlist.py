@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -36,54 +37,7 @@ _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens",
 """Analyses and output commands, which are replaced."""
 
 
-class Netlist(Model):
-    """A netlist's ``lines`` without its title, each whole.
-
-    Over time it starts ``from_ic``, the initial values that it states, or else from its operating point.
-    """
-
-    def __init__(self, name: str, lines: tuple[str, ...], from_ic: bool) -> None:
-        self.name, self._lines, self._from_ic = name, lines, from_ic
-
-    def answer(self, question: Question) -> Traces:
-        if question.times is not None:
-            return run_twice(partial(self._run, question))
-        if varying := next(filter(_VARYING.match, self._lines), ""):
-            name = quoted(varying.split()[0])
-            raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
-        return self._run(question)
-
-    def _run(self, question: Question, steps: int = 0) -> Traces:
-        """Return the rows (s) of a run of so many steps, or of the operating point, and the quantities there."""
-        analysis, plot, tolerance = ".op", "operating point", 1e-6
-        if question.times is not None:
-            end, plot, tolerance = float(question.times[-1]), "transient", 1e-2 / steps
-            analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
-        params = (line for line in self._lines if line.lower().startswith(".param"))
-        names = {name.lower() for line in params for name in _PARAM.findall(line)}
-        lower = {name.lower(): value for name, value in question.parameters.items()}
-        for name in lower:
-            if name not in names:
-                raise unknown("it has no .param", name, names)
-        lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
-        outputs = {name: f"model_output_{n}" for n, name in enumerate(question.units) if name in question.outputs}
-        expressions = {name: re.sub(r"([\w.]+)#branch", r"i(\1)", question.outputs[name]) for name in outputs}
-        lines += [f"B{o} {o} 0 V={_circuit(expressions[name])}" for name, o in outputs.items()]
-        options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
-        text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
-        vectors = _solve(text, plot)
-        time = vectors.pop("time", AT_REST)
-        nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
-        values = {name: vectors[node] for name, node in nodes.items()}
-        for name, own in expressions.items():
-            # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
-            if question.units[name] == "A" and re.fullmatch(r"i\([\w.]+\)", own.strip(), re.IGNORECASE):
-                sign = Target(question.scene).sign(name)
-                values[name] = values[name] * (-1 if (values[name] * abs(values[name])).sum() * sign < 0 else 1)
-        return Traces(time, values, {})
-
-
-def open_model(given: str, folder: str) -> Netlist:
+def open_model(given: str, folder: str) -> Model:
     """Return the netlist of a file. Raises SceneError for more than a circuit, and where there is no ngspice."""
     path = find_file(given, folder, "an ngspice netlist, such as bridge.cir")
     text = path.read_bytes()[:10_000_000].decode("utf-8", "replace").replace("\r", "\n")
@@ -95,11 +49,51 @@ def open_model(given: str, folder: str) -> Netlist:
             whole[-1] += f" {bare[1:]}"
         elif bare and not bare.startswith(("*", "$", "#", ";", "//")):
             whole.append(bare)
-    kept = tuple(_circuit(line) for line in whole if line.split()[0].lower() not in _OWN)
+    kept = [_circuit(line) for line in whole if line.split()[0].lower() not in _OWN]
     if shutil.which("ngspice") is None:
         raise SceneError("it is run by ngspice, which is not on the path: install ngspice")
+    # Over time it starts from the initial values that it states, or else from its operating point.
     from_ic = any(re.search(r"^\.tran\b.*\buic\b|\bic\s*=", line, re.IGNORECASE) for line in whole)
-    return Netlist(path.name, kept, from_ic)
+    return Model(path.name, partial(_answer, kept, " uic" * from_ic))
+
+
+def _answer(lines: Sequence[str], uic: str, question: Question) -> Traces:
+    if question.times is not None:
+        return run_twice(partial(_run, lines, uic, question))
+    if varying := next(filter(_VARYING.match, lines), ""):
+        name = quoted(varying.split()[0])
+        raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
+    return _run(lines, uic, question)
+
+
+def _run(lines: Sequence[str], uic: str, question: Question, steps: int = 0) -> Traces:
+    """Return the rows (s) of a run of so many steps, or of the operating point, and the quantities there."""
+    analysis, plot, tolerance = ".op", "operating point", 1e-6
+    if question.times is not None:
+        end, plot, tolerance = float(question.times[-1]), "transient", 1e-2 / steps
+        analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{uic}"
+    params = (line for line in lines if line.lower().startswith(".param"))
+    names = {name.lower() for line in params for name in _PARAM.findall(line)}
+    lower = {name.lower(): value for name, value in question.parameters.items()}
+    for name in lower:
+        if name not in names:
+            raise unknown("it has no .param", name, names)
+    lines = [*lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
+    outputs = {name: f"model_output_{n}" for n, name in enumerate(question.units) if name in question.outputs}
+    expressions = {name: re.sub(r"([\w.]+)#branch", r"i(\1)", question.outputs[name]) for name in outputs}
+    lines += [f"B{o} {o} 0 V={_circuit(expressions[name])}" for name, o in outputs.items()]
+    options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
+    text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
+    vectors = _solve(text, plot)
+    time = vectors.pop("time", AT_REST)
+    nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
+    values = {name: vectors[node] for name, node in nodes.items()}
+    for name, own in expressions.items():
+        # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
+        if question.units[name] == "A" and re.fullmatch(r"i\([\w.]+\)", own.strip(), re.IGNORECASE):
+            sign = Target(question.scene).sign(name)
+            values[name] = values[name] * (-1 if (values[name] * abs(values[name])).sum() * sign < 0 else 1)
+    return Traces(time, values, {})
 
 
 def _circuit(line: str) -> str:

@@ -2,6 +2,7 @@
 state; over time a column of times and one for each probe, with headers as in data to compare with."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,36 +17,30 @@ from scenes.result import Traces
 from scenes.units import parse_unit
 
 
-class Table(Model):
-    """Columns by their headers in small letters, also without the unit and the word "rise": over ``rows`` (s), or of
-    one steady value each without rows."""
-
-    def __init__(self, name: str, columns: Sequence[Column], rows: np.ndarray | None = None) -> None:
-        plain = {c.plain.lower(): c for c in columns}
-        rises = {name.removesuffix(" rise"): c for name, c in plain.items()}
-        self.name, self._rows, self._columns = name, rows, rises | plain | {c.name.lower(): c for c in columns}
-
-    def answer(self, question: Question) -> Traces:
-        """Return the values; those of rows have the error of straight lines between them."""
-        rows, times, units = self._rows, question.times, question.units
-        if (times is None) != (rows is None):
-            return Traces(AT_REST, {}, {})
-        if rows is not None and times is not None and rows[-1] < times[-1] * (1 - 1e-9):
-            last, end = (quantity(float(each[-1]), "s") for each in (rows, times))
-            raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
-        outputs = {name: own.lower() for name, own in question.outputs.items()}
-        values, initial = {}, of(question.scene).initial
-        for name, own in match_outputs("column", outputs, units, self._columns).items():
-            column = self._columns[own]
-            if column.powers is not None and column.powers != parse_unit(units[name]).powers:
-                raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")
-            is_rise = column.plain.lower().endswith(" rise")
-            values[name] = column.differences + initial if is_rise else column.si
-        if rows is None or times is None:
-            return Traces(AT_REST, values, {})
-        late = max(rows[0] - times[0], 0.0) / (rows[1] - rows[0])  # before the first row its value holds
-        errors = {n: float((bends(rows, v) + _steps(rows, v)).max() + late * np.ptp(v[:2])) for n, v in values.items()}
-        return Traces(rows, values, errors)
+def _answer(columns: Sequence[Column], rows: np.ndarray, question: Question) -> Traces:
+    """The values of columns at ``rows`` (s), over time with the error of straight lines between these."""
+    times, units = question.times, question.units
+    if np.isfinite(rows[-1]) != (times is not None):
+        return Traces(AT_REST, {}, {})
+    if times is not None and rows[-1] < times[-1] * (1 - 1e-9):
+        last, end = (quantity(float(each[-1]), "s") for each in (rows, times))
+        raise SceneError(f'it ends at {last}, the run at {end}: give rows up to there, or --end-time "{last}"')
+    outputs = {name: own.lower() for name, own in question.outputs.items()}
+    # By their headers in small letters, also without the unit and the word "rise".
+    plain = {c.plain.lower(): c for c in columns}
+    named = {name.removesuffix(" rise"): c for name, c in plain.items()} | plain | {c.name.lower(): c for c in columns}
+    values, initial = {}, of(question.scene).initial
+    for name, own in match_outputs("column", outputs, units, named).items():
+        column = named[own]
+        if column.powers is not None and column.powers != parse_unit(units[name]).powers:
+            raise SceneError(f"{quoted(column.name)} is not in {units[name]}, as {printable(name)} is")
+        is_rise = column.plain.lower().endswith(" rise")
+        values[name] = column.differences + initial if is_rise else column.si
+    if times is None:
+        return Traces(rows, values, {})
+    late = max(rows[0] - times[0], 0.0) / (rows[1] - rows[0])  # before the first row its value holds
+    errors = {n: float((bends(rows, v) + _steps(rows, v)).max() + late * np.ptp(v[:2])) for n, v in values.items()}
+    return Traces(rows, values, errors)
 
 
 def _steps(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -57,16 +52,16 @@ def _steps(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)) * h, 0.0)
 
 
-def open_model(given: str, folder: str) -> Table:
+def open_model(given: str, folder: str) -> Model:
     """Return the values of a file. Raises SceneError for a file without any."""
     path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     kind, columns = text.read(text.read_bytes(path, "the table"))
     clock = next(iter(find_times(columns)), None)
     if kind == text.LIST or (clock is None and len(columns[0].values) == 1):
-        return Table(path.name, columns)
+        return Model(path.name, partial(_answer, columns, AT_REST))
     if clock is None:
         raise SceneError('it has no column of times, such as "time (s)", and is no list of rows "probe, value"')
     rows = clock.si
     if len(rows) < 3 or not (np.diff(rows) > 0).all():
         raise SceneError("its times don't ascend, or are fewer than three: give one run")
-    return Table(path.name, [c for c in columns if c is not clock], rows)
+    return Model(path.name, partial(_answer, [c for c in columns if c is not clock], rows))
