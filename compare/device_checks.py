@@ -213,8 +213,7 @@ def gain(film: str, outcome: Outcome[Device]) -> Check:
 
 def claim_steady(outcome: Outcome[Device]) -> Check:
     """Compare the sensor's steady power with the heat into the polymer, in 3D."""
-    state, errors = outcome.device_3d.runs.base.after, outcome.device_3d.model.steady_errors(outcome.scene)
-    power, flow = (Estimate(getattr(state, name), errors[name]) for name in ("sensor_power_W", "polymer_flux_W"))
+    power, flow = (outcome.solved.steady[name] for name in ("sensor_power_W", "polymer_flux_W"))
     return compared("claim, steady", "W", power, flow, f"{CLAIM}; the rest passes between sink and sensor")
 
 
@@ -247,7 +246,7 @@ def shielding(outcome: Outcome[Device]) -> Check:
 
 
 STEP = "figure9", "outer step"
-IN_3D = "3D", "figure9"
+IN_3D, FILMS = ("3D", "figure9"), ("sink", "sensor")
 CHECKS: dict[str, Definition[Outcome[Device]]] = {
     "fig9_settling": (settling, STEP),
     "fig9_balance": (balance, STEP),
@@ -259,18 +258,13 @@ CHECKS: dict[str, Definition[Outcome[Device]]] = {
     "meter_resistance": (partial(meter, "NI 4070, gold", METER_RESISTANCE, 0, "ohm"), ("all figures",)),
     "meter_power": (partial(meter, "NI 4070, power", METER_POWER, 1, "W"), ("all figures",)),
     "meter_rate": (rate, ("all figures",)),
-    "dev3d_sink_power": (partial(steady, "steady power, sink", "sink_power_W"), IN_3D),
-    "dev3d_sensor_power": (partial(steady, "steady power, sensor", "sensor_power_W"), IN_3D),
-    "dev3d_sink_voltage": (partial(steady, "steady voltage, sink", "sink_V"), IN_3D),
-    "dev3d_sensor_voltage": (partial(steady, "steady voltage, sensor", "sensor_V"), IN_3D),
-    "dev3d_sink_peak": (partial(peak, "sink", False), IN_3D),
-    "dev3d_sensor_peak": (partial(peak, "sensor", False), IN_3D),
-    "dev3d_sink_peak_time": (partial(peak, "sink", True), IN_3D),
-    "dev3d_sensor_peak_time": (partial(peak, "sensor", True), IN_3D),
+    **{f"dev3d_{film}_power": (partial(steady, f"steady power, {film}", f"{film}_power_W"), IN_3D) for film in FILMS},
+    **{f"dev3d_{film}_voltage": (partial(steady, f"steady voltage, {film}", f"{film}_V"), IN_3D) for film in FILMS},
+    **{f"dev3d_{film}_peak": (partial(peak, film, False), IN_3D) for film in FILMS},
+    **{f"dev3d_{film}_peak_time": (partial(peak, film, True), IN_3D) for film in FILMS},
     "dev3d_settling": (settling_3d, (*IN_3D, "outer step")),
     "dev3d_slope": (partial(slope, True), ("3D", "figure13")),
-    "dev3d_sink_gain": (partial(gain, "sink"), ("3D", "all figures")),
-    "dev3d_sensor_gain": (partial(gain, "sensor"), ("3D", "all figures")),
+    **{f"dev3d_{film}_gain": (partial(gain, film), ("3D", "all figures")) for film in FILMS},
     "dev3d_claim_steady": (claim_steady, (*IN_3D, "outer step")),
     "dev3d_claim_over_time": (claim_over_time, (*IN_3D, "outer step")),
     "dev3d_shielding": (shielding, IN_3D),

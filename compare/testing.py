@@ -14,7 +14,8 @@ from typing import Any
 
 import compare
 from compare import quantities
-from compare.verdict import COVERS, Check, amount, compared, judge
+from compare.sink_checks import at_rest
+from compare.verdict import COVERS, Check, amount, judge
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, unknown
@@ -120,10 +121,10 @@ def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> di
 def _steady(run: compare.Run, name: str) -> Check:
     """A steady quantity as a check."""
     entry = QUANTITIES[name]
-    assert run.reduced1d is not None
-    one, three = (result.steady[entry.steady] for result in (run.reduced1d, run.fem3d))
+    check = at_rest(entry.steady, f"steady {entry.called}", run.outcome)
+    assert check is not None
     u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
-    return replace(compared(f"steady {entry.called}", entry.unit, one, three), id=name, because="", u_input=u_input)
+    return replace(check, id=name, because="", u_input=u_input)
 
 
 def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:

@@ -62,9 +62,7 @@ class Validation(Analysis[dict[str, Any]]):
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> dict[str, Any]:
         names = {"3D": "fem3d", "1D": "reduced1d"}
-        models = {
-            word: (outcome.results[n], outcome.slopes.get(n)) for word, n in names.items() if n in outcome.results
-        }
+        models = {w: (outcome.results[n], outcome.slopes.get(n)) for w, n in names.items() if n in outcome.results}
         return validate(outcome.scene, outcome.options.against, models, outcome.options.uncertain)
 
     def section(self, found: dict[str, Any], outcome: Outcome[Any], style: Style) -> Section:
@@ -90,9 +88,6 @@ class Validation(Analysis[dict[str, Any]]):
             f"Taken as exact: {exact}." if exact else "",
         ]
         return Section("Validation", [Table(heads, rows), *text], headed=False)
-
-    def enter(self, summary: dict[str, Any], found: dict[str, Any], outcome: Outcome[Any]) -> None:
-        summary["validation"] = found
 
 
 def validate(

@@ -63,11 +63,9 @@ class Why(Analysis[Budget]):
         return Section(f"Why {name} differs from 3D", [*parts, said])
 
     def enter(self, summary: dict[str, Any], found: Budget, outcome: Outcome[Any]) -> None:
-        document: dict[str, Any] = {"reduction": found.start, "sentence": found.sentence}
-        for when, splits in (("steady", found.steady), ("transient", found.transient)):
-            entries = {split.quantity: asdict(split) for split in splits}
-            document[when] = {
-                name: {key: value for key, value in entry.items() if key != "quantity" and value is not None}
-                for name, entry in entries.items()
-            }
-        summary["why"] = document
+        def entry(split: Split) -> dict[str, Any]:
+            return {key: value for key, value in asdict(split).items() if key != "quantity" and value is not None}
+
+        steady, transient = ({s.quantity: entry(s) for s in splits} for splits in (found.steady, found.transient))
+        of = {"reduction": found.start, "sentence": found.sentence}
+        summary["why"] = of | {"steady": steady, "transient": transient}

@@ -16,7 +16,6 @@ import numpy as np
 from compare import quantities
 from compare.data.columns import Column, find_times, refusing, split_unit
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.formats import cut
 from scenes.model import values as values_of
 from scenes.parameters import SECTION
 from scenes.units import VOLTAGE, Unit, called, parse_unit
@@ -198,9 +197,7 @@ def _choose(parameters: Sequence[Column], rows: np.ndarray, target: Target) -> t
     for p in parameters:
         value = target.numbers[p.role].value
         rows = rows & np.isclose(p.si, value, rtol=1e-4, atol=1e-15)
-        values = dict.fromkeys(target.show(p.role, value) for value in p.si.tolist())
-        others = f" of {cut(', '.join(values), 120)}" if len(values) > 1 or not rows.any() else ""
-        said.append(f"{p.plain} = {target.show(p.role, value)} ({p.role}){others}")
+        said.append(f"{p.plain} = {target.show(p.role, value)} ({p.role})")
     if not rows.any():
         first = parameters[0]
         other = target.show(first.role, float(first.si[0])).replace(" ", "")

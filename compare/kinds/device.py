@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from compare import hottest
 from compare.kinds.base import Kind
@@ -17,9 +17,6 @@ from scenes.errors import SceneError
 from scenes.result import Estimate, Result, Step, Traces, step
 from scenes.varied import varied
 from statespace.result import Run
-
-if TYPE_CHECKING:
-    pass
 
 OF_A_DEVICE = {
     "sink_K": ("sink temperature", "K"), "sensor_K": ("sensor temperature", "K"), "sink_power_W": ("sink power", "W"),

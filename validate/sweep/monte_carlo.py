@@ -67,9 +67,6 @@ class MonteCarlo(Analysis[dict[str, Any]]):
         heads = (f"of {found['count'] - found['failed']} samples", "3D", "linear", "1D", "linear")
         return Section("Samples", [Table(heads, rows)], headed=False)
 
-    def enter(self, summary: dict[str, Any], found: dict[str, Any], outcome: Outcome[Any]) -> None:
-        summary[self.name] = found
-
 
 def samples(sink: Sink, uncertain: Uncertain, count: int) -> Iterator[Sink]:
     """Yield the sink of each sample.
