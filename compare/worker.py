@@ -5,6 +5,7 @@ Each process has a pipe of its own: one that is killed, or ended while it starts
 
 import math
 import os
+import pickle
 import subprocess
 import sys
 import time
@@ -190,27 +191,18 @@ def _serve(descriptor: int, parent: int) -> None:
     pipe = Connection(descriptor)
     with suppress(EOFError, OSError):
         while True:
-            outcome = _perform(pipe)
+            task = pipe.recv_bytes()
+            try:
+                function, arguments = pickle.loads(task)
+                pipe.send(None)
+                outcome: tuple[object, BaseException | None] = function(*arguments), None
+            except BaseException as error:
+                error.add_note(traceback.format_exc())
+                outcome = None, error
             try:
                 pipe.send(outcome)
             except Exception as error:  # of a value that cannot be pickled
                 pipe.send((None, RuntimeError(f"{type(error).__name__}: {error}")))
-
-
-def _perform(pipe: Connection) -> tuple[object, BaseException | None]:
-    """Return the value of the next task, or its exception."""
-    try:
-        function, arguments = pipe.recv()
-    except EOFError:
-        raise
-    except Exception as error:  # of a module that is missing here
-        return None, error
-    pipe.send(None)
-    try:
-        return function(*arguments), None
-    except BaseException as error:
-        error.add_note(traceback.format_exc())
-        return None, error
 
 
 def _end_with(parent: int) -> None:

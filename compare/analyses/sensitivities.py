@@ -99,15 +99,13 @@ def checks(scene: Any, slopes: AllSlopes, names: Mapping[str, str]) -> tuple[Che
 
     The largest slope is by a size or a property: a percent of kelvins means little, and slopes by parameters are sums.
     """
-    table, tolerance, made, largest = by_key(slopes), scene.tolerance("slope"), list[Check](), dict[str, float]()
-    for key, by_name in table.items():
-        if not key.endswith("_temperature") and not key.startswith(f"{SECTION}."):
-            sizes = {name: abs(each["fem3d"].value) for name, each in by_name.items() if "fem3d" in each}
-            largest |= {name: max(size, largest.get(name, NONE)) for name, size in sizes.items()}
+    table, tolerance, made = by_key(slopes), scene.tolerance("slope"), list[Check]()
+    scales = [table[key] for key in table if not (key.endswith("_temperature") or key.startswith(f"{SECTION}."))]
+    in_3d = {name: [abs(by[name]["fem3d"].value) for by in scales if "fem3d" in by.get(name, {})] for name in names}
+    largest = {name: max(sizes) for name, sizes in in_3d.items() if max(sizes, default=0.0) > NONE}
     for key in followed_keys(scene, table, names):
-        both = {name: (each["reduced1d"], each["fem3d"]) for name, each in table[key].items() if len(each) == 2}
-        known = [name for name in both if name in names and largest.get(name, 0) > NONE]
-        off = {name: (both[name][0].value - both[name][1].value) / largest[name] for name in known}
+        both = {n: (each["reduced1d"], each["fem3d"]) for n, each in table[key].items() if len(each) == 2}
+        off = {n: (one.value - three.value) / largest[n] for n, (one, three) in both.items() if n in largest}
         if not off:
             continue
         name = max(off, key=lambda n: abs(off[n]))
