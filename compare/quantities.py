@@ -32,23 +32,23 @@ class Quantities:
     Attributes
     ----------
     units : unit by name
+    names : names by the user's words
     initial : temperature (K) from which rises count
     end : end of the run (s)
     first : first time (s) at which errors hold
     traces : the 3D traces, which narrow the times at which errors hold
     edges : times (s) at which a drive jumps
-    words : the user's word for a quantity
     final : by trace the steady quantity that its differences are relative to; else its own largest value
     steady : whether there is the steady state alone
     """
 
     units: Mapping[str, str]
+    names: Mapping[str, str]
     initial: float
     end: float = np.inf
     first: float = 0.0
     traces: Traces | None = None
     edges: tuple[float, ...] = ()
-    words: Mapping[str, str] = field(default_factory=dict)
     final: Mapping[str, str] = field(default_factory=dict)
     steady: bool = False
 
@@ -62,12 +62,7 @@ class Quantities:
 
     def word(self, name: str) -> str:
         """Return the user's word for a quantity."""
-        return self.words.get(name, name)
-
-    @property
-    def names(self) -> dict[str, str]:
-        """The names by the user's words."""
-        return {self.word(name): name for name in self.units}
+        return next(word for word, each in self.names.items() if each == name)
 
     def sure(self, times: np.ndarray) -> np.ndarray:
         """Return (times,): whether errors hold; always in the steady state."""
@@ -82,16 +77,16 @@ class Quantities:
 def of(scene: Any, fem3d: Result | None = None) -> Quantities:
     """Return the quantities of a sink or a free scene; ``fem3d`` narrows the times at which errors hold."""
     if scene.kind == "sink":
-        traced = {entry.trace: (name, entry) for name, entry in OF_A_SINK.items() if entry.trace}
+        traced = {name: entry for name, entry in OF_A_SINK.items() if entry.trace}
         return Quantities(
-            {trace: entry.unit for trace, (_, entry) in traced.items()}, scene.room_temperature, scene.end_time,
-            FIRST_TIME, words={trace: name for trace, (name, _) in traced.items()},
-            final={trace: entry.steady for trace, (_, entry) in traced.items()},
+            {e.trace: e.unit for e in traced.values()}, {word: e.trace for word, e in traced.items()},
+            scene.room_temperature, scene.end_time, FIRST_TIME, final={e.trace: e.steady for e in traced.values()},
         )  # fmt: skip
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     traces, edges = None if fem3d is None else fem3d.traces, physics.jumps(physics.driving(scene))
     first = 0.0 if traces is None else traces.since
-    return Quantities(units, scene.initial_temperature, scene.end_time, first, traces, edges, steady=scene.steady)
+    start, end, names = scene.initial_temperature, scene.end_time, dict(zip(units, units, strict=True))
+    return Quantities(units, names, start, end, first, traces, edges, steady=scene.steady)
 
 
 def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, Check]:

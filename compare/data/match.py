@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -106,19 +107,16 @@ class Target:
         """Return the sign of a current: 1 at an electrode of the largest voltage, -1 of the smallest, otherwise 0."""
         if self._is_sink:
             return float(np.sign(self.scene.voltage if self.scene.current is None else self.scene.current))
-
-        def place_of(item: Any) -> object:
-            return item.group if hasattr(item, "group") else (item.lower, item.upper)
-
-        place = place_of(next(probe for probe in self.scene.probes if probe.name == key))
-        drives = [b for b in self.scene.boundaries if b.kind == "voltage"]
-        largest = {place_of(b): max(values_of(b.value), key=abs) for b in drives}
-        given = [place_of(b) for b in drives if b.series_resistance == np.inf]  # a current in place of a voltage
-        here = largest.pop(place, 0.0)
-        if place in given:
-            return float(np.sign(here))
-        signs = {float(np.sign(here - other)) for other in largest.values()}
-        return signs.pop() if len(signs) == 1 and not given and len(largest) < len(drives) else 0.0
+        place = attrgetter("group") if self.scene.parts == "bodies" else attrgetter("lower", "upper")
+        drives = {place(b): b for b in self.scene.boundaries if b.kind == "voltage"}
+        here = drives.pop(place(next(probe for probe in self.scene.probes if probe.name == key)), None)
+        if here is None:
+            return 0.0
+        value, *others = (max(values_of(b.value), key=abs) for b in (here, *drives.values()))
+        if here.key == "current":
+            return float(np.sign(value))
+        signs = {float(np.sign(value - other)) for other in others}
+        return signs.pop() if len(signs) == 1 and all(b.key == "voltage" for b in drives.values()) else 0.0
 
 
 def assign(columns: Sequence[Column], target: Target, given: Sequence[str]) -> list[Column]:
