@@ -56,13 +56,10 @@ def of_fields(
     lowest = min(limits, key=lambda m: limits[m])
     if ceiling is not None and ceiling <= limits[lowest]:
         return [Hottest(lowest, ceiling)]
-    names, hottest = fields.material_names, {m: Hottest(m, -np.inf) for m in limits}
-    corners = {m: np.unique(fields.cells[fields.material == names.index(m.name)]) for m in limits}
-    for time, temperatures in chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times)):
-        for m, at in corners.items():
-            now = Hottest(m, float(temperatures[at].max(initial=-np.inf)), time)
-            hottest[m] = max(hottest[m], now, key=lambda each: each.top)
-    return list(hottest.values())
+    at = {m: np.unique(fields.cells[fields.material == fields.material_names.index(m.name)]) for m in limits}
+    states = chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times))
+    found = [[Hottest(m, float(T[at[m]].max(initial=-np.inf)), time) for m in limits] for time, T in states]
+    return [max(each, key=lambda hottest: hottest.top) for each in zip(*found, strict=True)]
 
 
 def of_device(device: Device, result: DeviceResult) -> list[Hottest]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from compare.analyses import chosen
 from compare.kinds import kind_of
-from compare.models import Model, chosen_model, open_model, sampling
+from compare.models import Model, chosen_model, open_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.slopes import remarks
@@ -74,7 +74,7 @@ def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> N
     """Add the answer of the user's own model; where it fails or is interrupted, 3D is kept without it."""
     try:
         with progress.stage("reduced1d"):
-            outcome.results["reduced1d"] = sampling.solve(model, outcome.scene, outcome.solved, progress)
+            outcome.results["reduced1d"] = model.solve(outcome.scene, outcome.solved, progress)
     except (KeyboardInterrupt, NumericsError, SceneError) as error:
         why = f"{model.name} was interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
         outcome.failure = error

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.models import Model
+from compare.models.model import Model, make_question
 from compare.verdict import PAPER
 from scenes.device import Device
 from scenes.errors import NumericsError, SceneError
@@ -159,10 +159,9 @@ def device_1d(device: Device, result: Result) -> Slopes:
 
 def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result) -> Slopes:
     """Return the slopes of a user's own model of the scene of a 3D result."""
-    from compare.models.sampling import ask, make_question
 
     def solve(changed: Any, times: np.ndarray | None) -> Mapping[str, Any]:
-        values = ask(model, make_question(changed, fem3d, times)).values
+        values = model.ask(make_question(changed, fem3d, times)).values
         return {name: v[0] for name, v in values.items()} if times is None else values
 
     times = None if result.traces is None else result.traces.time[result.traces.time > 0]

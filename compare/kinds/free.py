@@ -10,7 +10,7 @@ from compare.blame import answer
 from compare.course import ascending
 from compare.kinds.base import STEADY, Kind
 from compare.models import chosen_model
-from compare.models.sampling import make_question
+from compare.models.model import make_question
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.quantities import compare_probes

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import compare
-from compare.models.sampling import make_question
+from compare.models.model import make_question
 from scenes import load
 from scenes.errors import SceneError
 from validate.cli import main
