@@ -1,22 +1,15 @@
-"""The quantities of a scene with their units and scales, and the checks of a model at the probes of a free scene.
-
-A model of a free scene is compared with 3D probe by probe: steady, and at the largest difference over time. The
-difference is (model - 3D)/scale. The scale of a temperature is its 3D rise above the initial temperature, over time the
-largest rise; of other quantities the 3D value, over time the largest. No difference is relative to kelvins.
-"""
+"""The quantities of a scene with their units and scales."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from compare.course import Course, ascending
-from compare.verdict import Check, compared
 from scenes import physics
 from scenes.checks import FIRST_TIME
-from scenes.model import OVER_TIME, UNITS, AnyScene
-from scenes.result import Estimate, Result, Traces
+from scenes.model import UNITS
+from scenes.result import Result, Traces
 from scenes.sink import OF_A_SINK
 
 EDGE = 1e-5
@@ -87,27 +80,3 @@ def of(scene: Any, fem3d: Result | None = None) -> Quantities:
     first = 0.0 if traces is None else traces.since
     start, end, names = scene.initial_temperature, scene.end_time, dict(zip(units, units, strict=True))
     return Quantities(units, names, start, end, first, traces, edges, steady=scene.steady)
-
-
-def compare_probes(scene: AnyScene, fem3d: Result, model: Result) -> dict[str, Check]:
-    """Compare every quantity that 3D and a model have, by the ids of checks, in the order of the quantities."""
-    catalogue, made = of(scene, fem3d), dict[str, Check]()
-    for name, unit in catalogue.units.items():
-        if name in model.steady and name in fem3d.steady:
-            base, whole = catalogue.base(name), f"the 3D {catalogue.whole(name)}"
-            one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
-            made[name] = compared(name, unit, one, three, relative_to=whole)
-        if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
-            made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
-    return made
-
-
-def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
-    """Compare at the largest difference over time, at the times at which 3D's error bound holds."""
-    time, base = in_1d.time, catalogue.base(name)
-    three, one = np.interp(time, ascending(in_3d.time), in_3d.values[name]) - base, in_1d.values[name] - base
-    course, rows = Course(time, three, one, catalogue.sure(time), kinks=True), three[in_3d.sure(time)]
-    scale = Estimate(float(rows[np.argmax(np.abs(rows))]), in_3d.errors[name])
-    error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
-    note = course.change(abs(scale.value))
-    return course.comparison(f"{name}, trace", catalogue.units[name], error, scale, whole, note)

@@ -1,4 +1,9 @@
-"""Free scenes, of boxes or on a mesh: their probes in 3D, and a 1D model of the user's own where one is given."""
+"""Free scenes, of boxes or on a mesh: their probes in 3D, and a 1D model of the user's own where one is given.
+
+A model is compared with 3D probe by probe: steady, and at the largest difference over time. The difference is
+(model - 3D)/scale. The scale of a temperature is its 3D rise above the initial temperature, over time the largest rise;
+of other quantities the 3D value, over time the largest. No difference is relative to kelvins.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,19 +12,19 @@ from typing import Any
 import numpy as np
 
 from compare.blame import answer
-from compare.course import ascending
+from compare.course import Course, ascending
 from compare.kinds.base import STEADY, Kind
 from compare.models import chosen_model
 from compare.models.model import make_question
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.quantities import compare_probes
+from compare.quantities import Quantities, of
 from compare.slopes import Slopes, in_3d, own_model
-from compare.verdict import Check
+from compare.verdict import Check, compared
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, quoted
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
-from scenes.result import Result, Step, step
+from scenes.result import Estimate, Result, Step, Traces, step
 
 
 class FreeKind(Kind[AnyScene]):
@@ -73,9 +78,19 @@ class FreeKind(Kind[AnyScene]):
         return {"fem3d": result}
 
     def of_models(self, outcome: Outcome[AnyScene]) -> dict[str, Check]:
-        if outcome.reduced1d is None:
-            return {}
-        return compare_probes(outcome.scene, outcome.solved, outcome.reduced1d)
+        """Compare every quantity that 3D and a model have, by the ids of checks, in the order of the quantities."""
+        fem3d, model, made = outcome.solved, outcome.reduced1d, dict[str, Check]()
+        if model is None:
+            return made
+        catalogue = of(outcome.scene, fem3d)
+        for name, unit in catalogue.units.items():
+            if name in model.steady and name in fem3d.steady:
+                base, whole = catalogue.base(name), f"the 3D {catalogue.whole(name)}"
+                one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
+                made[name] = compared(name, unit, one, three, relative_to=whole)
+            if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
+                made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
+        return made
 
     def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         scene, said = outcome.scene, [outcome.runs_away, *super().warnings(outcome)]
@@ -155,3 +170,14 @@ def probed(scene: AnyScene) -> AnyScene:
     """The scene, or where it has no probes with the mean temperature of every part as one."""
     means: Any = scene.means()
     return scene if scene.probes else replace(scene, probes=means)
+
+
+def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
+    """Compare at the largest difference over time, at the times at which 3D's error bound holds."""
+    time, base = in_1d.time, catalogue.base(name)
+    three, one = np.interp(time, ascending(in_3d.time), in_3d.values[name]) - base, in_1d.values[name] - base
+    course, rows = Course(time, three, one, catalogue.sure(time), kinks=True), three[in_3d.sure(time)]
+    scale = Estimate(float(rows[np.argmax(np.abs(rows))]), in_3d.errors[name])
+    error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
+    note = course.change(abs(scale.value))
+    return course.comparison(f"{name}, trace", catalogue.units[name], error, scale, whole, note)
