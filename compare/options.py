@@ -141,7 +141,7 @@ def _uncertain(given: Sequence[str], scene: Any, values: Given) -> Uncertain:
 
 def _data(given: Any, scene: Any, values: Given) -> Data:
     """The user's own data, read before anything is solved."""
-    from compare.data import read
+    from compare.data.read import read
 
     return read(Path(given), scene, values.get("columns", ()), values.get("data_uncertainty", ()))
 

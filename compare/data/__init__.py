@@ -3,7 +3,3 @@
 ``text`` and ``raw`` read the columns of a file, ``match`` picks the run of the scene and the quantity of each column,
 and ``read`` puts these together.
 """
-
-from compare.data.read import read
-
-__all__ = ["read"]

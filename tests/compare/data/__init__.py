@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from compare.against import Data
-from compare.data import read
+from compare.data.read import read
 from scenes.sink import Sink
 
 SINK = Sink()

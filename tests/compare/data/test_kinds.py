@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from compare.data import read
+from compare.data.read import read
 from scenes import load
 from scenes.errors import SceneError
 from validate.cli import main

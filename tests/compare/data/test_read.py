@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.data import read
+from compare.data.read import read
 from scenes.errors import SceneError
 from tests.compare.data import SINK, found
 
