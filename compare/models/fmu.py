@@ -6,7 +6,7 @@ The scene's values are the start values of its parameters and inputs. For the st
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from importlib.util import find_spec
@@ -24,23 +24,23 @@ from compare.worker import Worker
 from scenes.errors import SceneError, printable, quoted, unknown
 from scenes.formats import quantity
 from scenes.result import Traces
-from scenes.units import PLAIN, TEMPERATURE, Unit, parse_unit
+from scenes.units import PLAIN, TEMPERATURE, Unit
 
 HORIZONS = tuple(10.0**n for n in range(-6, 7))
 """Ends (s) of the runs to the steady state, from below the time constants of a film to eleven days."""
-
-
-Units = Mapping[str, tuple[str, Unit]]
-"""The declared units of variables by name: "" and a plain one for none; unknown ones have no powers."""
+NO_UNIT = Unit(PLAIN, Fraction(1))
 
 
 @dataclass(frozen=True)
 class Fmu:
-    """An FMU unpacked in a ``folder``, its variables that can be set and read, and the process that runs it."""
+    """An FMU unpacked in a ``folder``, its variables that can be set and read, and the process that runs it.
+
+    Variables are columns without values, with their declared units; unknown units have no powers.
+    """
 
     folder: TemporaryDirectory[str]
-    settable: Units
-    readable: Units
+    settable: Mapping[str, Column]
+    readable: Mapping[str, Column]
     worker: Worker
 
     def answer(self, question: Question) -> Traces:
@@ -86,13 +86,7 @@ class Fmu:
             if name not in self.settable:
                 raise unknown("it has no parameter or input in a known unit", name, self.settable)
         outputs = match_outputs("variable", question.outputs, question.units, self.readable)
-        for name, own in outputs.items():
-            (called, unit), symbol = self.readable[own], question.units[name]
-            if called and unit.powers != parse_unit(symbol).powers:
-                raise SceneError(
-                    f"{quoted(own)}, for {quoted(name)}, is in {quoted(called)}, not in {symbol}: give one in {symbol}"
-                )
-        given = {name: (value, self.settable[name][1]) for name, value in question.parameters.items()}
+        given = {name: (value, self.settable[name].unit or NO_UNIT) for name, value in question.parameters.items()}
         start = {name: (value - float(unit.offset)) / float(unit.factor) for name, (value, unit) in given.items()}
         simulate = partial(
             simulate_fmu, self.folder.name, validate=False, start_time=0.0, stop_time=end, output_interval=end / steps,
@@ -110,7 +104,7 @@ class Fmu:
         if rows["time"][-1] < end - end / steps / 2:
             stop = quantity(float(rows["time"][-1]), "s")
             raise SceneError(f"it stops at {stop} of {quantity(end, 's')}: a step of it says that it failed")
-        values = {name: Column("", self.readable[own][1], rows[own]).si for name, own in outputs.items()}
+        values = {name: replace(self.readable[own], values=rows[own]).si for name, own in outputs.items()}
         if not np.isfinite([*values.values()]).all():
             raise SceneError("it has an output that is not finite")
         return Traces(rows["time"], values, {})
@@ -132,26 +126,25 @@ def open_model(given: str, folder: str) -> Model:
         tags = ElementTree.parse(f"{unpacked.name}/modelDescription.xml").iter()
         # fmpy 0.3.32 overlooks this attribute of a variable; its tag, or the one inside, has it.
         differences = {t.get("name") for t in tags for each in (t, *t) if each.get("relativeQuantity") in ("true", "1")}
-        variables = [(each, _declared_unit(each, definitions, differences)) for each in description.modelVariables]
+        variables = [(each, _column(each, definitions, differences)) for each in description.modelVariables]
     except Exception:
         raise SceneError("it is no FMU that can be read, of FMI 2 or 3: export it again") from None
     if platform not in platforms:
         raise SceneError(f"it has programs for {', '.join(platforms) or 'no system'}: export it for {platform}")
-    settable = {v.name: u for v, u in variables if v.causality in ("parameter", "input") and u[1].powers}
-    readable = {v.name: u for v, u in variables if v.causality != "parameter"}
+    settable = {v.name: c for v, c in variables if v.causality in ("parameter", "input") and c.powers != ()}
+    readable = {v.name: c for v, c in variables if v.causality != "parameter"}
     return Model(path.name, Fmu(unpacked, settable, readable, Worker("it")).answer)
 
 
-def _declared_unit(variable: Any, definitions: Mapping[str, Any], differences: set[str | None]) -> tuple[str, Unit]:
-    """The unit that an FMU declares for a variable: by its BaseUnit, or else by its name."""
+def _column(variable: Any, definitions: Mapping[str, Any], differences: set[str | None]) -> Column:
+    """A variable in the unit that an FMU declares: by its BaseUnit, or else by its name."""
     kind, unknown = variable.declaredType, Unit((), Fraction(1))
-    name = variable.unit or (kind.unit if kind else None)
-    if not name:
-        return "", Unit(PLAIN, Fraction(1))
+    if not (name := variable.unit or (kind.unit if kind else None)):
+        return Column(variable.name, None, np.empty(0))
     unit = find_unit(name) or unknown
     if base := definitions.get(name):
         powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K"))
         unit = unknown if base.mol or base.cd else Unit(powers, Fraction(base.factor), Fraction(base.offset))
     if variable.name in differences or (kind and kind.name in differences):
-        return f"{name} as a difference", unknown if unit.powers == TEMPERATURE.powers else unit
-    return name, unit
+        name, unit = f"{name} as a difference", unknown if unit.powers == TEMPERATURE.powers else unit
+    return Column(variable.name, unit, np.empty(0), note=f"in {quoted(name)}")

@@ -1,7 +1,7 @@
 """The interface of all 1D and lumped models: a question about a scene, and the answer and the Result of a model."""
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.course import ascending
-from compare.data.columns import refusing
+from compare.data.columns import Column, refusing
 from compare.verdict import unit_of
 from scenes.errors import SceneError, listed, quoted, unknown
 from scenes.expressions import Measure, measured
@@ -19,7 +19,7 @@ from scenes.loading import as_dict as parametric_as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from scenes.units import PLAIN, UnitError, parse_unit
+from scenes.units import PLAIN, UnitError, called, parse_unit
 from scenes.varied import of_free
 
 LONGEST = 600.0
@@ -213,11 +213,12 @@ def plain_name(name: str) -> str:
 
 
 def match_outputs(
-    noun: str, outputs: Mapping[str, str], wanted: Collection[str], own: Collection[str]
+    noun: str, outputs: Mapping[str, str], wanted: Mapping[str, str], own: Mapping[str, Column]
 ) -> dict[str, str]:
     """Return the model's own name of each wanted probe that it has: of the scene's ``outputs``, or alike.
 
-    Raises SceneError where it has none of them, or not the given one; ``noun`` is the kind of its names.
+    Raises SceneError where it has none of them, or not the given one, or not in a unit that is alike to the ``wanted``
+    one; ``noun`` is the kind of its names.
     """
     plain = {plain_name(name): name for name in own}
     alike = {probe: plain[plain_name(probe)] for probe in wanted if plain_name(probe) in plain}
@@ -225,6 +226,10 @@ def match_outputs(
     for probe, name in found.items():
         if name not in own:
             raise unknown(f"for {quoted(probe)} it has no {noun}", name, own)
+        column, symbol = own[name], wanted[probe]
+        if column.powers not in (None, parse_unit(symbol).powers):
+            other = column.note or called(column.powers)
+            raise SceneError(f"{quoted(name)}, for {quoted(probe)}, is {other}, not in {symbol}: give one in {symbol}")
     if not found:
         has = listed(sorted(own)) if own else "none"
         raise SceneError(

@@ -11,12 +11,12 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from compare.data import raw
+from compare.data.columns import Column
 from compare.data.match import Target
 from compare.models.model import LONGEST, Model, Question, find_file, match_outputs, run_twice
 from compare.quantities import AT_REST
@@ -85,15 +85,15 @@ def _run(lines: Sequence[str], uic: str, question: Question, steps: int = 0) -> 
     options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
     text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
     vectors = _solve(text, plot)
-    time = vectors.pop("time", AT_REST)
+    clock = vectors.pop("time", None)
     nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
-    values = {name: vectors[node] for name, node in nodes.items()}
+    values = {name: vectors[node].values for name, node in nodes.items()}
     for name, own in expressions.items():
         # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
         if question.units[name] == "A" and re.fullmatch(r"i\([\w.]+\)", own.strip(), re.IGNORECASE):
             sign = Target(question.scene).sign(name)
             values[name] = values[name] * (-1 if (values[name] * abs(values[name])).sum() * sign < 0 else 1)
-    return Traces(time, values, {})
+    return Traces(AT_REST if clock is None else clock.values, values, {})
 
 
 def _circuit(line: str) -> str:
@@ -105,8 +105,8 @@ def _circuit(line: str) -> str:
     return line
 
 
-def _solve(text: str, plot: str) -> dict[str, np.ndarray]:
-    """Return the vectors of an analysis by their nodes."""
+def _solve(text: str, plot: str) -> dict[str, Column]:
+    """Return the vectors of an analysis by their nodes, without units: volts stand for kelvins."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.raw"
         (Path(folder) / "model.cir").write_text(text, encoding="utf-8")
@@ -128,4 +128,4 @@ def _solve(text: str, plot: str) -> dict[str, np.ndarray]:
             wrong = re.search(signs, said, re.IGNORECASE | re.MULTILINE)
             why = f" ({printable(' '.join(wrong[0].split()), 200)})" if wrong else ""
             raise SceneError(f"ngspice has no {plot}{why}") from None
-    return {column.name: column.values for column in columns}
+    return {column.name: replace(column, unit=None) for column in columns}

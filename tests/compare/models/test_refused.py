@@ -68,7 +68,7 @@ FAILED = [
     ("lumped.py:yes", '"tip" in the steady state is "True": give one real number'),
     ("lumped.py:tuple_", 'returned "tuple"'),
     ("stranger.csv", "no column called as a probe"),
-    ("unit.csv", "is not in K"),
+    ("unit.csv", "is a power, not in K"),
     ("traces.csv", "has no value of"),
 ]
 ENDED = [
