@@ -76,8 +76,8 @@ class Model:
     """
 
     name: str
-    answer: Callable[[Question], Traces]
-    exact: bool = False
+    answer: Callable[[Question], Traces] = field(repr=False)
+    exact: bool = field(default=False, repr=False)
 
     def ask(self, question: Question) -> Traces:
         """Return the answer at the question's times, linear between its own rows, checked; all values have an error.

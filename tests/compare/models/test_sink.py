@@ -106,6 +106,7 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps():
     assert run.check("fig4").difference == pytest.approx(peak(1.0) / three.steady["peak_rise_K"].value - 1, rel=1e-9)
     keys = ["anchor.pad_width", "anchor.oxide_length", "drive.voltage"]
     model = open_model("network")
+    assert repr(model) == "Model(name='network')"
     slopes = own_model(model, sink, run.reduced1d, keys, three)
     assert set(slopes.left_out) == {"anchor.pad_width", "anchor.oxide_length"}
     assert all("not differentiable" in why for why in slopes.left_out.values())
