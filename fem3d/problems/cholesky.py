@@ -1,4 +1,4 @@
-"""Linear solvers: sparse Cholesky factors, which also precondition, and GMRES."""
+"""Sparse Cholesky factors, to solve and to precondition: a nested dissection, and multifrontal elimination."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from scenes.errors import NumericsError
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST_SIDE = 0.3
-# Steps of GMRES, without restarts. They take as long as seven factorizations: what needs more needs other factors.
-MOST_GMRES = 100
 
 Solver = Callable[[np.ndarray], np.ndarray]
 """The solutions (n,) or (k, n) for right-hand sides of the same shape."""
@@ -233,43 +231,3 @@ def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.n
     k = int(least.argmin())
     joins = at[: k + 1][farthest[: k + 1] > k] if left[k] <= right[k] else at[k + 1 :][nearest[k + 1 :] <= k]
     return float(least[k]), joins, at[k + 1 :]
-
-
-def solve_by_gmres(
-    product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int = MOST_GMRES
-) -> tuple[np.ndarray | None, int]:
-    """Solve a preconditioned linear system by GMRES without restarts (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7,
-    1986). SciPy's takes one product more, for the residual: a cold run of the sink takes 5 % longer with it.
-
-    Parameters
-    ----------
-    product : the preconditioned matrix times a vector (n,)
-    right : (n,), the preconditioned right-hand side
-    tolerance : largest norm of the residual, relative to the norm of ``right``
-    most : largest number of steps
-
-    Returns
-    -------
-    solution : (n,); None where the steps do not reach the tolerance
-    steps : number of steps taken
-    """
-    size, most = float(np.linalg.norm(right)), min(most, len(right))
-    if size == 0.0:
-        return right, 0
-    basis, hessenberg = np.empty((most + 1, len(right))), np.zeros((most + 1, most))
-    basis[0], target = right / size, np.append(1.0, np.zeros(most))
-    for k in range(most):
-        new = product(basis[k])
-        for _ in range(2):  # a second pass removes the rounding of the first
-            shares = basis[: k + 1] @ new
-            hessenberg[: k + 1, k] += shares
-            new = new - shares @ basis[: k + 1]
-        left = hessenberg[k + 1, k] = float(np.linalg.norm(new))
-        if not np.isfinite(left):
-            break
-        part_of, aim = hessenberg[: k + 2, : k + 1], target[: k + 2]
-        sums = np.linalg.lstsq(part_of, aim)[0]
-        if np.linalg.norm(part_of @ sums - aim) <= tolerance:
-            return size * sums @ basis[: k + 1], k + 1
-        basis[k + 1] = new / (left or 1.0)
-    return None, most

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
-from fem3d.problems.cholesky import MOST_GMRES, Factors, Ordering, Solver, part, solve_by_gmres
+from fem3d.problems.cholesky import Factors, Ordering, Solver, part
 from fem3d.problems.following import CellProperty, at_faces
+from fem3d.problems.gmres import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import Cache, HeatProblem
 from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
 from fem3d.spaces.integrals import Faces, halves, marked

@@ -16,8 +16,9 @@ from typing import Any, Self
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part, solve_by_gmres
+from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
+from fem3d.problems.gmres import solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from scenes.errors import NumericsError
 

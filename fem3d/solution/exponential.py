@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
 
-from fem3d.problems.cholesky import solve_by_gmres
+from fem3d.problems.gmres import solve_by_gmres
 from fem3d.solution.newton import MOST_NEWTON
 from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME

@@ -28,8 +28,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part, solve_by_gmres
+from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
+from fem3d.problems.gmres import solve_by_gmres
 from fem3d.problems.heat import HeatProblem, combined
 from fem3d.problems.linearized import linearized, refine_quadratures
 from fem3d.problems.paths import CurrentField

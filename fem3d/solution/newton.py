@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.problems.cholesky import Solver, solve_by_gmres
+from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
 from fem3d.problems.following import Conduction, missed_by_quadrature
+from fem3d.problems.gmres import solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, nonlinear, refine_quadratures
 from scenes.errors import BeyondLawError, NumericsError

@@ -1,0 +1,36 @@
+"""GMRES for linear systems without restarts (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+# Steps, as long as seven factorizations: what needs more needs other factors.
+MOST_GMRES = 100
+
+
+def solve_by_gmres(
+    product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int = MOST_GMRES
+) -> tuple[np.ndarray | None, int]:
+    """Solve a preconditioned linear system.
+
+    Parameters
+    ----------
+    product : the preconditioned matrix times a vector (n,)
+    right : (n,), the preconditioned right-hand side
+    tolerance : largest norm of the residual, relative to the norm of ``right``
+    most : largest number of steps
+
+    Returns
+    -------
+    solution : (n,); None where the steps do not reach the tolerance
+    steps : number of steps taken
+    """
+    operator, norms = LinearOperator((len(right),) * 2, product, dtype=float), list[float]()
+    # The second cycle serves a residual that is above the tolerance by rounding.
+    solution, failed = gmres(
+        operator, right, rtol=tolerance, restart=most, maxiter=2, callback=norms.append, callback_type="pr_norm"
+    )
+    return (None if failed else solution), len(norms)
