@@ -197,7 +197,7 @@ class _Solver:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
-            self._near = dict[int, tuple[Reduced, int, np.ndarray | None, dict[str, Any]]]()
+            self._near = dict[int, tuple[Reduced, np.ndarray | None, dict[str, Any]]]()
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
@@ -282,18 +282,15 @@ class _Solver:
             base = make_base(given.heats[level], given.conductors[level], self._hot)
         if level not in self._near:
             self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
-        near, few, at_points, places = self._near[level]
+        near, at_points, places = self._near[level]
         base.heat.kept.update(**places)
-        reduced, sums = base.near(near, few, at_points)
-        coefficients = replace(reduced, basis=np.eye(reduced.states)).changed(sums)
-        marched = transient.march(replace(base, conductor=None), coefficients, study.end, SHORT**2)
-        states, rates = (each @ marched.reduced.basis.T for each in marched.states(self.times))
-        part = outputs.OfStates(base, reduced, self.times, states, rates)
-        return replace(values, traces=study.traces(outputs.of_part(part, study.part)))
+        marched = transient.march(replace(base, conductor=None), base.near(near, at_points), study.end, SHORT**2)
+        out = outputs.of_transient(replace(marched, base=base), study.part, self.times)
+        return replace(values, traces=study.traces(out))
 
-    def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, int, np.ndarray | None]:
+    def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, np.ndarray | None]:
         """The problem of a base on its own fields, the Krylov fields of its loads, and of the dual problems of the
-        traces; how many of them hold its response, which are the first; and their values in the conductor."""
+        traces; and the values of these fields in the conductor."""
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None
         fewer, tolerance = (FEWER, study.accuracy**0.5) if level < -1 else (0, study.accuracy)
@@ -317,11 +314,7 @@ class _Solver:
         # The residual of the moment matters too: the dual problems begin before the first time of interest.
         times = np.geomspace(earliest / 10, study.end, 2 + int(np.log2(10 * study.end / earliest)))
         reduced = base.project(np.column_stack([fields, _essential(dual, rows, times, tolerance)]))
-        marched = transient.march(base, reduced, study.end, SHORT)
-        times = np.concatenate([step.start + step.length * np.linspace(0, 1, 25) ** 4 for step in marched.steps])
-        _, sizes, sums = np.linalg.svd(marched.states(times)[0])
-        reduced, few = marched.reduced.changed(sums.T), int((sizes > SHORT**2 * sizes[0]).sum())
-        return reduced, few, None if conductor is None else conductor.on.value(base.heat.field(reduced.basis.T))
+        return reduced, None if conductor is None else conductor.on.value(base.heat.field(reduced.basis.T))
 
 
 def _essential(base: Base, fields: np.ndarray, times: np.ndarray, tolerance: float) -> np.ndarray:

@@ -114,10 +114,10 @@ def _at(parts: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 def project(
     heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[CurrentField],
-    leading: int, values: np.ndarray | None = None,
+    values: np.ndarray | None = None,
 ) -> Reduced:  # fmt: skip
-    """The reduced problem on orthonormal temperature fields (free dofs, r), perhaps with their ``values`` in the
-    conductor, and current fields; stiffness and heating by the states of so many ``leading`` fields alone."""
+    """The reduced problem on some temperature fields (free dofs, r), perhaps with their ``values`` (r, rows, points) in
+    the conductor, and on current fields."""
     n, channels = heat.free, heat.inputs.count
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(heat.lifts):
@@ -125,16 +125,16 @@ def project(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.domain.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    stiffness = basis.T @ (heat.inner_stiffness @ basis[:, :leading])
+    stiffness = basis.T @ (heat.inner_stiffness @ basis)
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
     constraints, prescribed = _given_currents(conductor, patterns, channels)
-    joule = _joule(heat, conductor, basis, patterns, leading, values)
+    joule = _joule(heat, conductor, basis, patterns, values)
     return Reduced(basis, stiffness, source, inertia, supply, constraints, prescribed, **joule)
 
 
 def _joule(
     heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[CurrentField],
-    leading: int, values: np.ndarray | None,
+    values: np.ndarray | None,
 ) -> dict[str, Any]:  # fmt: skip
     """The Joule heat in `Reduced` by its names.
 
@@ -142,7 +142,7 @@ def _joule(
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
-    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + leading))
+    resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + r))
     in_box, at_given = dict[Label, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
     potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
     parts = {
@@ -170,7 +170,7 @@ def _joule(
         for part, added in zip(at_given.values(), given, strict=True):
             part += added
         for a, b in zip(*np.tril_indices(m), strict=True):
-            heats = warm * products[a, b] * v[: channels + leading]
+            heats = warm * products[a, b] * v
             heats[0] += cold * products[a, b]
             heating[a, b] += v[channels:] @ heats.T
             heating[b, a] = heating[a, b]

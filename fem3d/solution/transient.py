@@ -81,21 +81,14 @@ class Base:
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
-        basis = orthonormal(self.heat, fields)
-        return project(self.heat, self.conductor, basis, self.patterns, basis.shape[1])
+        return project(self.heat, self.conductor, orthonormal(self.heat, fields), self.patterns)
 
-    def near(self, known: Reduced, leading: int, values: np.ndarray | None) -> tuple[Reduced, np.ndarray]:
-        """The reduced problem on the fields of a ``known`` one that this is near, with ``values`` (r, rows, points) in
-        the conductor; and sums (r, r) of the fields that are orthonormal here. The response is of the
-        ``leading`` fields: how the others act on each other is of the second order, and left as it is."""
-        r, basis, patterns = known.states, known.basis, self.patterns
-        k = leading if len(patterns) == len(known.resistance) else r
-        new = project(self.heat, self.conductor, basis, patterns, k, values)
-        parts = (basis.T @ (self.heat.inner_mass @ basis[:, :k]), np.eye(r)), (new.stiffness, known.stiffness)
-        mass, stiffness = (np.block([[a[:k], a[k:].T], [a[k:], b[k:, k:]]]) for a, b in parts)
-        others = (known if k < r else new).heating[..., new.heating.shape[-1] :]
-        heating = np.concatenate([new.heating, others], axis=-1)
-        return replace(new, stiffness=stiffness, heating=heating), np.linalg.inv(np.linalg.cholesky(mass)).T
+    def near(self, known: Reduced, values: np.ndarray | None) -> Reduced:
+        """The reduced problem on the fields of a ``known`` one that this is near, made orthonormal here; ``values``
+        (r, rows, points) are those of the fields in the conductor."""
+        near = project(self.heat, self.conductor, known.basis, self.patterns, values)
+        mass = known.basis.T @ (self.heat.inner_mass @ known.basis)
+        return near.changed(np.linalg.inv(np.linalg.cholesky(mass)).T)
 
 
 def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
