@@ -105,7 +105,7 @@ class Refinement:
     ----------
     limit, change : largest drive with a steady state on the last mesh, and its change from the mesh before
     ran_away : whether a transient ran away on an earlier mesh
-    slowest, generations : time constant (s) and Krylov generations of the last transient without a steady state
+    generations : Krylov generations of the last transient without a steady state
     coarser : with laws the last grid and its steady rise (functions,), from which Newton's method begins
     """
 
@@ -116,7 +116,6 @@ class Refinement:
     limit: float | None = None
     change: float = np.inf
     ran_away: bool = False
-    slowest: float = np.inf
     generations: int = 0
     coarser: tuple[BrickSpace, np.ndarray] | None = None
 
@@ -146,12 +145,11 @@ class Refinement:
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> BoundedResponse:
         """Solve the transient in Krylov fields, about the steady state if there is one."""
         study = self.study
+        shift = transient.shift(min(study.end, transient.slowest(problems.heats[0])), study.earliest)
         if level is not None:
             self.progress("transient")
-            shift = transient.shift(transient.time_constant(level.fine.state), study.earliest)
             bases = [Base.of_steady(solution.state, study.accuracy) for solution in (level.fine, level.low)]
         else:
-            shift = transient.shift(min(study.end, self.slowest), study.earliest)
             bases = [Base.bare(problems.heats[k], problems.conductors[k]) for k in (-1, -2)]
             if not bases[0].nonlinear:  # hot states are searched in the lower space alone
                 lower = problems.heats[-2], problems.conductors[-2]
@@ -159,7 +157,7 @@ class Refinement:
                 bases = [responses.make_base(problems.heat, problems.conductor, hot), low]
         response = bound_response(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
         if level is None:
-            self.slowest, self.generations = response.slowest, response.generations
+            self.generations = response.generations
         return response
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:

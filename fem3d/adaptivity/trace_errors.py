@@ -16,7 +16,7 @@ from fem3d.adaptivity.responses import FineResponse, jump_times, largest_differe
 from fem3d.results import outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
 from fem3d.solution.newton import CoarseMeshError
-from fem3d.solution.transient import Base, Transient
+from fem3d.solution.transient import Base
 from scenes.errors import RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
@@ -40,13 +40,6 @@ class BoundedResponse:
     scales: dict[str, float] = field(default_factory=dict)  # of the relative errors, in the traces' units
     between: float = 0.0  # the largest relative error of straight lines between rows
     early: dict[str, float] = field(default_factory=dict)  # errors before the earliest time of interest, if wanted
-
-    @property
-    def slowest(self) -> float:
-        """The time constant (s) of the slowest mode; infinite at full order."""
-        if not isinstance(self.transient, Transient):
-            return np.inf
-        return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
 
 
 def bound_response(

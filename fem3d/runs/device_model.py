@@ -18,9 +18,8 @@ from fem3d.problems.conductors import linear_resistivity
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import CurrentField
-from fem3d.runs.projection import slowest
 from fem3d.solution.reduced import Reduced
-from fem3d.solution.transient import Base, Krylov
+from fem3d.solution.transient import Base, Krylov, slowest
 from scenes.device import SUBSTRATE, Device
 from scenes.model import Schedule
 from statespace.device_model import FILMS, Inlet, Modal

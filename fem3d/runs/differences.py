@@ -196,13 +196,13 @@ class _Solver:
         if answer.response is not None:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
-            self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
             self._near = dict[int, tuple[Reduced, np.ndarray | None, dict[str, Any]]]()
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
             self._edges = max(1.0, float(tail(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
         self._own, self._tangents = nested.discretize(answer.heat.domain, study.accuracy), dict[int, Tangent]()
+        self._shift = transient.shift(min(study.end, transient.slowest(self._own.heats[0])), study.earliest)
         if answer.response is not None and answer.steady is None:
             lower = self._own.heats[-2], self._own.conductors[-2], self._shift
             _, self._hot = search_hot_states(*lower, study.earliest, study.end, study.accuracy)

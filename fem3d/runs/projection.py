@@ -12,17 +12,11 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import Voltmeter, reading
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
+from fem3d.solution.transient import slowest as slowest
 from meshes.symmetry import Symmetry
 from scenes.model import UNITS, AnyProbe
 from statespace.channels import Channel
 from statespace.reduction import Row, StateSpace
-
-
-def slowest(heat: HeatProblem) -> float:
-    """Return the relaxation time (s) of a uniformly heated structure."""
-    n = heat.free
-    load = (heat.mass @ heat.unit)[:n]
-    return float(heat.unit[:n] @ (heat.inner_mass @ heat.solve_steady(load)) / max(heat.unit[:n] @ load, 1e-300))
 
 
 def joule_loads(base: Base) -> list[np.ndarray]:

@@ -175,12 +175,11 @@ class Krylov:
         return self._ends[generations] - self._ends[max(generations - fewer, 0)]
 
 
-def time_constant(state: SteadyState) -> float:
-    """Stored heat over the power that keeps it (s): the scale of the slowest response."""
-    heat, n = state.heat, state.heat.free
-    stored = float((heat.mass @ heat.unit)[:n] @ state.rise[:n])
-    supplied = float(heat.unit @ np.abs(state.source))
-    return abs(stored) / supplied if supplied > 0 else 1.0
+def slowest(heat: HeatProblem) -> float:
+    """The relaxation time (s) of a uniformly heated structure, the scale of the slowest response."""
+    n = heat.free
+    load = (heat.mass @ heat.unit)[:n]
+    return float(heat.unit[:n] @ (heat.inner_mass @ heat.solve_steady(load)) / max(heat.unit[:n] @ load, 1e-300))
 
 
 def shift(slowest: float, earliest: float) -> float:
