@@ -24,12 +24,13 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Ordering, part
+from fem3d.problems.cholesky import Ordering
 from fem3d.problems.following import Conduction, Storage, Term, cells_with_law
 from fem3d.problems.heat import Cache, FaceFlow, HeatProblem, as_rise, share_reactions
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Entries, Faces, halves, marked, summed
+from fem3d.spaces.integrals import Faces
 from fem3d.spaces.mapped import Interface
+from fem3d.spaces.sparse import Entries, add, submatrix, sum_entries
 from scenes import faces
 from scenes.model import AnyBoundary, Schedule, Value, bends, values
 
@@ -44,8 +45,8 @@ def assemble(domain: Domain) -> HeatProblem:
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
     conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
     # Stiffness and mass must have one pattern.
-    stiffness = halves(csc_array(marked(conduction) + films))[0] if films.nnz else conduction
-    stiffness, mass = part(stiffness, order), part(capacity, order)
+    stiffness = add(conduction, films) if films.nnz else conduction
+    stiffness, mass = submatrix(stiffness, order), submatrix(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     terms: list[Term] = [Conduction(domain)] if len(cells_with_law(domain, "thermal_conductivity")) else []
     terms += [Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.facets(b))]
@@ -55,7 +56,7 @@ def assemble(domain: Domain) -> HeatProblem:
     return HeatProblem(
         domain=domain, free=free, order=order, elimination=Ordering(space.places), stiffness=stiffness, mass=mass,
         loads=(sources + loads)[:, order], given=values[:, fixed], generated=generated,
-        shares={name: share[order] for name, share in shares.items()}, edges=part(edges, fixed),
+        shares={name: share[order] for name, share in shares.items()}, edges=submatrix(edges, fixed),
         face_flows={name: FaceFlow(entering, row[order]) for name, (entering, row) in rows.items()},
         contradiction=contradiction[order], terms=tuple(terms), storage=storage,
     )  # fmt: skip
@@ -102,7 +103,7 @@ def _films_and_fluxes(
             cooled += h * area
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area
-    matrix = summed(films, space.size)
+    matrix = sum_entries(films, space.size)
     for joint in domain.contacts:
         if joint.contact.thermal_resistance:
             jumps = Interface.inside(space, joint.facets).mass()

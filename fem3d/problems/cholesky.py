@@ -11,6 +11,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.sparse import csc_array
 
 from fem3d.spaces.size import LEAF
+from fem3d.spaces.sparse import submatrix
 from scenes.errors import NumericsError
 
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
@@ -88,7 +89,7 @@ class Factors:
         self._blocks: list[tuple[slice, np.ndarray, np.ndarray]] = []
         sizes = np.bincount(rank, minlength=ordering.starts[-1])
         first = np.concatenate([[0], np.cumsum(sizes)])
-        ordered, place = part(matrix, self._order), np.zeros(len(rank), int)
+        ordered, place = submatrix(matrix, self._order), np.zeros(len(rank), int)
         updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for piece, (start, end) in enumerate(pairwise(first[ordering.starts].tolist())):
             # The unknowns of the later groups: a range for each.
@@ -153,19 +154,6 @@ def _extend_add(front: np.ndarray, update: np.ndarray, at: np.ndarray) -> None:
     runs = [(slice(a, b), slice(at[a], at[a] + b - a)) for a, b in pairwise(cuts)]
     for (above, into_above), (right, into_right) in combinations_with_replacement(runs, 2):
         front[into_above, into_right] += update[above, right]
-
-
-def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
-    """The rows and columns (n,) of a square matrix, in their order; faster than by scipy's indices of rows."""
-    place = np.full(matrix.shape[0], -1, matrix.indices.dtype)
-    place[kept] = np.arange(len(kept))
-    columns = csc_array(matrix[:, kept])
-    rows = place[columns.indices]
-    inside = rows >= 0
-    if inside.all():
-        return csc_array((columns.data, rows, columns.indptr), (len(kept),) * 2)
-    starts = np.concatenate([[0], np.cumsum(inside)])[columns.indptr].astype(matrix.indptr.dtype)
-    return csc_array((columns.data[inside], rows[inside], starts), (len(kept),) * 2)
 
 
 def dissection(

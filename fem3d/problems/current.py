@@ -21,12 +21,13 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
-from fem3d.problems.cholesky import Factors, Ordering, Solver, part
+from fem3d.problems.cholesky import Factors, Ordering, Solver
 from fem3d.problems.following import CellProperty, at_faces
 from fem3d.problems.gmres import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import Cache, HeatProblem
 from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
-from fem3d.spaces.integrals import Faces, halves, marked
+from fem3d.spaces.integrals import Faces
+from fem3d.spaces.sparse import add, congruent, submatrix
 from scenes.errors import NumericsError
 
 SOLVED = 1e-12  # relative error of a potential, unless a looser bound is given
@@ -181,8 +182,8 @@ class Conductor:
     def system(self, matrix: csc_array) -> csc_array:
         """(unknowns, unknowns): a matrix (functions, functions) with the terminals and their resistances."""
         if not self.terminals:
-            return part(matrix, self.free)
-        return halves(csc_array(self._basis.T @ marked(matrix) @ self._basis + diags_array(self._leak)))[0]
+            return submatrix(matrix, self.free)
+        return add(congruent(matrix, self._basis), diags_array(self._leak))
 
     def _solver(self, matrix: csc_array) -> Solver:
         entities = self.space.entity[self.free]

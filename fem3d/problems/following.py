@@ -17,7 +17,8 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces, halves, summed
+from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.sparse import sum_pairs
 from scenes import laws, physics
 from scenes.faces import COLDEST
 from scenes.laws import Property
@@ -122,14 +123,13 @@ class Conduction:
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
-        # Both have one pattern, so both travel through one conversion as a complex number.
         entries = []
         for on, law, cold, _ in self.parts:
             rise, dofs = on.value(u), on.dofs.astype(np.int32)
-            one, other = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
-            rows, columns = (np.broadcast_to(d, one.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
-            entries.append(((one + 1j * other).ravel(), rows, columns))
-        return halves(summed(entries, self.domain.space.size))
+            both = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
+            rows, columns = (np.broadcast_to(d, both.shape[1:]).ravel() for d in (dofs[:, :, None], dofs[:, None]))
+            entries.append((both.reshape(2, -1), rows, columns))
+        return sum_pairs(entries, self.domain.space.size)
 
 
 @dataclass(frozen=True, eq=False)

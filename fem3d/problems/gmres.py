@@ -14,20 +14,8 @@ MOST_GMRES = 100
 def solve_by_gmres(
     product: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, most: int = MOST_GMRES
 ) -> tuple[np.ndarray | None, int]:
-    """Solve a preconditioned linear system.
-
-    Parameters
-    ----------
-    product : the preconditioned matrix times a vector (n,)
-    right : (n,), the preconditioned right-hand side
-    tolerance : largest norm of the residual, relative to the norm of ``right``
-    most : largest number of steps
-
-    Returns
-    -------
-    solution : (n,); None where the steps do not reach the tolerance
-    steps : number of steps taken
-    """
+    """The solution (n,) of ``product`` (x) = ``right`` to a relative residual, and the number of steps; none where
+    ``most`` steps do not suffice. The product is of a preconditioned matrix."""
     operator, norms = LinearOperator((len(right),) * 2, product, dtype=float), list[float]()
     # The second cycle serves a residual that is above the tolerance by rounding.
     solution, failed = gmres(

@@ -25,9 +25,10 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from fem3d.problems.cholesky import Factors, Ordering, Solver, part
+from fem3d.problems.cholesky import Factors, Ordering, Solver
 from fem3d.problems.following import Storage, Term
 from fem3d.spaces.domain import Domain
+from fem3d.spaces.sparse import combine, submatrix
 from scenes.model import Value
 from statespace.channels import Inputs
 
@@ -115,9 +116,10 @@ class HeatProblem:
         free = int((kept < self.free).sum())
         fixed = kept[free:] - self.free
         return replace(
-            self, free=free, order=self.order[kept], stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
+            self, free=free, order=self.order[kept],
+            stiffness=submatrix(self.stiffness, kept), mass=submatrix(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
-            shares={name: share[kept] for name, share in self.shares.items()}, edges=part(self.edges, fixed),
+            shares={name: share[kept] for name, share in self.shares.items()}, edges=submatrix(self.edges, fixed),
             face_flows={n: replace(f, per_kelvin=f.per_kelvin[kept]) for n, f in self.face_flows.items()},
             contradiction=self.contradiction[kept],
         )  # fmt: skip
@@ -151,7 +153,7 @@ class HeatProblem:
         def make() -> Solver:
             matrix, domain = self.inner_stiffness, self.domain
             if not domain.anchored:
-                matrix = combined(matrix, 1.0 / domain.scene.end_time, self.inner_mass)
+                matrix = combine(matrix, 1.0 / domain.scene.end_time, self.inner_mass)
             return self.factors(matrix).solve
 
         return self.kept.get_or_make("solve_steady", make)
@@ -179,7 +181,7 @@ class HeatProblem:
         """Solver of (M + shift K) u = b on the free dofs; the factors of the last shift are kept."""
         last, solve = self.kept.pop("solve_shifted", (None, None))
         if last != shift:
-            solve = self.factors(combined(self.inner_mass, shift, self.inner_stiffness)).solve
+            solve = self.factors(combine(self.inner_mass, shift, self.inner_stiffness)).solve
         self.kept["solve_shifted"] = shift, solve
         return solve
 
@@ -251,13 +253,6 @@ class HeatProblem:
         return tested
 
 
-def combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
-    """a + factor * b."""
-    if a.indices is b.indices or (a.nnz == b.nnz and (a.indices == b.indices).all()):
-        return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)
-    return csc_array(a + factor * b)
-
-
 def as_rise(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
     """(channels,): a temperature (K) as a rise."""
     rises = channels.split(temperature)
@@ -288,7 +283,7 @@ def share_reactions(
         group = [i for i, other in enumerate(values) if other == value]
         if len(group) > 1:
             functions = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
-            mass = part(csc_array(sum(faces[i].mass_of() for i in group)), functions)
+            mass = submatrix(csc_array(sum(faces[i].mass_of() for i in group)), functions)
             solve = splu(mass).solve
             for i in group:
                 shares[names[i]][functions] = solve(faces[i].load()[functions])
@@ -305,7 +300,7 @@ def _edges(mass: csc_array, functions: np.ndarray, bent: np.ndarray) -> csc_arra
     at, rest = np.flatnonzero(bent[functions]), np.flatnonzero(~bent[functions])
     rows = np.zeros((len(at), len(functions)))
     if len(at):
-        beside = splu(part(mass, rest)).solve(csc_array(mass[rest])[:, at].toarray())
+        beside = splu(submatrix(mass, rest)).solve(csc_array(mass[rest])[:, at].toarray())
         rows[:, at], rows[:, rest] = np.eye(len(at)), -beside.T
     pairs = np.repeat(functions[at], len(functions)), np.tile(functions, len(at))
     return csc_array((rows.ravel(), pairs), (len(bent),) * 2)

@@ -16,10 +16,10 @@ from typing import Any, Self
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
 from fem3d.problems.gmres import solve_by_gmres
 from fem3d.problems.heat import HeatProblem
+from fem3d.spaces.sparse import submatrix
 from scenes.errors import NumericsError
 
 DUAL_RESIDUAL = 1e-6  # relative, of a dual solution: error bounds need three digits
@@ -43,7 +43,7 @@ class Rest:
 
     def part(self, kept: np.ndarray) -> Rest:
         """The rows and columns of some unknowns."""
-        return Rest(part(self.matrix, kept), self.columns[:, kept], self.rows[:, kept])
+        return Rest(submatrix(self.matrix, kept), self.columns[:, kept], self.rows[:, kept])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -95,12 +95,12 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
     symmetric = rest = csc_array((heat.domain.space.size,) * 2)
     for one, other in (term.tangent(u) for term in heat.terms):
         symmetric, rest = symmetric + one, rest if other is None else rest + other
-    stiffness = csc_array(heat.stiffness + part(symmetric, heat.order)) if heat.terms else heat.stiffness
-    matrix = part(csc_array(rest), heat.order)
+    stiffness = csc_array(heat.stiffness + submatrix(symmetric, heat.order)) if heat.terms else heat.stiffness
+    matrix = submatrix(csc_array(rest), heat.order)
     columns = rows = np.empty((0, heat.size))
     if conductor is not None and conductor.warms and len(density):
         heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
-        matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
+        matrix = csc_array(matrix - submatrix(conductor.on.mass_of(steepness * heating), heat.order))
         dissipated = float((conductor.on.weights * heating).sum())
         falls = 2 * conductor.share_of_drive(density, dissipated) / (dissipated or 1.0)
         columns = falls * heat.take(conductor.on.load(heating))[None]

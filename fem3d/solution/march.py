@@ -28,15 +28,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
 from fem3d.problems.gmres import solve_by_gmres
-from fem3d.problems.heat import HeatProblem, combined
+from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import linearized, refine_quadratures
 from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway_error, step_at
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
+from fem3d.spaces.sparse import combine, submatrix
 from scenes.errors import NumericsError
 from scenes.units import TIME
 
@@ -128,9 +128,9 @@ class _StepTangent:
         if heat.storage is not None:
             capacity, steepness = heat.storage.tangent(heat.field(state.rise), heat.field(state.rate))
             inner = heat.order[: heat.free]
-            self._capacity = csc_array(self._capacity + part(capacity, inner))
-            self._rest = replace(self._rest, matrix=csc_array(self._rest.matrix + part(steepness, inner)))
-        self._inverse = heat.factors(combined(self._capacity, shift, self._stiffness)).solve
+            self._capacity = csc_array(self._capacity + submatrix(capacity, inner))
+            self._rest = replace(self._rest, matrix=csc_array(self._rest.matrix + submatrix(steepness, inner)))
+        self._inverse = heat.factors(combine(self._capacity, shift, self._stiffness)).solve
 
     def solve(self, load: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
         """Return the solution (free dofs,) of (C + shift (K + R)) d = load, and the steps of GMRES."""

@@ -15,7 +15,8 @@ from skfem.refdom import RefHex
 
 from fem3d.spaces import element
 from fem3d.spaces.element import Degrees, ElementHexTrunk, Rule, Side, multi_indices
-from fem3d.spaces.integrals import AT_ONCE, Entries, Space, entities
+from fem3d.spaces.integrals import AT_ONCE, Space, entities
+from fem3d.spaces.sparse import Entries
 from meshes.grid import Grid
 
 
@@ -86,8 +87,8 @@ class BrickSpace(Space):
         scale[:3, cells], scale[3, cells] = k * h.prod(axis=0) / h**2, c * h.prod(axis=0)
         for alike in self.alike(cells):
             (rows, columns, one), at = element.reference_matrices(self.p, self._highest(alike)), self.dofs[:, alike]
-            both = one[:3].T @ scale[:3, alike] + 1j * np.outer(one[3], scale[3, alike])
-            entries.append((both.ravel() / 2, at[rows].ravel(), at[columns].ravel()))
+            both = np.array([one[:3].T @ scale[:3, alike], np.outer(one[3], scale[3, alike])])
+            entries.append((both.reshape(2, -1) / 2, at[rows].ravel(), at[columns].ravel()))
         return entries
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:

@@ -3,43 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 
 from fem3d.spaces.element import Rule, Side
+from fem3d.spaces.sparse import Entries, sum_entries, sum_pairs
 
 S = TypeVar("S", bound="Space")
 AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory: 32 MB
-
-
-Entries = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Entries of a matrix, which add up: their values, rows and columns."""
-
-
-def summed(entries: Iterable[Entries], size: int) -> csc_array:
-    """(size, size): the matrix of some entries."""
-    none = np.empty(0, np.int32)
-    values, rows, columns = (np.concatenate(each) for each in zip((np.empty(0), none, none), *entries, strict=True))
-    return csc_array(coo_array((values, (rows, columns)), shape=(size, size)))
-
-
-def halves(both: csc_array) -> tuple[csc_array, csc_array]:
-    """Two real matrices of one pattern, which were made in one conversion as the parts of a complex matrix."""
-    real, imaginary = (
-        csc_array((d.copy(), both.indices, both.indptr), both.shape) for d in (both.data.real, both.data.imag)
-    )
-    return real, imaginary
-
-
-def marked(matrix: csc_array) -> csc_array:
-    """A matrix with an imaginary one beside each entry: scipy drops entries of sums and products that become zero."""
-    return csc_array((matrix.data + 1j, matrix.indices, matrix.indptr), matrix.shape)
 
 
 def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -121,14 +98,13 @@ class Space(ABC):
 
     @abstractmethod
     def _entries(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> list[Entries]:
-        """The integrals of `matrices` over n cells, the second as the imaginary part: both have one pattern. Half of
-        each cell's symmetric matrix: a half of all, or its upper triangle with half of the diagonal."""
+        """The integrals of `matrices` over n cells, as entries of two matrices of one pattern. Half of each cell's
+        symmetric matrix: a half of all, or its upper triangle with half of the diagonal."""
 
     def matrices(self, k: np.ndarray, c: np.ndarray, cells: np.ndarray | None = None) -> tuple[csc_array, csc_array]:
         """The integrals of k grad u . grad v and c u v over all or n cells, with k (n,), or (3, n) by axis, c (n,)."""
-        upper = summed(self._entries(np.arange(len(c)) if cells is None else cells, k, c), self.size)
-        # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
-        return halves((upper + upper.T).tocsc())
+        entries = self._entries(np.arange(len(c)) if cells is None else cells, k, c)
+        return sum_pairs(entries, self.size, mirrored=True)
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         """The integral of k grad u . grad v over some cells, for k (n,), or (3, n) along the axes."""
@@ -212,7 +188,7 @@ class Cells:
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
-        return summed([self.entries(density)], self._space.size)
+        return sum_entries([self.entries(density)], self._space.size)
 
     def entries(self, density: np.ndarray, other: Cells | None = None) -> Entries:
         """The entries of `mass_of`; columns by the functions of an ``other`` object with the same cells, if given."""
@@ -225,8 +201,8 @@ class Cells:
         rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in dofs)
         return blocks[nonzero], rows, columns
 
-    def tangent(self, k: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
+    def tangent(self, k: np.ndarray, field: np.ndarray) -> np.ndarray:
+        """(2, cells, n, n): the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
         points), or with axes in front, and a field (3, cells, points); rows are v."""
         k, (cells, points), n = np.broadcast_to(k, field.shape), self.weights.shape, len(self._rule.functions)
         both = np.zeros((2, cells, n, n))
@@ -240,7 +216,7 @@ class Cells:
                 tested = slopes.swapaxes(1, 2)
                 both[0, some] += tested @ ((self.weights[some] * k[d, some])[..., None] * slopes)
                 both[1, some] += tested @ (weights[..., None] * self._rule.values)
-        return both[0], both[1]
+        return both
 
     def _scattered(self, per_cell: np.ndarray) -> np.ndarray:
         return np.bincount(self.dofs.ravel(), per_cell.ravel(), self._space.size)
@@ -322,7 +298,7 @@ class Faces:
 
     def mass_of(self, density: np.ndarray | float = 1.0) -> csc_array:
         """The integral of a density (facets, 1 or points) times u v."""
-        return summed(self.entries(density), self.space.size)
+        return sum_entries(self.entries(density), self.space.size)
 
     def entries(self, density: np.ndarray | float) -> list[Entries]:
         """The entries of `mass_of` for each side, as `Cells.entries`."""

@@ -28,7 +28,8 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import Rule, Side, gauss, make_rule, make_side, multi_indices, shape_functions
-from fem3d.spaces.integrals import Entries, Faces, Space, entities, summed
+from fem3d.spaces.integrals import Faces, Space, entities
+from fem3d.spaces.sparse import Entries, sum_entries
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
@@ -87,16 +88,16 @@ class MappedSpace(Space):
         points = at.points
         if self.mesh.affine:  # the map's derivative is the same at all points
             stiff, mass, points = stiff.sum(axis=0), mass.sum(axis=0), points[:, :1]
-        blocks = np.empty((len(cells), len(u)), complex)
+        blocks = np.empty((2, len(cells), len(u)))
         step = 2_000  # cells together, which bounds the memory
         for some in (slice(i, i + step) for i in range(0, len(cells), step)):
             inverse, sizes = self.jacobian(cells[some], points)
             metric = np.einsum("iacp,jacp,ac,cp->cpij", inverse, inverse, k[:, some], sizes)
-            blocks.real[some] = metric.reshape(len(sizes), -1) @ stiff.reshape(-1, len(u))
-            blocks.imag[some] = c[some, None] * (sizes @ mass.reshape(-1, len(u)))
-        blocks[:, u == v] /= 2
+            blocks[0, some] = metric.reshape(len(sizes), -1) @ stiff.reshape(-1, len(u))
+            blocks[1, some] = c[some, None] * (sizes @ mass.reshape(-1, len(u)))
+        blocks[..., u == v] /= 2
         dofs = self.dofs[:, cells].T.astype(np.int32)
-        return [(blocks.ravel(), dofs[:, u].ravel(), dofs[:, v].ravel())]
+        return [(blocks.reshape(2, -1), dofs[:, u].ravel(), dofs[:, v].ravel())]
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """scikit-fem's rule of `_order`, and two orders more for each point."""
@@ -240,4 +241,4 @@ class Interface:
         one, entries = np.ones((1, 1)), []
         for (_, a, _), (_, b, _) in zip(self.one.sides, self.other.sides, strict=True):
             entries += [a.entries(one), b.entries(one), a.entries(-one, b), b.entries(-one, a)]
-        return summed(entries, self.one.space.size)
+        return sum_entries(entries, self.one.space.size)
