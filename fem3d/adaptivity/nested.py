@@ -160,7 +160,7 @@ def contributions(
     """Return the contributions of degrees p - 1 and p to each goal, zero for p - 1 if there are two spaces only.
 
     A cell contributes its part of int k grad d . grad w + c d w, with the change d of the solution and the dual weight
-    w. The rest of the residual r(w), by films, contacts and laws, enlarges the parts of all cells in proportion.
+    w. The rest of the residual r(w), by convection, contacts and laws, enlarges the parts of all cells in proportion.
 
     Parameters
     ----------

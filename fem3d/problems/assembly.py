@@ -39,13 +39,13 @@ def assemble(domain: Domain) -> HeatProblem:
     """Assemble the heat problem of a domain."""
     space = domain.space
     sources, generated = _sources(domain)
-    films, cooled, loads, rows = _films_and_fluxes(domain)
+    robin, cooled, loads, rows = _robin_and_fluxes(domain)
     given, values, (shares, edges), contradiction = _given_values(domain)
     order = _numbering(domain, given)
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
     conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
     # Stiffness and mass must have one pattern.
-    stiffness = add(conduction, films) if films.nnz else conduction
+    stiffness = add(conduction, robin) if robin.nnz else conduction
     stiffness, mass = submatrix(stiffness, order), submatrix(capacity, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     terms: list[Term] = [Conduction(domain)] if len(cells_with_law(domain, "thermal_conductivity")) else []
@@ -73,7 +73,7 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
     return loads, generated
 
 
-def _films_and_fluxes(
+def _robin_and_fluxes(
     domain: Domain,
 ) -> tuple[csc_array, np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
     """Assemble the linear conditions on faces. Return
@@ -83,7 +83,7 @@ def _films_and_fluxes(
     - by boundary the heat that enters at no rise, (channels,) in W, and per kelvin, (functions,) in W/K.
     """
     space, channels = domain.space, domain.inputs
-    films, cooled = list[Entries](), np.zeros(space.size)
+    robin, cooled = list[Entries](), np.zeros(space.size)
     loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
         if b.kind not in ("convection", "radiation", "heat_flux"):
@@ -91,7 +91,7 @@ def _films_and_fluxes(
         face = domain.faces(b)
         area, h = face.load(), 0.0
         if bends(b):
-            h, entering = linear_film(domain, b)
+            h, entering = robin_condition(domain, b)
             flux = channels.split(entering)
         elif b.kind == "convection":
             h = float(*values(b.value))
@@ -99,11 +99,11 @@ def _films_and_fluxes(
         else:
             flux = channels.split(b.value)
         if h:
-            films += face.entries(h)
+            robin += face.entries(h)
             cooled += h * area
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area
-    matrix = sum_entries(films, space.size)
+    matrix = sum_entries(robin, space.size)
     for joint in domain.contacts:
         if joint.contact.thermal_resistance:
             jumps = Interface.inside(space, joint.facets).mass()
@@ -161,7 +161,7 @@ def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> Non
     stiffness.data[on] = (stiffness.data[on] - (sums - cooled)[columns[on]]).astype(float)
 
 
-def linear_film(domain: Domain, boundary: AnyBoundary) -> tuple[float, float]:
+def robin_condition(domain: Domain, boundary: AnyBoundary) -> tuple[float, float]:
     """The coefficient h (W/(m2 K)) of the linear problem, and the flux (W/m2) that enters at no rise."""
     start = domain.scene.initial_temperature
     near = np.array(max(start, *values(boundary.ambient)))
@@ -170,7 +170,7 @@ def linear_film(domain: Domain, boundary: AnyBoundary) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A boundary with a nonlinear heat flux, beyond its film, by a quadrature with ``more`` points along each axis."""
+    """A nonlinear heat flux beyond its Robin condition, by a quadrature with ``more`` points along each axis."""
 
     domain: Domain
     boundary: AnyBoundary
@@ -187,15 +187,15 @@ class Surface:
         return self._kept.get_or_make(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
-        """(functions,): the heat that leaves beyond the film, in W."""
-        rise, (h, entering) = self.on.value(u), linear_film(self.domain, self.boundary)
+        """(functions,): the heat that leaves beyond the Robin condition, in W."""
+        rise, (h, entering) = self.on.value(u), robin_condition(self.domain, self.boundary)
         return self.on.load(faces.flux(self.boundary, self._start + rise) + entering - h * rise)
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
-        """(functions, functions) twice: the derivative in W/K, by the coefficient beyond the film's, and the rest."""
+        """(functions, functions) twice: the derivative in W/K, by the coefficient beyond Robin's, and the rest."""
         at = self._start + self.on.value(u)
         rest = faces.beyond(self.boundary, at)
-        slope = faces.coefficient(self.boundary, at) - linear_film(self.domain, self.boundary)[0]
+        slope = faces.coefficient(self.boundary, at) - robin_condition(self.domain, self.boundary)[0]
         return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
 
     def entering(self, u: np.ndarray, facets: np.ndarray) -> float:

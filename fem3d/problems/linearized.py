@@ -58,7 +58,7 @@ class LinearizedHeat(HeatProblem):
 
     @classmethod
     def of(cls, exact: HeatProblem, about: np.ndarray, stiffness: csc_array, rest: Rest) -> Self:
-        """The tangent of a problem, with the films of the linear one."""
+        """The tangent of a problem, with the Robin conditions of the linear one."""
         given = {f.name: getattr(exact, f.name) for f in fields(HeatProblem) if f.init} | {"stiffness": stiffness}
         return cls(**given, exact=exact, about=about, rest=rest)
 

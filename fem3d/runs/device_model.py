@@ -107,12 +107,12 @@ class Structure:
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
         # A temperature acts by convection too, besides where it is given.
-        filmed = [root * modal.source[channel] / rates for channel in channels]
+        convected = [root * modal.source[channel] / rates for channel in channels]
         outside, below = (
-            Inlet(rises + inlets @ film, jumps + film, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ film)
-            for rises, jumps, channel, film in zip(np.array(external).T, jump, channels, filmed, strict=True)
+            Inlet(rises + inlets @ added, jumps + added, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ added)
+            for rises, jumps, channel, added in zip(np.array(external).T, jump, channels, convected, strict=True)
         )
-        warmed = heat.lifts[self.channels[1]] + heat.whole(modal.basis @ (filmed[1] / root))
+        warmed = heat.lifts[self.channels[1]] + heat.whole(modal.basis @ (convected[1] / root))
         below = replace(below, taken=float(below.flux[0]) + self.to_air(warmed))
         return Modal(
             rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,

@@ -33,7 +33,7 @@ from scenes.model import Scene, bends
 
 AROUND_ONE = 0.05  # edges of an exponent nearer to 1, or above, are left to the degree, but for contradictions
 RESOLVED = 1e-3  # of the shortest edge: at a contact with a shorter length k R the rim counts as smooth: a choice
-PASSES = 0.05  # Biot number, with the scene's extent, from which on a film contradicts: the gradient is 5 % of a rise
+PASSES = 0.05  # Biot number, with the scene's extent, from which on convection contradicts: 5 % of a rise as gradient
 ANGULAR = 8  # degree of the angular problem's elements, whose exponents are then exact to about 1e-8
 DEGREE = np.pi / 180  # angles are rounded to this, which moves an exponent by a percent
 
@@ -115,7 +115,7 @@ def _given(domain: Domain, kind: str) -> np.ndarray:
 
 
 def _passing(domain: Domain) -> np.ndarray:
-    """Return (facets,) which facets heat passes by a given flux, or by a film of at least the Biot number `PASSES`."""
+    """Return (facets,) which facets heat passes: by a given flux, or by convection from the Biot number `PASSES` on."""
     mesh, scene = domain.space.mesh, domain.scene
     passing, extents = np.zeros(mesh.facets.shape[1], bool), np.ptp(mesh.p, axis=1)
     k = np.broadcast_to(domain.per_cell("thermal_conductivity"), (3, len(domain.body)))
@@ -125,9 +125,9 @@ def _passing(domain: Domain) -> np.ndarray:
         if b.kind == "heat_flux":
             passing[domain.facets(b)] |= b.value != 0.0
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
-            film, facets = faces.coefficient(b, np.array(hottest)) if bends(b) else b.value, domain.facets(b)
+            h, facets = faces.coefficient(b, np.array(hottest)) if bends(b) else b.value, domain.facets(b)
             normal = np.ptp(mesh.p[:, mesh.facets[:, facets]], axis=1).argmin(axis=0)
-            passing[facets] |= film * extents[normal] >= PASSES * k[normal, mesh.f2t[0, facets]]
+            passing[facets] |= h * extents[normal] >= PASSES * k[normal, mesh.f2t[0, facets]]
     return passing
 
 

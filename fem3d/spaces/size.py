@@ -30,9 +30,9 @@ PER_ENTRY = 115.0  # bytes: the cells' matrices with their places, the sums in t
 FILL = 1.4  # times the entries that the joins of a dissection have: what is joined reaches beyond its plane
 PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8, and half as much in the lower ones
 
-# The same for tetrahedra, whose joins are overestimated, most of all where most of a mesh is a film. The memory of a
-# meander with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh (58,000 to 146,000 unknowns, 0.5 to
-# 3.6 GB) is predicted 1.07 to 1.7 times too large, and never too small.
+# The same for tetrahedra, whose joins are overestimated, most of all in thin layers. The memory of a meander
+# with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh (58,000 to 146,000 unknowns, 0.5 to 3.6 GB) is
+# predicted 1.07 to 1.7 times too large, and never too small.
 PER_ENTRY_OF_CELLS, PER_FACTOR_OF_CELLS = 90.0, 5.0
 
 
