@@ -47,7 +47,7 @@ def adapt(
 
     On each mesh:
 
-    1. Solve the coupled steady state in nested spaces of degrees p and p - 1 (`nested.solution`).
+    1. Solve the coupled steady state in nested spaces of degrees p and p - 1 (`nested.solve_space`).
     2. Estimate the errors of all quantities by dual-weighted residuals (`goal_errors.bound_errors`).
     3. If a transient is wanted and the steady errors are small enough, solve it and estimate the errors of its traces.
     4. Accept the mesh if all errors are within the accuracy. Otherwise refine the cells with the largest shares.
@@ -128,7 +128,7 @@ class Refinement:
         """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough."""
         problems, level, response = mesh.problems(), None, None
         start = nested.project_rise(*self.coarser, problems.heat) if self.coarser else None
-        fine = nested.solution(self.study, problems, start=start) if self.with_steady else None
+        fine = nested.solve_space(self.study, problems, start=start) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
         if fine is not None and problems.nonlinear and isinstance(problems.domain.space, BrickSpace):
             # Behind a fold the state may be one that finer grids reach at a larger drive alone.
@@ -183,11 +183,11 @@ class Refinement:
         below = min(max(BELOW, 1 - error / max(runaway.limit, 1e-300)), 1 - ON_PATH)
         fraction = below * runaway.limit / runaway.whole
         problems = mesh.problems().driven(fraction, not runaway.unit)
+        if fraction <= 0:
+            return mesh.refine_all()
         try:
-            level = mesh.examine(self.study, problems, nested.solution(self.study, problems)) if fraction > 0 else None
+            level = mesh.examine(self.study, problems, nested.solve_space(self.study, problems))
         except NumericsError:
-            level = None
-        if level is None:
             return mesh.refine_all()
         # The rise below a pole or a fold of the drive is off by the limit's error over its distance.
         allowed = self.study.accuracy / (1 - below)
@@ -200,7 +200,7 @@ class Refinement:
         """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
         problems = mesh.problems()
         try:
-            level = mesh.examine(self.study, problems, nested.solution(self.study, problems))
+            level = mesh.examine(self.study, problems, nested.solve_space(self.study, problems))
         except RunawayError as steady:
             return self.refine_for_runaway(mesh, steady)
         except NumericsError:

@@ -25,7 +25,7 @@ from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import Domain, boxes, groups
+from fem3d.spaces.domain import Domain, box_domain, group_domain
 from fem3d.spaces.size import START_UP, Size, allowed_memory, fits_memory, memory_limit, size_of_cells, size_of_grid
 from meshes import grading
 from meshes import grid as grids
@@ -120,8 +120,8 @@ class CellMesh(Mesh):
     @cached_property
     def domain(self) -> Domain:
         if isinstance(self.source, Placed):
-            return groups(self.source, self.degree)
-        return boxes(self.scene, self.cells, self.degree)
+            return group_domain(self.source, self.degree)
+        return box_domain(self.scene, self.cells, self.degree)
 
     def with_scene(self, scene: Any) -> CellMesh:
         return replace(self, source=replace(self.source, scene=scene), history=())

@@ -16,7 +16,7 @@ import numpy as np
 
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import Contributions, Estimator, tail
-from fem3d.adaptivity.nested import Problems, Solution, solution
+from fem3d.adaptivity.nested import Problems, Solution, solve_space
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.outputs import SOLVE_ROUNDING, Study
@@ -252,7 +252,7 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     """
     problems = problems.linearized_about(fine.state.heat)
     try:
-        low = solution(study, problems, -2)
+        low = solve_space(study, problems, -2)
     except BeyondLawError:
         raise
     except NumericsError as error:

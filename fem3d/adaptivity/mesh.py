@@ -24,7 +24,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import Boxes, Domain, boxes
+from fem3d.spaces.domain import BoxDomain, Domain, box_domain
 from fem3d.spaces.size import Size, check_memory, fits_memory, size_of_grid
 from meshes import grading
 from meshes import grid as grids
@@ -204,8 +204,8 @@ class Bricks(Mesh):
         return Bricks(scene, grid, features)
 
     @property
-    def domain(self) -> Boxes:
-        return boxes(self.scene, self.grid)
+    def domain(self) -> BoxDomain:
+        return box_domain(self.scene, self.grid)
 
     @cached_property
     def estimator(self) -> Estimator:

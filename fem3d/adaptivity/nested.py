@@ -205,7 +205,7 @@ class Solution:
     quantities: Quantities
 
 
-def solution(study: Study, problems: Problems, level: int = -1, start: np.ndarray | None = None) -> Solution:
+def solve_space(study: Study, problems: Problems, level: int = -1, start: np.ndarray | None = None) -> Solution:
     """Solve the steady state in one of the nested spaces, by default the highest.
 
     Newton's method begins at the fine state, else at ``start`` (functions,), a rise (K), if given.

@@ -62,8 +62,8 @@ def bound_response(
         for heat, conductor in zip(problems.heats[:-1], problems.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
-                conductor.kept.pop("solve_cold", None)
-                conductor.kept.pop("near", None)
+                conductor.cache.pop("solve_cold", None)
+                conductor.cache.pop("near", None)
     steady_out = None if steady is None else steady.fine.out
     if bases[0].nonlinear:
         fine = responses.march_nonlinear(study, bases[0], steady_out)

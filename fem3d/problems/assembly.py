@@ -28,7 +28,7 @@ from fem3d.problems.cholesky import Ordering
 from fem3d.problems.following import Conduction, Storage, Term, cells_with_law
 from fem3d.problems.heat import Cache, FaceFlow, HeatProblem, as_rise, share_reactions
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Faces
+from fem3d.spaces.integrals import FaceIntegrals
 from fem3d.spaces.mapped import Interface
 from fem3d.spaces.sparse import Entries, add, submatrix, sum_entries
 from scenes import faces
@@ -136,7 +136,7 @@ def _numbering(domain: Domain, fixed: np.ndarray) -> np.ndarray:
     return order[space.nested[-1][order]]
 
 
-def _contradiction(values: Sequence[Value], faces: Sequence[Faces], unit: np.ndarray) -> np.ndarray:
+def _contradiction(values: Sequence[Value], faces: Sequence[FaceIntegrals], unit: np.ndarray) -> np.ndarray:
     """(functions,): the largest difference of the temperatures (K) that boundaries give a vertex."""
     highest, lowest = np.full(len(unit), -np.inf), np.full(len(unit), np.inf)
     for value, face in zip(values, faces, strict=True):
@@ -175,16 +175,16 @@ class Surface:
     domain: Domain
     boundary: AnyBoundary
     more: int = 1
-    _kept: Cache = field(init=False, default_factory=Cache)
+    _cache: Cache = field(init=False, default_factory=Cache)
 
     @property
-    def on(self) -> Faces:
+    def on(self) -> FaceIntegrals:
         """The faces, with the points of the quadrature."""
         return self.on_some(self.domain.facets(self.boundary))
 
-    def on_some(self, facets: np.ndarray) -> Faces:
+    def on_some(self, facets: np.ndarray) -> FaceIntegrals:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
-        return self._kept.get_or_make(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
+        return self._cache.get_or_make(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): the heat that leaves beyond the Robin condition, in W."""

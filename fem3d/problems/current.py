@@ -26,7 +26,7 @@ from fem3d.problems.following import CellProperty, at_faces
 from fem3d.problems.gmres import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import Cache, HeatProblem
 from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
-from fem3d.spaces.integrals import Faces
+from fem3d.spaces.integrals import FaceIntegrals
 from fem3d.spaces.sparse import add, congruent, submatrix
 from scenes.errors import NumericsError
 
@@ -57,7 +57,7 @@ class Conductor:
     terminals : electrodes of unknown potential
     following : the resistivity (ohm m) of rows with a law, which ``cold`` and ``warm`` leave out
     more : points of the quadrature along each axis beyond the default of the space
-    kept : computed so far: "solve_cold", "near", "cold_potentials", and the last "resistivity" with its rise
+    cache : computed so far: "solve_cold", "near", "cold_potentials", and the last "resistivity" with its rise
     """
 
     heat: HeatProblem
@@ -76,7 +76,7 @@ class Conductor:
     terminals: tuple[Terminal, ...] = ()
     following: CellProperty | None = None
     more: int = 0
-    kept: Cache = field(init=False, default_factory=Cache)
+    cache: Cache = field(init=False, default_factory=Cache)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -92,12 +92,12 @@ class Conductor:
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
         # The resistivity of the last rise serves its current, its heat and the test of conduction.
-        last, known = self.kept.get("resistivity", (None, None))
+        last, known = self.cache.get("resistivity", (None, None))
         if not np.array_equal(last, rise):
             at = self.on.value(self.heat.field(rise))
             law = self.following
             known = self.cold + self.warm * at if law is None else self._by_law(law.value, at, self.cold)
-            self.kept["resistivity"] = rise.copy(), known
+            self.cache["resistivity"] = rise.copy(), known
         return np.asarray(known)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
@@ -120,7 +120,7 @@ class Conductor:
         more = self.more + points
         on = self.on.finer(self.heat.domain.space.on(self.cells, more), self.space.on(self.cells, more))
         finer = replace(self, on=on, more=more)
-        finer.kept.update(near=self.near, cold_potentials=self.cold_potentials)
+        finer.cache.update(near=self.near, cold_potentials=self.cold_potentials)
         return finer
 
     def share_of_drive(self, density: np.ndarray, dissipated: float) -> float:
@@ -193,12 +193,12 @@ class Conductor:
     @property
     def solve_cold(self) -> Solver:
         """Solver of the unknowns of the cold conductor for currents (..., unknowns)."""
-        return self.kept.get_or_make("solve_cold", lambda: self._solver(self.matrix))
+        return self.cache.get_or_make("solve_cold", lambda: self._solver(self.matrix))
 
     @property
     def near(self) -> tuple[np.ndarray, Solver]:
         """The resistivity (rows, 1) of the conductor that preconditions, and its solver."""
-        return self.kept.get_or_make("near", lambda: (self.cold, self.solve_cold))
+        return self.cache.get_or_make("near", lambda: (self.cold, self.solve_cold))
 
     def preconditioner(self, resistivity: np.ndarray) -> Solver:
         """Return the solver of the last conductor with one resistivity in each row, or of a new one with the mean
@@ -215,7 +215,7 @@ class Conductor:
         if condition(self.near[0]) > 10 * condition(mean):
             change = self.on.conductivity(mean) - self.on.conductivity(self.cold)
             matrix = csc_array(self.matrix + self.space.stiffness(change, self.cells))
-            self.kept["near"] = mean, self._solver(matrix)
+            self.cache["near"] = mean, self._solver(matrix)
         return self.near[1]
 
     def respond(self, charge: np.ndarray) -> np.ndarray:
@@ -232,7 +232,7 @@ class Conductor:
             currents = self.load(voltage) - self._basis.T @ (self.matrix @ given)
             return given + self.expanded(self.solve_cold(currents)) if voltage.any() else given
 
-        return self.kept.get_or_make("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
+        return self.cache.get_or_make("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
 
     @cached_property
     def _supplied_at(self) -> np.ndarray:
@@ -311,7 +311,7 @@ class Conductor:
         domain = self.heat.domain
         at = domain.space.unit * 0.0 if rise is None else self.heat.field(rise)
 
-        def conductivity(faces: Faces) -> np.ndarray:
+        def conductivity(faces: FaceIntegrals) -> np.ndarray:
             roots = self.on.roots[:, np.searchsorted(self.cells, faces.cells)]
             return 1 / (roots**2 * at_faces(domain, "resistivity", at, faces))
 

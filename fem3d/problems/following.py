@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.integrals import CellIntegrals, FaceIntegrals
 from fem3d.spaces.sparse import sum_pairs
 from scenes import laws, physics
 from scenes.faces import COLDEST
@@ -86,7 +86,7 @@ class Part(NamedTuple):
     """Cells whose property follows the temperature: their quadrature, the law, its value at the initial temperature
     (cells, 1) or with axes in front, and their numbers."""
 
-    on: Cells
+    on: CellIntegrals
     law: CellProperty
     cold: np.ndarray
     cells: np.ndarray
@@ -139,7 +139,7 @@ class Storage:
     domain: Domain
 
     @cached_property
-    def parts(self) -> list[tuple[Cells, CellProperty, np.ndarray, np.ndarray]]:
+    def parts(self) -> list[tuple[CellIntegrals, CellProperty, np.ndarray, np.ndarray]]:
         """The `parts` whose specific heat follows the temperature, with the density (cells, 1) of their cells."""
         density = self.domain.per_cell("density")
         return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", 1)]
@@ -191,7 +191,7 @@ def missed_by_quadrature(domain: Domain, law: CellProperty, cells: np.ndarray, a
     return off
 
 
-def at_faces(domain: Domain, key: str, u: np.ndarray, faces: Faces) -> np.ndarray:
+def at_faces(domain: Domain, key: str, u: np.ndarray, faces: FaceIntegrals) -> np.ndarray:
     """(facets, points), or with axes in front: a property on the side of the cells of some faces, at a field u."""
-    seen = faces if faces.space is domain.space else Faces(domain.space, faces.facets, faces.cells)
+    seen = faces if faces.space is domain.space else FaceIntegrals(domain.space, faces.facets, faces.cells)
     return CellProperty(domain, key, faces.cells).value(seen.value(u))

@@ -69,7 +69,7 @@ class HeatProblem:
     face_flows : by boundary of given flux, convection or radiation, linear in the rise
     contradiction : (all dofs,), difference between contradictory given temperatures (K)
     terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
-    kept : computed so far: "solve_steady", "solve_shifted" with its shift, and by probe its "reading"
+    cache : computed so far: "solve_steady", "solve_shifted" with its shift, and by probe its "reading"
     """
 
     domain: Domain
@@ -87,7 +87,7 @@ class HeatProblem:
     contradiction: np.ndarray
     terms: tuple[Term, ...]
     storage: Storage | None
-    kept: Cache = field(init=False, default_factory=Cache)
+    cache: Cache = field(init=False, default_factory=Cache)
 
     @property
     def inputs(self) -> Inputs:
@@ -156,7 +156,7 @@ class HeatProblem:
                 matrix = combine(matrix, 1.0 / domain.scene.end_time, self.inner_mass)
             return self.factors(matrix).solve
 
-        return self.kept.get_or_make("solve_steady", make)
+        return self.cache.get_or_make("solve_steady", make)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all dofs,): the heat flow by conduction and faces at a rise (all dofs), in W: K rise, and the terms."""
@@ -179,16 +179,16 @@ class HeatProblem:
 
     def solve_shifted(self, shift: float) -> Solver:
         """Solver of (M + shift K) u = b on the free dofs; the factors of the last shift are kept."""
-        last, solve = self.kept.pop("solve_shifted", (None, None))
+        last, solve = self.cache.pop("solve_shifted", (None, None))
         if last != shift:
             solve = self.factors(combine(self.inner_mass, shift, self.inner_stiffness)).solve
-        self.kept["solve_shifted"] = shift, solve
+        self.cache["solve_shifted"] = shift, solve
         return solve
 
     def let_go(self, steady: bool = False) -> None:
         """Release the factors of the last shift, and of the ``steady`` problem too; later calls make them anew."""
         for name in ["solve_shifted", *["solve_steady"] * steady]:
-            self.kept.pop(name, None)
+            self.cache.pop(name, None)
 
     @cached_property
     def lifts(self) -> np.ndarray:

@@ -120,5 +120,5 @@ def refine_quadratures(
     """Return the problem by quadratures of its laws with so many more points along each axis."""
     terms: tuple[Any, ...] = heat.terms
     finer = replace(heat, terms=tuple(replace(term, more=term.more + points) for term in terms))
-    finer.kept.update(heat.kept)
+    finer.cache.update(heat.cache)
     return finer, conductor and conductor.finer(points)

@@ -18,11 +18,11 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.integrals import CellIntegrals, FaceIntegrals
 from fem3d.spaces.mapped import Interface
 from scenes.model import AnyProbe
 
-Conductivity = Callable[[Faces], np.ndarray]
+Conductivity = Callable[[FaceIntegrals], np.ndarray]
 """The conductivity at facets on the side of their cells: (facets, 1 or points), or with axes in front."""
 
 
@@ -40,7 +40,7 @@ class Crossing:
     name: str
     resistance: float
     potential: Interface
-    warmed: tuple[Faces, ...]
+    warmed: tuple[FaceIntegrals, ...]
     cells: np.ndarray
 
 
@@ -84,7 +84,7 @@ class Section:
             self.jumps += Interface.inside(domain.space, facets[on]).load(along[on] / resistance)
             both &= ~on
         self._sides = [
-            (Faces(domain.space, facets[both], side), half * along[both])
+            (FaceIntegrals(domain.space, facets[both], side), half * along[both])
             for side, half in zip(cells[:, both], (0.5, -0.5), strict=True)
         ]
 
@@ -94,16 +94,18 @@ class Section:
 
 
 class RowIntegrals:
-    """Integrals over cells and crossings, as in `Cells`: rows are the cells, then the facets of each crossing, with
-    points of no weight where there are fewer. `value` and `load` use the temperature's functions, `gradient` and `flow`
+    """Integrals like `CellIntegrals` over rows: the cells, then the facets of each crossing, with points of no weight
+    where there are fewer. `value` and `load` use the temperature's functions, `gradient` and `flow`
     the potential's. ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
 
-    def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray) -> None:
+    def __init__(
+        self, warmed: CellIntegrals, electric: CellIntegrals, crossings: Sequence[Crossing], roots: np.ndarray
+    ) -> None:
         self.warmed, self._electric, self._crossings = warmed, electric.scaled(1 / roots), crossings
         self.roots = roots
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
 
-    def finer(self, warmed: Cells, electric: Cells) -> RowIntegrals:
+    def finer(self, warmed: CellIntegrals, electric: CellIntegrals) -> RowIntegrals:
         """The same with other points in the cells."""
         return RowIntegrals(warmed, electric, self._crossings, self.roots)
 

@@ -27,7 +27,7 @@ from fem3d.solution.exponential import step_at
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Transient
+from fem3d.solution.transient import Base, ReducedResponse
 from meshes.symmetry import Symmetry
 from scenes import laws
 from scenes.model import AnyProbe
@@ -35,7 +35,7 @@ from statespace import channels
 
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
 Quantities = dict[str, np.ndarray]  # of a scene, likewise, by the names that are reported
-Response = Transient | FullResponse
+Response = ReducedResponse | FullResponse
 """A response in a reduced space or at full order."""
 SOLVE_ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 
@@ -81,7 +81,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat, rises, at_rest = state.heat, state.rise[None], np.zeros((1, state.heat.size))
     currents, joule = _stacked([state.currents]), _stacked([state.joule])
-    part = OfRises(heat, np.zeros(1), rises, at_rest, state.source[None], [state.potential], currents, joule)
+    part = FullPart(heat, np.zeros(1), rises, at_rest, state.source[None], [state.potential], currents, joule)
     part.power = np.array([state.power])
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
@@ -95,7 +95,7 @@ def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> O
     """The outputs at some times (s)."""
     if isinstance(response, FullResponse):
         return _of_steps(response, symmetry, times)
-    return of_part(OfStates(response.base, response.reduced, times, *response.states(times)), symmetry)
+    return of_part(ReducedPart(response.base, response.reduced, times, *response.states(times)), symmetry)
 
 
 def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
@@ -129,7 +129,7 @@ def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> O
         currents = _stacked([p.currents for p in potentials])
         joule = _stacked([conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)])
     solved: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
-    return of_part(OfRises(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
+    return of_part(FullPart(heat, times, rises, rates, loads, solved, currents, joule), symmetry)
 
 
 def _stacked(each: Sequence[Mapping[Any, float]]) -> dict[Any, np.ndarray]:
@@ -184,7 +184,7 @@ class SolvedPart(ABC):
         return np.zeros(len(self.times))
 
 
-class OfRises(SolvedPart):
+class FullPart(SolvedPart):
     """By the rises, their rates and loads (each (times, all dofs)) and the potentials (functions,) at the times."""
 
     def __init__(
@@ -220,7 +220,7 @@ class OfRises(SolvedPart):
         return none if how.by_law is None else np.array([how.by_law(self.heat, u) for u in self.fields])
 
 
-class OfStates(SolvedPart):
+class ReducedPart(SolvedPart):
     """By the states ``a`` (times, r) of a reduced problem and their rates (1/s)."""
 
     def __init__(self, base: Base, reduced: Reduced, times: np.ndarray, a: np.ndarray, rates: np.ndarray) -> None:

@@ -44,7 +44,7 @@ class Reading:
 
 def reading(heat: HeatProblem, probe: AnyProbe) -> Reading:
     """Return the `Reading` of a probe of a temperature, a heat flow or a current, from a cache."""
-    return heat.kept.get_or_make(f"reading {probe.name}", lambda: _reading(heat, probe))
+    return heat.cache.get_or_make(f"reading {probe.name}", lambda: _reading(heat, probe))
 
 
 def keep_places(heat: HeatProblem) -> dict[str, Any]:

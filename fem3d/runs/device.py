@@ -23,7 +23,7 @@ from fem3d.runs.differences import STEP, Difference, Table, Values
 from fem3d.runs.motion import move
 from fem3d.solution.steady import TIGHT
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import box_domain
 from meshes import grading, symmetry
 from scenes.device import Device, External
 from scenes.errors import NumericsError, SceneError
@@ -134,7 +134,7 @@ def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None]
     grid = grading.with_diffusion_layers(rough, part.scene, device.control.sample_time)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
-    problems = discretize(boxes(part.scene, grid), accuracy)
+    problems = discretize(box_domain(part.scene, grid), accuracy)
     judged = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
     generations, nodes = 10, 4
     for number in range(1, 13):
@@ -154,7 +154,7 @@ def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None]
             return Model(device, fine, low, fewer, missed, nodes, edges, details, nested[0])
         if space > 0.75 * accuracy:
             grid = grading.raised(grid)
-            problems = discretize(boxes(part.scene, grid), accuracy)
+            problems = discretize(box_domain(part.scene, grid), accuracy)
         generations += 2 * (fields > accuracy / 8)
         nodes += 2 * (between > accuracy / 8)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")

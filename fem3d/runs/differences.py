@@ -209,7 +209,7 @@ class _Solver:
         if answer.steady is not None and physics.heat(study.part.scene):
             given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
-                k: Tangent(nested.solution(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
+                k: Tangent(nested.solve_space(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
         self.base = self._values(study, self._own, -1), self._values(study, self._own, -2)
 
@@ -249,20 +249,20 @@ class _Solver:
         if not np.array_equal(given.heat.order, self._own.heat.order):
             raise SceneError("other nodes have given temperatures when the scene changes")
         for heat, own in zip(given.heats, self._own.heats, strict=True):
-            heat.kept.update(solve_steady=lambda load, own=own: own.solve_steady(load))
+            heat.cache.update(solve_steady=lambda load, own=own: own.solve_steady(load))
         for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
             if conductor is not None and known is not None:
                 solve = _corrected(known.solve_cold, conductor)
                 # Supplied at these potentials are currents into electrodes, where they are exact, and residuals.
                 given_here, given_there = (c.given(c.voltages) for c in (conductor, known))
                 supplied = known.cold_potentials + given_here - given_there
-                conductor.kept.update(near=known.near, solve_cold=solve, cold_potentials=supplied)
+                conductor.cache.update(near=known.near, solve_cold=solve, cold_potentials=supplied)
         return given
 
     def _steady(self, study: Study, given: Problems, level: int) -> tuple[Values, SteadyState]:
         """Solve the steady state in one of the nested spaces."""
         if (tangent := self._tangents.get(level)) is None:
-            state = nested.solution(study, given, level).state
+            state = nested.solve_space(study, given, level).state
         else:
             state = tangent.state(given.heats[level], given.conductors[level])
         steady = {n: float(v) for n, v in study.steady(outputs.of_steady(state, study.part)).items()}
@@ -283,7 +283,7 @@ class _Solver:
         if level not in self._near:
             self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
         near, at_points, places = self._near[level]
-        base.heat.kept.update(**places)
+        base.heat.cache.update(**places)
         marched = transient.march(replace(base, conductor=None), base.near(near, at_points), study.end, SHORT**2)
         out = outputs.of_transient(replace(marched, base=base), study.part, self.times)
         return replace(values, traces=study.traces(out))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.domain import Domain, boxes, groups
+from fem3d.spaces.domain import Domain, box_domain, group_domain
 from meshes.grouped.check import Placed
 from meshes.symmetry import Symmetry
 from scenes.errors import SceneError
@@ -33,15 +33,15 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
         raise SceneError("the scene loses a mirror plane or a part when it changes")
     scene: Any = other.scene
     if isinstance(scene, MeshScene):
-        return groups(Placed(scene, domain.placed.mesh), domain.space.p)
+        return group_domain(Placed(scene, domain.placed.mesh), domain.space.p)
     maps = [_displacements(part.scene, scene, axis) for axis in range(3)]
     if not isinstance(domain.space, BrickSpace):
         mesh = domain.space.mesh
         points = np.array([x + np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
-        return boxes(scene, replace(mesh, doflocs=points), domain.space.p)
+        return box_domain(scene, replace(mesh, doflocs=points), domain.space.p)
     grid = domain.space.grid
     breaks = tuple(x + np.interp(x, *each) for x, each in zip(grid.breaks, maps, strict=True))
-    return boxes(scene, replace(grid, breaks=breaks, boxes=scene.boxes))
+    return box_domain(scene, replace(grid, breaks=breaks, boxes=scene.boxes))
 
 
 def same_planes(part: Symmetry, other: Symmetry) -> bool:

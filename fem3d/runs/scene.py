@@ -72,7 +72,7 @@ def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:
     """
     study, mesh = start(scene)
     problems = mesh.problems()
-    level = mesh.examine(study, problems, nested.solution(study, problems))
+    level = mesh.examine(study, problems, nested.solve_space(study, problems))
     return {name: Estimate(float(value), level.errors[name]) for name, value in level.fine.quantities.items()}
 
 

@@ -163,7 +163,7 @@ class March:
         if finer is not None:
             # Newton's steps get no smaller than the noise of potentials.
             self._conductor = replace(finer, solved=NEWTON * tolerance)
-            self._conductor.kept.update(finer.kept)
+            self._conductor.cache.update(finer.cache)
         vertices = heat.unit[: heat.free] == 1.0
         self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
         self._rounding = 1e-11 * max(float(heat.domain.scene.initial_temperature), 1.0)

@@ -307,7 +307,7 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: Lineariz
         near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
         rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
         problem = replace(near, about=heat.field(rise))
-        problem.kept.update(solve_steady=near.solve_steady)
+        problem.cache.update(solve_steady=near.solve_steady)
     else:
         rise = heat.refine_iteratively(rise, source)
     return SteadyState(
@@ -358,5 +358,5 @@ class Tangent:
         tangent = None
         if isinstance(known := self._state.heat, LinearizedHeat):
             tangent = LinearizedHeat.of(newton.heat, known.about, known.stiffness, known.rest)
-            tangent.kept.update(solve_steady=newton.factors)
+            tangent.cache.update(solve_steady=newton.factors)
         return read_state(newton, newton.at(self._point.x + change), 0.0, tangent)

@@ -112,7 +112,7 @@ def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
 
 
 @dataclass(frozen=True, eq=False)
-class Transient:
+class ReducedResponse:
     """A trajectory of the diagonalised reduced problem of one mesh."""
 
     base: Base
@@ -187,7 +187,7 @@ def shift(slowest: float, earliest: float) -> float:
     return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
+def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> ReducedResponse:
     """Integrate the reduced heat equation M da/dt + K a = f(t) + q(a, t) from rest to ``end`` (s). The modes of K
     diagonalize it. Exponential collocation integrates the linear part exactly.
 
@@ -213,7 +213,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
 
     sources = partial(_source, base, modal)
     trajectory = integrate(rates, sources, end, accuracy, size, start=start, jumps=jumps, holds=holds)
-    return Transient(base, modal, trajectory)
+    return ReducedResponse(base, modal, trajectory)
 
 
 def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:

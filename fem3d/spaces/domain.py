@@ -1,7 +1,7 @@
 """A scene laid on the cells of a mesh: the cells and facets of its materials, sources, conditions and probes.
 
 The problems are assembled from a `Domain`. `Domain.locate` returns the cells, facets, edges or the point of a
-condition or a probe: for boxes by coordinates (`Boxes`), on bricks and tetrahedra; for mesh files by groups (`Groups`).
+condition or a probe: for boxes by coordinates (`BoxDomain`), for mesh files by groups (`GroupDomain`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.element import cube_rule
-from fem3d.spaces.integrals import Faces, Space
+from fem3d.spaces.integrals import FaceIntegrals, Space
 from fem3d.spaces.mapped import MappedSpace, split
 from meshes import grid as grids
 from meshes.grid import Grid
@@ -96,7 +96,7 @@ class Domain(ABC):
     anchored: bool
     potentials: Space | None = field(default=None, kw_only=True)
     contacts: tuple[Joint, ...] = field(default=(), kw_only=True)
-    _faces: dict[str, Faces] = field(init=False, default_factory=dict)
+    _faces: dict[str, FaceIntegrals] = field(init=False, default_factory=dict)
     """By name the facets of conditions, for `faces`."""
 
     conditions_first: ClassVar[bool] = False
@@ -133,19 +133,19 @@ class Domain(ABC):
         """(facets,): which are on the surface."""
         return self.space.mesh.f2t[1, facets] < 0
 
-    def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> Faces:
+    def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> FaceIntegrals:
         """Integrals over the facets that touch a cell (of the mask ``inside`` (cells,)), each seen from one cell."""
         cells = self.space.mesh.f2t[:, facets]
         fine = cells >= 0 if inside is None else (cells >= 0) & inside[cells]
         side = fine.argmax(axis=0)
         kept = fine.any(axis=0)
-        return Faces(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
+        return FaceIntegrals(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
 
     def facets(self, boundary: model.AnyBoundary) -> np.ndarray:
         """(facets on which a condition acts,): their numbers."""
         return self.faces(boundary).facets
 
-    def faces(self, boundary: model.AnyBoundary) -> Faces:
+    def faces(self, boundary: model.AnyBoundary) -> FaceIntegrals:
         """Integrals over the facets on which a condition acts: a voltage where current flows, a flux on exposed facets;
         of a voltage behind a contact, by the functions beyond it."""
         if boundary.name not in self._faces:
@@ -158,7 +158,7 @@ class Domain(ABC):
         functions, partners = space.beyond[boundary.name]
         numbers = np.arange(space.size)
         numbers[functions] = partners
-        return Faces(space, face.facets, face.cells, dofs=numbers[space.dofs[:, face.cells]])
+        return FaceIntegrals(space, face.facets, face.cells, dofs=numbers[space.dofs[:, face.cells]])
 
     @abstractmethod
     def locate(self, item: Any) -> Region:
@@ -222,7 +222,7 @@ class Domain(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class Boxes(Domain):
+class BoxDomain(Domain):
     """A scene of boxes on bricks or tetrahedra; no plane of the scene cuts a cell."""
 
     scene: model.Scene
@@ -253,7 +253,7 @@ class Boxes(Domain):
 
 
 @dataclass(frozen=True, eq=False)
-class Groups(Domain):
+class GroupDomain(Domain):
     """A scene on the cells of a mesh file with groups."""
 
     space: MappedSpace
@@ -280,7 +280,7 @@ class Groups(Domain):
         return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
 
 
-def boxes(scene: model.Scene, cells: Any, degree: int = 3) -> Boxes:
+def box_domain(scene: model.Scene, cells: Any, degree: int = 3) -> BoxDomain:
     """Return the domain of a scene of boxes (or of its symmetric part) on a grid of bricks, or with elements of a
     degree on scikit-fem's mesh of `meshes.columns`."""
     space = BrickSpace(cells) if isinstance(cells, Grid) else MappedSpace(cells, degree)
@@ -292,16 +292,16 @@ def boxes(scene: model.Scene, cells: Any, degree: int = 3) -> Boxes:
     at = np.ravel_multi_index(places, graph.owner.shape)
     owner = graph.owner.ravel()[at]
     sources = tuple((b.heat_source, np.flatnonzero(owner == n)) for n, b in enumerate(scene.boxes) if b.heat_source)
-    return with_contacts(Boxes(
+    return with_contacts(BoxDomain(
         scene, space, owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes), sources,
         graph.live[at], tuple((cells[at], value) for cells, value in graph.still), graph.anchored,
     ))  # fmt: skip
 
 
-def groups(placed: Placed, degree: int = 3) -> Groups:
+def group_domain(placed: Placed, degree: int = 3) -> GroupDomain:
     """Return the domain of a scene on its mesh, with tetrahedra of a degree."""
     scene, mesh = placed.scene, placed.mesh
-    return with_contacts(Groups(
+    return with_contacts(GroupDomain(
         scene, MappedSpace(mesh.mesh, degree), placed.body, tuple(m.name for m in placed.materials),
         tuple(placed.materials), tuple((s.heat_source, mesh.volumes[s.group]) for s in scene.sources),
         placed.live, placed.still, placed.anchored, placed,

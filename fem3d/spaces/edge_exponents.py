@@ -25,7 +25,7 @@ import numpy as np
 from skfem import Basis, ElementLinePp, MeshLine
 from skfem.models.poisson import laplace, mass
 
-from fem3d.spaces.domain import Domain, boxes
+from fem3d.spaces.domain import Domain, box_domain
 from meshes import grid as grids
 from meshes.grading import Features
 from scenes import faces, physics
@@ -44,7 +44,7 @@ Rays = tuple[bool, ...]
 def features(scene: Scene) -> Features:
     """Return the planes of a scene of boxes with the smallest exponent of the edges in each, for either problem."""
     grid = grids.coarsest(scene, 1)
-    domain = boxes(scene, grid)
+    domain = box_domain(scene, grid)
     mesh, exponents = domain.space.mesh, at_edges(domain).min(axis=0)
     ends = mesh.p[:, mesh.edges]
     across = np.where((ends[:, 0] == ends[:, 1]) & np.isfinite(exponents), ends[:, 0], np.nan)

@@ -137,12 +137,12 @@ class Space(ABC):
         """Group some cells by the set of their functions."""
         return [cells]
 
-    def on(self, cells: np.ndarray, more: int = 0) -> Cells:
+    def on(self, cells: np.ndarray, more: int = 0) -> CellIntegrals:
         """Integrals over some cells, with ``more`` points as of `rule`."""
-        return Cells(self, cells, self.rule(cells, more))
+        return CellIntegrals(self, cells, self.rule(cells, more))
 
 
-class Cells:
+class CellIntegrals:
     """Some cells of a space with the points of a quadrature and their ``weights`` (cells, points)."""
 
     def __init__(self, space: Space, cells: np.ndarray, rule: Rule, dofs: np.ndarray | None = None) -> None:
@@ -151,7 +151,7 @@ class Cells:
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
 
-    def scaled(self, factors: np.ndarray) -> Cells:
+    def scaled(self, factors: np.ndarray) -> CellIntegrals:
         """The same, with gradients times factors (3, cells, 1)."""
         cells = copy(self)
         cells._inverse = self._inverse * factors
@@ -190,7 +190,7 @@ class Cells:
         """The integral of a density (cells, 1 or points) times u v."""
         return sum_entries([self.entries(density)], self._space.size)
 
-    def entries(self, density: np.ndarray, other: Cells | None = None) -> Entries:
+    def entries(self, density: np.ndarray, other: CellIntegrals | None = None) -> Entries:
         """The entries of `mass_of`; columns by the functions of an ``other`` object with the same cells, if given."""
         present = self._rule.present
         values, count = self._rule.values[:, present], present.sum()
@@ -229,12 +229,12 @@ class Cells:
         return mask
 
 
-class Faces:
+class FaceIntegrals:
     """Some facets of a space, each seen from one of its cells, by the functions of this cell or by ``dofs`` (functions
     of a cell, facets) in place of these.
 
-    Each side of a cell has its own `Cells`, with points on that side and the weights of the facet. This avoids a search
-    for points in curved cells by scikit-fem's FacetBasis, which ends at an absolute 1e-12.
+    Each side of a cell has its own `CellIntegrals`, with points on that side and the weights of the facet. This avoids
+    a search for points in curved cells by scikit-fem's FacetBasis, which ends at an absolute 1e-12.
     """
 
     def __init__(
@@ -244,23 +244,23 @@ class Faces:
         self._dofs = space.dofs[:, cells] if dofs is None else dofs
         self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
 
-    def finer(self, more: int) -> Faces:
+    def finer(self, more: int) -> FaceIntegrals:
         """The same with so many more points along each axis."""
-        return Faces(self.space, self.facets, self.cells, more)
+        return FaceIntegrals(self.space, self.facets, self.cells, more)
 
     @cached_property
-    def sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
+    def sides(self) -> list[tuple[np.ndarray, CellIntegrals, np.ndarray]]:
         """The facets of each side, their cells with points there, and outward normals (3, facets, points)."""
         sides = []
         for number in np.unique(self._local):
             at, (rule, normal) = np.flatnonzero(self._local == number), self.space.side(int(number), self._more)
-            cells = Cells(self.space, self.cells[at], rule, self._dofs[:, at])
+            cells = CellIntegrals(self.space, self.cells[at], rule, self._dofs[:, at])
             outwards = cells.covariant(normal[:, None, None]) * cells.weights
             cells.weights = np.linalg.norm(outwards, axis=0)
             sides.append((at, cells, outwards / cells.weights))
         return sides
 
-    def _filled(self, evaluate: Callable[[Cells], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
+    def _filled(self, evaluate: Callable[[CellIntegrals], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
         """(..., facets, points): the values on the facets of each side, in one array."""
         count = max((each.weights.shape[1] for _, each, _ in self.sides), default=0)
         values = np.empty((*shape, len(self.cells), count))
@@ -301,7 +301,7 @@ class Faces:
         return sum_entries(self.entries(density), self.space.size)
 
     def entries(self, density: np.ndarray | float) -> list[Entries]:
-        """The entries of `mass_of` for each side, as `Cells.entries`."""
+        """The entries of `mass_of` for each side, as `CellIntegrals.entries`."""
         full = np.broadcast_to(density, self.areas.shape)
         return [cells.entries(full[at]) for at, cells, _ in self.sides]
 

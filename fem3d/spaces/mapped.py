@@ -28,7 +28,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import Rule, Side, gauss, make_rule, make_side, multi_indices, shape_functions
-from fem3d.spaces.integrals import Faces, Space, entities
+from fem3d.spaces.integrals import FaceIntegrals, Space, entities
 from fem3d.spaces.sparse import Entries, sum_entries
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
@@ -168,7 +168,7 @@ def _side(kind: Kind, number: int, more: int) -> Side:
     return make_side(reference, number, points, partial(_values, kind))
 
 
-def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = None) -> S:
+def split(space: S, facets: np.ndarray, beyond: Mapping[str, FaceIntegrals] | None = None) -> S:
     """A space whose functions jump across some facets inside; and with functions ``beyond`` some faces, by name, which
     are no cell's: one for each function of the face. The space itself where there is neither."""
     if not len(facets) and not beyond:
@@ -176,7 +176,7 @@ def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = Non
     torn_space = space.enlarged(*_split(space, facets))
     torn_space.torn = facets
     for name, face in (beyond or {}).items():
-        functions = np.flatnonzero(Faces(torn_space, face.facets, face.cells).functions)
+        functions = np.flatnonzero(FaceIntegrals(torn_space, face.facets, face.cells).functions)
         former = torn_space
         torn_space = former.enlarged(former.dofs, functions)
         torn_space.beyond = {**former.beyond, name: (functions, np.arange(former.size, torn_space.size))}
@@ -186,7 +186,7 @@ def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = Non
 def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """``dofs`` with other numbers where functions are split, and (copies,) the function that each new one copies."""
     f2t, dofs = space.mesh.f2t, space.dofs.copy()
-    on = Faces(space, facets, f2t[0, facets]).functions
+    on = FaceIntegrals(space, facets, f2t[0, facets]).functions
     local, cells = np.nonzero(on[dofs])
     functions = dofs[local, cells]
     # The places of the functions of cells, in which neighbours are joined by a facet without a contact.
@@ -214,8 +214,8 @@ def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 class Interface:
     """Facets on which a function jumps, from the side ``one`` to the ``other``: the same facets by other functions."""
 
-    one: Faces
-    other: Faces
+    one: FaceIntegrals
+    other: FaceIntegrals
 
     @staticmethod
     def inside(space: Space, facets: np.ndarray) -> Interface:
@@ -225,8 +225,8 @@ class Interface:
         # Partners have the same origin; functions without a partner vanish on the facet.
         same = space.origin[here][:, None] == space.origin[there]
         partners = np.take_along_axis(there, same.argmax(axis=1), axis=0)
-        other = Faces(space, facets, first, dofs=np.where(same.any(axis=1), partners, here))
-        return Interface(Faces(space, facets, first), other)
+        other = FaceIntegrals(space, facets, first, dofs=np.where(same.any(axis=1), partners, here))
+        return Interface(FaceIntegrals(space, facets, first), other)
 
     def jump(self, u: np.ndarray) -> np.ndarray:
         """(facets, points): a function (functions,) on side ``one`` less its value on the ``other``."""

@@ -17,7 +17,7 @@ from fem3d.results.outputs import Quantities
 from fem3d.runs import sink as sinks
 from fem3d.solution import steady
 from fem3d.solution.steady import SteadyState
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import box_domain
 from meshes import symmetry
 from meshes.grid import Grid, graph
 from meshes.symmetry import Symmetry
@@ -56,7 +56,7 @@ def grid_of(scene: Scene, breaks: Sequence[Any], degree: int) -> Grid:
 
 def problem(scene: Scene, grid: Grid) -> HeatProblem:
     """The heat problem of a scene on a grid."""
-    return assemble(boxes(scene, grid))
+    return assemble(box_domain(scene, grid))
 
 
 def steady_on(scene: Scene, grid: Grid, voltage: float, accuracy: float = 1e-13) -> SteadyState:

@@ -11,9 +11,9 @@ from skfem.helpers import dot, grad
 
 from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.spaces.bricks import BrickSpace
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import box_domain
 from fem3d.spaces.element import ElementHexTrunk, multi_indices
-from fem3d.spaces.integrals import Faces
+from fem3d.spaces.integrals import FaceIntegrals
 from meshes.grid import Grid
 from scenes.model import Box, Material, Probe, Scene
 from scenes.sink import SILICON
@@ -98,7 +98,7 @@ def differences(p, wrong=1.0):
     found["flow"] = far(cells.flow(wrong * k[some][:, None] * cells.gradient(u)), of_part @ u)
     found["load"] = far(cells.load(wrong * np.ones_like(cells.weights)), integral.assemble(part, density=1.0))
     facets = ours.mesh.boundary_facets()
-    faces = Faces(ours, facets, ours.mesh.f2t[0, facets])
+    faces = FaceIntegrals(ours, facets, ours.mesh.f2t[0, facets])
     there = FacetBasis(ours.mesh, theirs.elem, facets=facets, intorder=2 * p + 1)
     h = rng.random(len(facets))[:, None]
     found["face load"] = far(faces.load(wrong * h), integral.assemble(there, density=h * np.ones(there.dx.shape)))
@@ -131,7 +131,7 @@ SCENE = Scene("box", (BOX,), (), tuple(PROBES))
 
 
 def domain(degree):
-    return boxes(SCENE, grid_of(SCENE, ([0.0, 1.0, 2.0], [0.0, 1.0], [0.0, 0.4, 1.0]), degree))
+    return box_domain(SCENE, grid_of(SCENE, ([0.0, 1.0, 2.0], [0.0, 1.0], [0.0, 0.4, 1.0]), degree))
 
 
 def dense(space, probe, u, count=25):
@@ -176,6 +176,6 @@ def test_needle_intervals_beside_a_plane_are_not_on_it():
     box, probe = Box("bar", SILICON, (0, 0, 0), (1e-4, 1e-4, 1e-4)), Probe("p", (0, 0, 0), (1e-4, 1e-4, 0))
     breaks = np.array([0.0, 5e-14, 1e-12, 1e-4])
     grid = Grid((breaks, breaks, breaks), (np.ones(3, int),) * 3, (box,))
-    flat = boxes(Scene("bar", (box,), (), (probe,)), grid)
+    flat = box_domain(Scene("bar", (box,), (), (probe,)), grid)
     assert len(flat.locate(probe).numbers) == 9
     assert (flat.locate(probe).signs == -1).all()

@@ -19,7 +19,7 @@ from fem3d.runs import probe_quantities
 from fem3d.runs import sink as sink_run
 from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import box_domain
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.result import Estimate
 from scenes.sink import Sink
@@ -238,8 +238,8 @@ def middle(voltage, intervals, degree):
     judge = Estimator.of_grid(bar_grid(scene, intervals, degree), features, scene)
 
     def solved(intervals, degree):
-        given = nested.discretize(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
-        return given, nested.solution(study, given)
+        given = nested.discretize(box_domain(scene, bar_grid(scene, intervals, degree)), 1e-6)
+        return given, nested.solve_space(study, given)
 
     given, fine = solved(intervals, degree)
     best = solved(4, 8)[1].quantities["middle"]

@@ -15,7 +15,7 @@ from fem3d.problems.cholesky import Factors, Ordering
 from fem3d.runs import probe_quantities
 from fem3d.runs import sink as sink_run
 from fem3d.runs.scene import clipped, solve
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import box_domain
 from meshes import grading, symmetry
 from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -233,7 +233,7 @@ def test_field_far_from_probes_has_an_error(plate):
     grid = state.heat.domain.space.grid
     for _ in range(3):
         grid = grading.raised(grid)
-    best = nested.solution(study, nested.discretize(boxes(study.part.scene, grid), 1e-6)).state
+    best = nested.solve_space(study, nested.discretize(box_domain(study.part.scene, grid), 1e-6)).state
     assert 0.01 * found.field_error < distance(state, best) <= found.field_error
     assert swings(state) <= found.field_error
 

@@ -54,12 +54,12 @@ class Meshes:
 
 @pytest.fixture(autouse=True)
 def _told(monkeypatch):
-    def solution(study: Any, given: Any, start: Any = None) -> SimpleNamespace:
+    def solve_space(study: Any, given: Any, start: Any = None) -> SimpleNamespace:
         if isinstance(given.told, Exception):
             raise given.told
         return SimpleNamespace(state=None)
 
-    monkeypatch.setattr(nested, "solution", solution)
+    monkeypatch.setattr(nested, "solve_space", solve_space)
 
 
 def solved(told: list[Any], voltage: float = 1.0) -> Any:

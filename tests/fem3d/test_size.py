@@ -16,7 +16,7 @@ from fem3d.problems.cholesky import Factors
 from fem3d.problems.heat import HeatProblem
 from fem3d.runs import scene as runs
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import Domain, boxes
+from fem3d.spaces.domain import Domain, box_domain
 from fem3d.spaces.size import size_of_grid
 from scenes.errors import NumericsError
 from scenes.free.rules import checked
@@ -52,7 +52,7 @@ def test_predicted_factor_size_is_within_two(pads):
     rows and cubes the predicted entries were 1.0 to 1.4 times the true entries; a third either way is left."""
     scene = plate(pads)
     grid = first(scene, 1e-2)
-    heat = assemble(boxes(scene, grid))
+    heat = assemble(box_domain(scene, grid))
     matrix = heat.stiffness[: heat.free][:, : heat.free]
     true = Factors(matrix, heat.domain.space.entity[heat.order[: heat.free]], heat.elimination).entries
     assert 0.65 < size_of_grid(scene, grid).factors / true < 2.1

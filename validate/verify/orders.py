@@ -28,7 +28,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.runs import scene as scene_run
 from fem3d.solution import steady, transient
 from fem3d.solution.transient import Base, Krylov
-from fem3d.spaces.domain import boxes
+from fem3d.spaces.domain import box_domain
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from validate.verify import manufactured
@@ -86,7 +86,7 @@ def _mesh(scene: Scene, degree: int, cuts: int) -> Grid:
 
 
 def on_bricks(solution: Manufactured, degree: int, cuts: int) -> Errors:
-    heat = assemble(boxes(solution.scene, _mesh(solution.scene, degree, cuts)))
+    heat = assemble(box_domain(solution.scene, _mesh(solution.scene, degree, cuts)))
     load = _load(heat, solution)
     if solution.potential is None:
         return _distances(heat, heat.whole(heat.solve_steady(load[: heat.free])), solution)
@@ -99,7 +99,7 @@ def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndar
 
     The fields and the tolerance are such that the error of space dominates.
     """
-    heat = assemble(boxes(heating.scene, _mesh(heating.scene, degree, cuts)))
+    heat = assemble(box_domain(heating.scene, _mesh(heating.scene, degree, cuts)))
     heat = replace(heat, loads=_load(heat, heating.at(np.inf))[None])
     base = Base.of_steady(steady.solve_steady(heat, None, 0.0, 1e-13))
     fields = Krylov(base, transient.shift(1 / heating.modes[0][0], float(times[0]))).fields(12)
