@@ -205,27 +205,27 @@ class Solution:
     quantities: Quantities
 
 
-def solve_space(study: Study, problems: Problems, level: int = -1, start: np.ndarray | None = None) -> Solution:
+def solve_space(study: Study, problems: Problems, number: int = -1, start: np.ndarray | None = None) -> Solution:
     """Solve the steady state in one of the nested spaces, by default the highest.
 
     Newton's method begins at the fine state, else at ``start`` (functions,), a rise (K), if given.
     """
-    level = range(len(problems.heats))[level]
-    if level not in problems.states:
-        heat, conductor = problems.heats[level], problems.conductors[level]
+    number = range(len(problems.heats))[number]
+    if number not in problems.states:
+        heat, conductor = problems.heats[number], problems.conductors[number]
         fine = problems.states.get(len(problems.heats) - 1)
         if fine is not None:
             start = fine.heat.field(fine.rise)
             if isinstance(heat, LinearizedHeat):
                 # Use the quadrature of laws of the fine state.
-                conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
+                conductor = fine.conductor and fine.conductor.lower(number, heat.exact)
         at = None if start is None else heat.take(start)
         potential = None if fine is None else fine.potential
         if physics.heat(problems.domain.scene):
-            problems.states[level] = solve_steady(heat, conductor, study.drive, study.accuracy, at, potential)
+            problems.states[number] = solve_steady(heat, conductor, study.drive, study.accuracy, at, potential)
         else:
-            problems.states[level] = solve_currents(heat, conductor)
-    state = problems.states[level]
+            problems.states[number] = solve_currents(heat, conductor)
+    state = problems.states[number]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 

@@ -35,16 +35,16 @@ class Ordering:
     rank : (groups,), order of elimination, negative for groups that are absent
     starts : (pieces + 1,), the rank of the first group of each piece
     joined : for each piece, the pieces that it joins
-    beyond : for each piece, the ranks of later groups that the elimination of earlier groups couples to this piece
+    outer : for each piece, the ranks of later groups that the elimination of earlier groups couples to this piece
     """
 
     starts: np.ndarray
     joined: list[list[int]]
-    beyond: list[np.ndarray]
+    outer: list[np.ndarray]
 
     def __init__(self, places: np.ndarray) -> None:
         self._places, self.rank = places, np.full(len(places), -1)
-        self.starts, self.joined, self.beyond = np.zeros(1, int), [], []  # of no unknowns, whose groups all have a rank
+        self.starts, self.joined, self.outer = np.zeros(1, int), [], []  # of no unknowns, whose groups all have a rank
 
     def hold(self, matrix: csc_array, groups: np.ndarray) -> None:
         """Make the dissection for a matrix whose unknowns are of ``groups`` (n,), if a group has no rank yet."""
@@ -63,13 +63,13 @@ class Ordering:
         first, last = np.sort([place[rows], place[columns]], axis=0)
         by_first = np.argsort(first, kind="stable")
         last, at = last[by_first], np.searchsorted(first[by_first], self.starts)
-        self.beyond = []
+        self.outer = []
         for piece, end in enumerate(self.starts[1:]):
             near = np.zeros(count, bool)
             near[last[at[piece] : at[piece + 1]]] = True
             for j in self.joined[piece]:
-                near[self.beyond[j]] = True
-            self.beyond.append(end + np.flatnonzero(near[end:]))
+                near[self.outer[j]] = True
+            self.outer.append(end + np.flatnonzero(near[end:]))
         self.rank = np.full(len(self._places), -1)
         self.rank[entities] = place
 
@@ -93,18 +93,18 @@ class Factors:
         updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for piece, (start, end) in enumerate(pairwise(first[ordering.starts].tolist())):
             # The unknowns of the later groups: a range for each.
-            counts = sizes[ordering.beyond[piece]]
-            starts = first[ordering.beyond[piece]] - np.cumsum(counts) + counts
-            beyond = np.repeat(starts, counts) + np.arange(counts.sum())
+            counts = sizes[ordering.outer[piece]]
+            starts = first[ordering.outer[piece]] - np.cumsum(counts) + counts
+            outer = np.repeat(starts, counts) + np.arange(counts.sum())
             pivots = end - start
             place[start:end] = np.arange(pivots)
-            place[beyond] = np.arange(pivots, pivots + len(beyond))
-            front = np.zeros((pivots + len(beyond),) * 2)
+            place[outer] = np.arange(pivots, pivots + len(outer))
+            front = np.zeros((pivots + len(outer),) * 2)
             entries = slice(ordered.indptr[start], ordered.indptr[end])
             rows = ordered.indices[entries]
             columns = np.repeat(np.arange(pivots), np.diff(ordered.indptr[start : end + 1]))
             later = rows >= start
-            rows, into = rows[later], np.append(np.arange(start, end), beyond)
+            rows, into = rows[later], np.append(np.arange(start, end), outer)
             at = place[rows]
             # Entries without a place in this front have one in another, or none.
             if not (at < len(into)).all() or (into[at] != rows).any():
@@ -115,8 +115,8 @@ class Factors:
                 unknowns, update = updates.pop(j)
                 _extend_add(front, update, place[unknowns])
             if not pivots:
-                if len(beyond):
-                    updates[piece] = beyond, front
+                if len(outer):
+                    updates[piece] = outer, front
                 continue
             # The upper triangle by rows is LAPACK's lower one by columns.
             lower, failed = dpotrf(front[:pivots, :pivots].T, lower=1)
@@ -124,8 +124,8 @@ class Factors:
                 raise NumericsError("sizes or conductivities differ by so much that rounding leaves no solution")
             inverse, _ = dtrtri(lower, lower=1)
             across = inverse @ front[:pivots, pivots:]
-            if len(beyond):
-                updates[piece] = beyond, dsyrk(-1.0, across.T, beta=1.0, c=front[pivots:, pivots:].T, lower=1).T
+            if len(outer):
+                updates[piece] = outer, dsyrk(-1.0, across.T, beta=1.0, c=front[pivots:, pivots:].T, lower=1).T
             self._blocks.append((slice(start, end), into, np.vstack([inverse, -across.T @ inverse])))
 
     @property

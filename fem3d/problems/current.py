@@ -78,9 +78,9 @@ class Conductor:
     more: int = 0
     cache: Cache = field(init=False, default_factory=Cache)
 
-    def lower(self, level: int, heat: HeatProblem) -> Conductor:
+    def lower(self, number: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
-        return replace(self, heat=heat, free=self.free[self.space.nested[level][self.free]])
+        return replace(self, heat=heat, free=self.free[self.space.nested[number][self.free]])
 
     @property
     def space(self) -> Any:

@@ -82,7 +82,7 @@ def cells_with_law(domain: Domain, key: str) -> np.ndarray:
     return np.flatnonzero(follows[domain.body])
 
 
-class Part(NamedTuple):
+class LawCells(NamedTuple):
     """Cells whose property follows the temperature: their quadrature, the law, its value at the initial temperature
     (cells, 1) or with axes in front, and their numbers."""
 
@@ -92,12 +92,12 @@ class Part(NamedTuple):
     cells: np.ndarray
 
 
-def parts(domain: Domain, key: str, more: int) -> list[Part]:
+def cells_by_law(domain: Domain, key: str, more: int) -> list[LawCells]:
     """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis."""
     found = []
     for alike in domain.space.alike(cells_with_law(domain, key)):
         law = CellProperty(domain, key, alike)
-        found.append(Part(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
+        found.append(LawCells(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
     return found
 
 
@@ -110,13 +110,13 @@ class Conduction:
     more: int = 1
 
     @cached_property
-    def parts(self) -> list[Part]:
-        return parts(self.domain, "thermal_conductivity", self.more)
+    def groups(self) -> list[LawCells]:
+        return cells_by_law(self.domain, "thermal_conductivity", self.more)
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
         flow = np.zeros(self.domain.space.size)
-        for on, law, cold, _ in self.parts:
+        for on, law, cold, _ in self.groups:
             if u[on.dofs].any():
                 flow += on.flow((law.value(on.value(u)) - cold) * on.gradient(u))
         return flow
@@ -124,7 +124,7 @@ class Conduction:
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
         entries = []
-        for on, law, cold, _ in self.parts:
+        for on, law, cold, _ in self.groups:
             rise, dofs = on.value(u), on.dofs.astype(np.int32)
             both = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
             rows, columns = (np.broadcast_to(d, both.shape[1:]).ravel() for d in (dofs[:, :, None], dofs[:, None]))
@@ -139,15 +139,15 @@ class Storage:
     domain: Domain
 
     @cached_property
-    def parts(self) -> list[tuple[CellIntegrals, CellProperty, np.ndarray, np.ndarray]]:
-        """The `parts` whose specific heat follows the temperature, with the density (cells, 1) of their cells."""
+    def groups(self) -> list[tuple[CellIntegrals, CellProperty, np.ndarray, np.ndarray]]:
+        """`cells_by_law` of the specific heat, with the density (cells, 1) of their cells."""
         density = self.domain.per_cell("density")
-        return [(*p[:3], density[p.cells][:, None]) for p in parts(self.domain, "specific_heat", 1)]
+        return [(*p[:3], density[p.cells][:, None]) for p in cells_by_law(self.domain, "specific_heat", 1)]
 
     def power(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""
         heat = np.zeros(self.domain.space.size)
-        for on, law, cold, density in self.parts:
+        for on, law, cold, density in self.groups:
             if w[on.dofs].any():
                 heat += on.load(density * (law.value(on.value(u)) - cold) * on.value(w))
         return heat
@@ -155,7 +155,7 @@ class Storage:
     def tangent(self, u: np.ndarray, w: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the derivative of `power` by the rate w, and by u."""
         capacity = steepness = csc_array((self.domain.space.size,) * 2)
-        for on, law, cold, density in self.parts:
+        for on, law, cold, density in self.groups:
             rise = on.value(u)
             capacity = capacity + on.mass_of(density * (law.value(rise) - cold))
             steepness = steepness + on.mass_of(density * law.slope(rise) * on.value(w))
@@ -164,7 +164,7 @@ class Storage:
     def heat(self, u: np.ndarray) -> float:
         """The heat stored at a field u beyond c0 u (J)."""
         heat = 0.0
-        for on, law, cold, density in self.parts:
+        for on, law, cold, density in self.groups:
             rise = on.value(u)
             heat += float((on.weights * density * (law.integral(rise) - cold * rise)).sum())
         return heat

@@ -110,9 +110,9 @@ class HeatProblem:
         """(..., all dofs): the unknowns of (..., functions)."""
         return row[..., self.order]
 
-    def lower(self, level: int) -> Self:
+    def lower(self, number: int) -> Self:
         """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
-        kept = np.flatnonzero(self.domain.space.nested[level][self.order])
+        kept = np.flatnonzero(self.domain.space.nested[number][self.order])
         free = int((kept < self.free).sum())
         fixed = kept[free:] - self.free
         return replace(

@@ -62,9 +62,9 @@ class LinearizedHeat(HeatProblem):
         given = {f.name: getattr(exact, f.name) for f in fields(HeatProblem) if f.init} | {"stiffness": stiffness}
         return cls(**given, exact=exact, about=about, rest=rest)
 
-    def lower(self, level: int) -> Self:
-        kept = np.flatnonzero(self.domain.space.nested[level][self.order])
-        return replace(super().lower(level), exact=self.exact.lower(level), rest=self.rest.part(kept))
+    def lower(self, number: int) -> Self:
+        kept = np.flatnonzero(self.domain.space.nested[number][self.order])
+        return replace(super().lower(number), exact=self.exact.lower(number), rest=self.rest.part(kept))
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         return self.exact.outflow(rise)

@@ -153,9 +153,9 @@ class RowIntegrals:
         jumps = [np.multiply.outer([1.0, 0.0, 0.0], c.potential.jump(u)) for c in self._crossings]
         return self._rows([self._electric.gradient(u), *jumps])
 
-    def flow(self, field: np.ndarray) -> np.ndarray:
-        """(functions,): the integral of a field (3, rows, points) times the gradient of each of the potential's."""
-        in_cells, *others = self._parts(field)
+    def flow(self, flux: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of a flux (3, rows, points) times the gradient of each of the potential's."""
+        in_cells, *others = self._parts(flux)
         flow = self._electric.flow(in_cells)
         for crossing, part in zip(self._crossings, others, strict=True):
             flow += crossing.potential.load(part[0])

@@ -259,41 +259,41 @@ class _Solver:
                 conductor.cache.update(near=known.near, solve_cold=solve, cold_potentials=supplied)
         return given
 
-    def _steady(self, study: Study, given: Problems, level: int) -> tuple[Values, SteadyState]:
+    def _steady(self, study: Study, given: Problems, number: int) -> tuple[Values, SteadyState]:
         """Solve the steady state in one of the nested spaces."""
-        if (tangent := self._tangents.get(level)) is None:
-            state = nested.solve_space(study, given, level).state
+        if (tangent := self._tangents.get(number)) is None:
+            state = nested.solve_space(study, given, number).state
         else:
-            state = tangent.state(given.heats[level], given.conductors[level])
+            state = tangent.state(given.heats[number], given.conductors[number])
         steady = {n: float(v) for n, v in study.steady(outputs.of_steady(state, study.part)).items()}
         profile = np.empty(0) if self._rows is None else self._rows @ state.heat.field(state.rise)
         return Values(steady, profile), state
 
-    def _values(self, study: Study, given: Problems, level: int) -> Values:
+    def _values(self, study: Study, given: Problems, number: int) -> Values:
         """Solve in one of the nested spaces; over time in the fields of the base, whose conductor resists."""
         values, response = Values({}), self._answer.response
         if self._answer.steady is not None:
-            values, state = self._steady(study, given, level)
+            values, state = self._steady(study, given, number)
         if response is None:
             return values
         if self._answer.steady is not None:
             base = Base.of_steady(state, study.accuracy)
         else:
-            base = make_base(given.heats[level], given.conductors[level], self._hot)
-        if level not in self._near:
-            self._near[level] = *self._fields(study, base, level), keep_places(base.heat)
-        near, at_points, places = self._near[level]
+            base = make_base(given.heats[number], given.conductors[number], self._hot)
+        if number not in self._near:
+            self._near[number] = *self._fields(study, base, number), keep_places(base.heat)
+        near, at_points, places = self._near[number]
         base.heat.cache.update(**places)
         marched = transient.march(replace(base, conductor=None), base.near(near, at_points), study.end, SHORT**2)
         out = outputs.of_transient(replace(marched, base=base), study.part, self.times)
         return replace(values, traces=study.traces(out))
 
-    def _fields(self, study: Study, base: Base, level: int) -> tuple[Reduced, np.ndarray | None]:
+    def _fields(self, study: Study, base: Base, number: int) -> tuple[Reduced, np.ndarray | None]:
         """The problem of a base on its own fields, the Krylov fields of its loads, and of the dual problems of the
         traces; and the values of these fields in the conductor."""
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None
-        fewer, tolerance = (FEWER, study.accuracy**0.5) if level < -1 else (0, study.accuracy)
+        fewer, tolerance = (FEWER, study.accuracy**0.5) if number < -1 else (0, study.accuracy)
         earliest, duals = min(study.earliest, study.end), list[np.ndarray | None]()
         # The place of an extreme moves: its dual problems are of its places at some times.
         rises = response.transient.rises(np.geomspace(earliest, study.end, 8))

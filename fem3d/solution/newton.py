@@ -174,7 +174,7 @@ class Newton:
     def layer_error(self, point: Point) -> float:
         """The relative error by layers of laws that lie between the points of their quadratures."""
         heat, c, u = self.heat, self.conductor, self.heat.field(point.rise)
-        parts = [part for term in heat.terms if isinstance(term, Conduction) for part in term.parts]
+        parts = [part for term in heat.terms if isinstance(term, Conduction) for part in term.groups]
         laws = [(part.law, part.cells, part.on.value(u)) for part in parts]
         if c is not None and c.following is not None:
             laws.append((c.following, c.cells, c.on.value(u)[: len(c.cells)]))

@@ -37,8 +37,8 @@ def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np
 class Space(ABC):
     """Functions on the cells of scikit-fem's ``mesh``.
 
-    A function is a vector of coefficients (functions,); a field has values at quadrature points, as (cells, points), or
-    (3, cells, points) for a vector.
+    A function is a vector of coefficients (functions,). Densities have values at quadrature points, as (cells, points),
+    and fluxes as (3, cells, points).
 
     Attributes
     ----------
@@ -171,19 +171,19 @@ class CellIntegrals:
         """(3, cells, points): its gradient."""
         return self.covariant(u[self.dofs] @ self._rule.slopes.swapaxes(1, 2))
 
-    def covariant(self, field: np.ndarray) -> np.ndarray:
+    def covariant(self, slopes: np.ndarray) -> np.ndarray:
         """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""
         if self._inverse.ndim == 3:
-            return self._inverse * field
-        return np.einsum("ijcp,icp->jcp", self._inverse, np.broadcast_to(field, self._inverse.shape[1:]))
+            return self._inverse * slopes
+        return np.einsum("ijcp,icp->jcp", self._inverse, np.broadcast_to(slopes, self._inverse.shape[1:]))
 
     def load(self, density: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a density (cells, 1 or points) times each function."""
         return self._scattered((density * self.weights) @ self._rule.values)
 
-    def flow(self, field: np.ndarray) -> np.ndarray:
-        """(functions,): the integral of a field (3, cells, points) times the gradient of each function."""
-        within = self._inverse * field if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, field)
+    def flow(self, flux: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of a flux (3, cells, points) times the gradient of each function."""
+        within = self._inverse * flux if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, flux)
         return self._scattered((within * self.weights @ self._rule.slopes).sum(axis=0))
 
     def mass_of(self, density: np.ndarray) -> csc_array:
@@ -201,14 +201,14 @@ class CellIntegrals:
         rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in dofs)
         return blocks[nonzero], rows, columns
 
-    def tangent(self, k: np.ndarray, field: np.ndarray) -> np.ndarray:
-        """(2, cells, n, n): the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
-        points), or with axes in front, and a field (3, cells, points); rows are v."""
-        k, (cells, points), n = np.broadcast_to(k, field.shape), self.weights.shape, len(self._rule.functions)
+    def tangent(self, k: np.ndarray, flux: np.ndarray) -> np.ndarray:
+        """(2, cells, n, n): the integrals of k grad u . grad v and of u flux . grad v in each cell, for k (cells,
+        points), or with axes in front, and a flux (3, cells, points); rows are v."""
+        k, (cells, points), n = np.broadcast_to(k, flux.shape), self.weights.shape, len(self._rule.functions)
         both = np.zeros((2, cells, n, n))
         step = max(1, AT_ONCE // (points * n))
         for some in (slice(i, i + step) for i in range(0, cells, step)):
-            for d, weights in enumerate(self.weights[some] * field[:, some]):
+            for d, weights in enumerate(self.weights[some] * flux[:, some]):
                 if self._inverse.ndim == 3:
                     slopes = self._inverse[d, some, :, None] * self._rule.slopes[d]
                 else:
