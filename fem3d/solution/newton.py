@@ -67,18 +67,13 @@ class Point:
         return float(self.x[-1])
 
 
-class Newton:
-    """Newton's method for one problem. ``steps`` counts its steps, ``factors`` solve an earlier linearization, and
-    ``folded`` says whether a path of its states has turned back."""
+class Equations:
+    """The coupled equations of a heat problem and its conductor."""
 
-    def __init__(self, heat: HeatProblem, conductor: Conductor | None, factors: Solver) -> None:
-        self.heat, self.conductor, self.factors, self.steps = heat, conductor, factors, 0
-        self.folded = False
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None) -> None:
+        self.heat, self.conductor = heat, conductor
         self.nonlinear = nonlinear(heat, conductor)
         self.electric = conductor is not None and bool(conductor.voltages[0].any())
-        # The drive does not scale the heat sources beside a current.
-        self._unscaled: np.ndarray = heat.loads[0] * self.electric
-        self._scaled: np.ndarray = heat.loads[0] * (not self.electric)
         potentials = 0 if conductor is None else len(conductor.free) + len(conductor.terminals)
         self.along_mu = np.append(np.zeros(heat.free + potentials), 1.0)
 
@@ -88,8 +83,9 @@ class Newton:
         if not np.isfinite(x).all():
             raise NotConvergedError("Newton's method diverges")
         rise = np.concatenate([x[:n], heat.given[0] * (1.0 if self.electric else x[-1])])
-        driven, lacking, potential = self._scaled, np.empty(0), np.empty(0)
-        resistivity = density = np.empty(0)
+        # The drive does not scale the heat sources beside a current.
+        unscaled, driven = heat.loads[0] * self.electric, heat.loads[0] * (not self.electric)
+        lacking = potential = resistivity = density = np.empty(0)
         if c is not None:
             resistivity = c.resistivity(rise)
             if not (resistivity > 0).all():
@@ -98,7 +94,7 @@ class Newton:
             density = -c.on.gradient(potential) / resistivity
             driven = driven + heat.take(c.on.load(resistivity * (density**2).sum(axis=0)))
             lacking = c.residual(potential, resistivity, c.voltages[0])
-        heating = (self._unscaled + x[-1] * driven - heat.outflow(rise))[:n]
+        heating = (unscaled + x[-1] * driven - heat.outflow(rise))[:n]
         return Point(x, rise, potential, resistivity, density, driven, np.concatenate([heating, lacking]))
 
     def at_rise(self, rise: np.ndarray, mu: float, potential: np.ndarray | None = None) -> Point:
@@ -110,36 +106,6 @@ class Newton:
             potentials = c.unknowns(c.solve(rise, c.voltages[0]).potential if potential is None else potential)
         return self.at(np.concatenate([rise[: self.heat.free], potentials, [mu]]))
 
-    def correct(
-        self, point: Point, row: np.ndarray | None, tolerance: float, surely: bool = False
-    ) -> tuple[Point, float]:
-        """Newton's method from a point, on the plane through it that a ``row`` (unknowns,) defines, or at its mu.
-
-        The second result is the relative size of the step that would be next, at most ``tolerance``. With ``surely``
-        the first contraction must be below 1/4: by Kantorovich's theorem no other state is near.
-        """
-        before, contraction = np.inf, RESIDUAL
-        for number in range(MOST_NEWTON):
-            self.steps += 1
-            change = Linearization(self, point).solve(point.residual, self.along_mu if row is None else row)
-            if row is None:
-                change[-1] = 0.0  # to the last digit, which GMRES does not give
-            size = self.size(change, point)
-            if number:
-                contraction = size / max(before, 1e-300)
-                if contraction > (0.25 if surely and number == 1 and size > tolerance else CONTRACTS):
-                    # Rounding, or the bends of laws, cause further small steps: they count in the error.
-                    if size <= max(10 * tolerance, 1e-7):
-                        return point, size
-                    break
-            point = self.at(point.x + change)
-            if largest(point.rise) > 2 * HOTTEST:
-                break
-            before, left = size, contraction * size
-            if left <= tolerance and (number or size <= tolerance):
-                return point, left
-        raise NotConvergedError("Newton's method does not converge")
-
     def size(self, change: np.ndarray, point: Point) -> float:
         """The relative size of a change: of the largest rise, of the largest voltage, of mu."""
         n = self.heat.free
@@ -147,29 +113,9 @@ class Newton:
         volts = largest(change[n:-1]) / (largest(point.potential) or 1.0)
         return max(rise, volts, abs(float(change[-1])) / max(point.mu, 1e-300))
 
-    def finer(self, points: int) -> Newton:
-        """The same problem, by quadratures of its laws with so many more points along each axis."""
-        return Newton(*refine_quadratures(self.heat, self.conductor, points), self.factors)
-
-    def quadrature_error(self, point: Point, row: np.ndarray | None = None) -> float:
-        """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
-        the rise and the potential, of the currents and of their heat; with a ``row`` as of `correct` that of its mu.
-        The error that a kink leaves jumps from rule to rule: it exceeds the sum of three differences for 1 of 500
-        random pairs of kinks, the larger of two for 24."""
-        linearization, off = Linearization(self, point), 0.0
-        for finer in map(self.finer, (1, 2, 3)):
-            try:
-                other = finer.at(point.x)
-            except VanishedError:
-                raise BeyondLawError from None
-            change = linearization.solve(other.residual, self.along_mu if row is None else row)
-            changes = [self.size(change, point) if row is None else abs(float(change[-1])) / max(point.mu, 1e-300)]
-            if row is None and self.conductor is not None and finer.conductor is not None:
-                currents, others = _currents(self.conductor, point), _currents(finer.conductor, other)
-                made, again = (float(self.heat.unit @ p.driven) for p in (point, other))
-                changes += [largest(others - currents) / (largest(currents) or 1.0), abs(again - made) / (made or 1.0)]
-            off += max(changes)
-        return off
+    def finer(self, points: int) -> Equations:
+        """The same equations, by quadratures of their laws with so many more points along each axis."""
+        return Equations(*refine_quadratures(self.heat, self.conductor, points))
 
     def layer_error(self, point: Point) -> float:
         """The relative error by layers of laws that lie between the points of their quadratures."""
@@ -189,26 +135,26 @@ class Linearization:
     h = rho |J|^2 tested with functions. ``driven`` (free dofs,) is q less what given temperatures add.
     """
 
-    def __init__(self, newton: Newton, point: Point) -> None:
-        self._newton, self._point = newton, point
-        heat, c = newton.heat, newton.conductor
-        self._tangent: HeatProblem = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
-        self._given = heat.given[0] * (not newton.electric)
+    def __init__(self, equations: Equations, point: Point) -> None:
+        self.equations, self.point = equations, point
+        heat, c = equations.heat, equations.conductor
+        self.tangent: HeatProblem = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
+        self._given = heat.given[0] * (not equations.electric)
         if c is not None:
-            self._precondition = c.preconditioner(point.resistivity)
+            self.precondition = c.preconditioner(point.resistivity)
         if c is not None and c.warms:
             self._steep = np.broadcast_to(c.steepness(point.rise), c.on.weights.shape)
             self._heating = point.resistivity * (point.density**2).sum(axis=0)
-        self.driven = -self(newton.along_mu)[: heat.free]
+        self.driven = -self(equations.along_mu)[: heat.free]
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Its product with a change (unknowns,): the changes of heat (W) and current (A) that leave."""
-        heat, c, point = self._newton.heat, self._newton.conductor, self._point
+        heat, c, point = self.equations.heat, self.equations.conductor, self.point
         v, w = x[: heat.free], x[heat.free : -1]
         whole = np.concatenate([v, x[-1] * self._given])
-        leaving = self._tangent.stiffness @ whole - x[-1] * point.driven
-        if isinstance(self._tangent, LinearizedHeat):
-            leaving = leaving + self._tangent.rest(whole)
+        leaving = self.tangent.stiffness @ whole - x[-1] * point.driven
+        if isinstance(self.tangent, LinearizedHeat):
+            leaving = leaving + self.tangent.rest(whole)
         leaving = leaving[: heat.free]
         if c is None:
             return leaving
@@ -221,48 +167,104 @@ class Linearization:
         leaving = leaving - point.mu * heat.take(c.on.load(made))[: heat.free]
         return np.concatenate([leaving, c.packed(c.on.flow(charge), w)])
 
-    def solve(self, residual: np.ndarray, row: np.ndarray) -> np.ndarray:
-        """(unknowns,): the change that removes residuals, and whose product with ``row`` (unknowns,) is zero. Raises
-        NotConvergedError where the linear system is not solved."""
-        newton = self._newton
-        change, count = self._by_gmres(residual, row)
-        # Factors take about as long as 15 steps of GMRES.
-        if newton.heat.terms and (change is None or count > 15):
+
+class Newton:
+    """Newton's method for some equations. ``steps`` counts its steps, ``factors`` solve an earlier linearization, and
+    ``folded`` says whether a path of its states has turned back."""
+
+    def __init__(self, equations: Equations, factors: Solver) -> None:
+        self.equations, self.factors, self.steps, self.folded = equations, factors, 0, False
+
+    def correct(
+        self, point: Point, row: np.ndarray | None, tolerance: float, surely: bool = False
+    ) -> tuple[Point, float]:
+        """Newton's method from a point, on the plane through it that a ``row`` (unknowns,) defines, or at its mu.
+
+        The second result is the relative size of the step that would be next, at most ``tolerance``. With ``surely``
+        the first contraction must be below 1/4: by Kantorovich's theorem no other state is near.
+        """
+        before, contraction = np.inf, RESIDUAL
+        for number in range(MOST_NEWTON):
+            self.steps += 1
+            change = self.solve(Linearization(self.equations, point), point.residual, row)
+            size = self.equations.size(change, point)
+            if number:
+                contraction = size / max(before, 1e-300)
+                if contraction > (0.25 if surely and number == 1 and size > tolerance else CONTRACTS):
+                    # Rounding, or the bends of laws, cause further small steps: they count in the error.
+                    if size <= max(10 * tolerance, 1e-7):
+                        return point, size
+                    break
+            point = self.equations.at(point.x + change)
+            if largest(point.rise) > 2 * HOTTEST:
+                break
+            before, left = size, contraction * size
+            if left <= tolerance and (number or size <= tolerance):
+                return point, left
+        raise NotConvergedError("Newton's method does not converge")
+
+    def quadrature_error(self, point: Point, row: np.ndarray | None = None) -> float:
+        """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
+        the rise and the potential, of the currents and of their heat; with a ``row`` as of `correct` that of its mu.
+        The error that a kink leaves jumps from rule to rule: it exceeds the sum of three differences for 1 of 500
+        random pairs of kinks, the larger of two for 24."""
+        equations, linearization, off = self.equations, Linearization(self.equations, point), 0.0
+        for finer in map(equations.finer, (1, 2, 3)):
             try:
-                newton.factors = self._tangent.solve_steady
+                other = finer.at(point.x)
+            except VanishedError:
+                raise BeyondLawError from None
+            change = self.solve(linearization, other.residual, row)
+            changes = [equations.size(change, point) if row is None else abs(float(change[-1])) / max(point.mu, 1e-300)]
+            if row is None and equations.conductor is not None and finer.conductor is not None:
+                both = (equations.conductor, point), (finer.conductor, other)
+                given = (c.current(p.potential, p.resistivity, p.rise).currents for c, p in both)
+                currents, others = (np.array([*each.values()]) for each in given)
+                made, again = (float(equations.heat.unit @ p.driven) for p in (point, other))
+                changes += [largest(others - currents) / (largest(currents) or 1.0), abs(again - made) / (made or 1.0)]
+            off += max(changes)
+        return off
+
+    def solve(self, linearization: Linearization, residual: np.ndarray, row: np.ndarray | None) -> np.ndarray:
+        """(unknowns,): the change that removes residuals, and whose product with a ``row`` (unknowns,) is zero, by
+        default its change of mu. Raises NotConvergedError where the linear system is not solved."""
+        along = self.equations.along_mu if row is None else row
+        change, count = self._by_gmres(linearization, residual, along)
+        # Factors take about as long as 15 steps of GMRES.
+        if self.equations.heat.terms and (change is None or count > 15):
+            try:
+                self.factors = linearization.tangent.solve_steady
             except NumericsError:
                 raise NotConvergedError("the linearized problem is not positive definite") from None
             if change is None:
-                change, _ = self._by_gmres(residual, row)
+                change, _ = self._by_gmres(linearization, residual, along)
         if change is None:
             raise NotConvergedError("the linearized problem is singular, or close to it")
+        if row is None:
+            change[-1] = 0.0  # to the last digit, which GMRES does not give
         return change
 
-    def _by_gmres(self, residual: np.ndarray, row: np.ndarray) -> tuple[np.ndarray | None, int]:
+    def _by_gmres(self, at: Linearization, residual: np.ndarray, row: np.ndarray) -> tuple[np.ndarray | None, int]:
         """The change, or None where GMRES does not converge, and its steps."""
-        n, c, solve = self._newton.heat.free, self._newton.conductor, self._newton.factors
-        answer, first = solve(np.array([self.driven, residual[:n]]))
+        n, c, solve = self.equations.heat.free, self.equations.conductor, self.factors
+        answer, first = solve(np.array([at.driven, residual[:n]]))
         along = row[-1] + float(row[:n] @ answer)
         if along == 0.0:
             return None, 0
         # In units of the answer: the largest rise, voltage and mu.
-        units = [max(largest(answer), 1e-300), max(largest(self._point.potential), 1e-300), 1.0]
+        units = [max(largest(answer), 1e-300), max(largest(at.point.potential), 1e-300), 1.0]
         scale = np.repeat(units, [n, len(row) - n - 1, 1])
 
         def preconditioned(v: np.ndarray, leaving: np.ndarray, to: float) -> np.ndarray:
             m = (to - float(row[:n] @ v)) / along
-            return np.concatenate([v + m * answer, leaving[n:] if c is None else self._precondition(leaving[n:]), [m]])
+            return np.concatenate([v + m * answer, leaving[n:] if c is None else at.precondition(leaving[n:]), [m]])
 
         def product(x: np.ndarray) -> np.ndarray:
-            leaving = self(x * scale)
+            leaving = at(x * scale)
             return preconditioned(solve(leaving[:n]), leaving, float(row @ (x * scale))) / scale
 
         change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, RESIDUAL)
         return None if change is None else change * scale, count
-
-
-def _currents(conductor: Conductor, point: Point) -> np.ndarray:
-    return np.array([*conductor.current(point.potential, point.resistivity, point.rise).currents.values()])
 
 
 def largest(values: np.ndarray) -> float:

@@ -33,6 +33,7 @@ from fem3d.solution.newton import (
     HOTTEST,
     RESIDUAL,
     CoarseMeshError,
+    Equations,
     Linearization,
     Newton,
     NotConvergedError,
@@ -107,17 +108,17 @@ def solve_steady(
     if not heat.domain.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     tangent = heat if isinstance(heat, LinearizedHeat) else None
-    newton = Newton(tangent.exact if tangent else heat, conductor, heat.solve_steady)
+    newton = Newton(Equations(tangent.exact if tangent else heat, conductor), heat.solve_steady)
     point, unsettled = _search(newton, drive, TIGHT * accuracy, start, potential)
     off = layers = 0.0
-    for _ in range(MOST_FINER if newton.nonlinear and tangent is None else 0):
-        layers = newton.layer_error(point)
+    for _ in range(MOST_FINER if newton.equations.nonlinear and tangent is None else 0):
+        layers = newton.equations.layer_error(point)
         off = newton.quadrature_error(point) + layers
         if off <= NEGLIGIBLE * accuracy:
             break
-        finer = newton.finer(2)
+        finer = Newton(newton.equations.finer(2), newton.factors)
         try:
-            point, unsettled = finer.correct(finer.at(point.x), None, TIGHT * accuracy)
+            point, unsettled = finer.correct(finer.equations.at(point.x), None, TIGHT * accuracy)
         except NotConvergedError:
             if layers <= accuracy:
                 break  # the coarser quadrature stands, with its error
@@ -126,27 +127,27 @@ def solve_steady(
         newton = finer
     if layers > accuracy:
         raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
-    return read_state(newton, point, unsettled + off, tangent)
+    return replace(read_state(newton.equations, point, unsettled + off, tangent), folded=newton.folded)
 
 
 def _search(
     newton: Newton, drive: float, tolerance: float, start: np.ndarray | None = None, potential: np.ndarray | None = None
 ) -> tuple[Point, float]:
     """The state at the whole drive, and the relative size of the step that would be next."""
+    equations, c = newton.equations, newton.equations.conductor
     if start is not None:
         with suppress(NotConvergedError):
-            return newton.correct(newton.at_rise(start, 1.0, potential), None, tolerance)
-    heat, rise = newton.heat, np.zeros(newton.heat.size)
-    if newton.electric and (heat.loads[0].any() or heat.given[0].any()):
-        rise = _search(Newton(heat, None, newton.factors), 0.0, tolerance)[0].rise
+            return newton.correct(equations.at_rise(start, 1.0, potential), None, tolerance)
+    heat, rise = equations.heat, np.zeros(equations.heat.size)
+    if equations.electric and (heat.loads[0].any() or heat.given[0].any()):
+        rise = _search(Newton(Equations(heat, None), newton.factors), 0.0, tolerance)[0].rise
     try:
-        zero = newton.at_rise(rise, 0.0)
+        zero = equations.at_rise(rise, 0.0)
     except VanishedError:
         raise BeyondLawError from None
     try:
-        return newton.correct(newton.at(zero.x + newton.along_mu), None, tolerance, surely=True)
+        return newton.correct(equations.at(zero.x + equations.along_mu), None, tolerance, surely=True)
     except NotConvergedError as failure:
-        c = newton.conductor
         if isinstance(failure, VanishedError) and c is not None and c.current_driven and not (c.warm > 0).any():
             # Nothing runs away here: a smaller resistance takes less heat.
             raise BeyondLawError from None
@@ -159,17 +160,18 @@ class Path:
 
     def __init__(self, newton: Newton, start: Point, drive: float) -> None:
         self._newton, self._start, self._drive, self._unit_of_drive = newton, start, abs(drive), ""
-        if newton.conductor is not None and newton.electric and drive:
-            self._unit_of_drive = "A" if newton.conductor.current_driven else "V"
-        self._hottest = f"{float(newton.heat.domain.scene.initial_temperature) + HOTTEST:,.0f} K"
-        self._answer = newton.factors(Linearization(newton, start).driven)
-        self._size = newton.heat.norm(self._answer) ** 2 or 1.0
+        self._equations = equations = newton.equations
+        if equations.conductor is not None and equations.electric and drive:
+            self._unit_of_drive = "A" if equations.conductor.current_driven else "V"
+        self._hottest = f"{float(equations.heat.domain.scene.initial_temperature) + HOTTEST:,.0f} K"
+        self._answer = newton.factors(Linearization(equations, start).driven)
+        self._size = equations.heat.norm(self._answer) ** 2 or 1.0
         self._off = 0.0  # relative error of the largest mu by quadratures of laws
         self._jagged = False  # whether the path turned forward again below its largest mu
 
     def solve(self, tolerance: float) -> tuple[Point, float]:
         """The first state at the whole drive. Raises as `solve_steady` does."""
-        newton, point, n = self._newton, self._start, self._newton.heat.free
+        newton, point, n = self._newton, self._start, self._equations.heat.free
         ahead = np.zeros(len(point.x))
         ahead[:n], ahead[-1] = self._answer, 1.0
         ahead = self._unit(ahead)
@@ -187,7 +189,7 @@ class Path:
                 if point.mu < 1.0 <= highest.mu:
                     below = before if folds else point
                     share = (1.0 - below.mu) / (highest.mu - below.mu)
-                    return newton.correct(newton.at(below.x + share * (highest.x - below.x)), None, tolerance)
+                    return newton.correct(self._equations.at(below.x + share * (highest.x - below.x)), None, tolerance)
             except NotConvergedError as failure:
                 step /= 2
                 if step < 1e-6 * max(length, first):
@@ -209,15 +211,15 @@ class Path:
 
     def _row(self, direction: np.ndarray) -> np.ndarray:
         """(unknowns,): the row whose product with a change is its length along a direction."""
-        n, row = self._newton.heat.free, np.zeros(len(direction))
-        row[:n], row[-1] = self._newton.heat.inner_mass @ direction[:n] / self._size, direction[-1]
+        n, row = self._equations.heat.free, np.zeros(len(direction))
+        row[:n], row[-1] = self._equations.heat.inner_mass @ direction[:n] / self._size, direction[-1]
         return row
 
     def _unit(self, direction: np.ndarray) -> np.ndarray:
         return direction / np.sqrt(self._row(direction) @ direction)
 
     def _on_plane(self, x: np.ndarray, direction: np.ndarray) -> Point:
-        return self._newton.correct(self._newton.at(x), self._row(direction), ON_PATH)[0]
+        return self._newton.correct(self._equations.at(x), self._row(direction), ON_PATH)[0]
 
     def _highest(self, before: Point, point: Point, new: Point) -> Point:
         """The state of the largest mu between two points about a third, or about the first of two: a fold."""
@@ -259,7 +261,7 @@ class Path:
 
     def _end(self, top: float, point: Point, vanished: bool) -> NumericsError:
         """The error of a path that does not go on."""
-        c = self._newton.conductor
+        c = self._equations.conductor
         # Where a resistivity that falls with the temperature is used up, the path ends without a fold.
         if vanished and c is not None and (c.current_driven or not (c.warm < 0).any()):
             return BeyondLawError()
@@ -281,7 +283,7 @@ class Path:
 
     def _fraction(self, mu: float) -> float:
         """The fraction of the drive."""
-        return float(np.sqrt(max(mu, 0.0))) if self._newton.electric else mu
+        return float(np.sqrt(max(mu, 0.0))) if self._equations.electric else mu
 
     def _error(self, mu: float, off: float, message: str, limited: str = "") -> RunawayError:
         """The error of a path that ends at some mu, with its relative error ``off``."""
@@ -292,10 +294,11 @@ class Path:
         return error
 
 
-def read_state(newton: Newton, point: Point, unsettled: float, tangent: LinearizedHeat | None) -> SteadyState:
+def read_state(equations: Equations, point: Point, unsettled: float, tangent: LinearizedHeat | None) -> SteadyState:
     """The steady state of a point, with the problem linearized about it where a law makes it nonlinear."""
-    heat, c, rise, source = newton.heat, newton.conductor, point.rise, newton.heat.loads[0]
-    joule, currents, potential, density = dict[Label, float](), dict[str, float](), None, np.zeros((3, 0, 0))
+    heat, c, rise = equations.heat, equations.conductor, point.rise
+    joule, currents, source = dict[Label, float](), dict[str, float](), heat.loads[0]
+    potential, density = None, np.zeros((3, 0, 0))
     if c is not None:
         hot = c.solve(rise, c.voltages[0], point.potential)
         potential, density = hot.potential, hot.density
@@ -303,17 +306,15 @@ def read_state(newton: Newton, point: Point, unsettled: float, tangent: Lineariz
         joule, currents = c.joule(density, rise), hot.currents
         source = source + c.joule_load(density, rise)
     problem: HeatProblem = heat
-    if newton.nonlinear:
+    if equations.nonlinear:
         near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
         rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
         problem = replace(near, about=heat.field(rise))
         problem.cache.update(solve_steady=near.solve_steady)
     else:
         rise = heat.refine_iteratively(rise, source)
-    return SteadyState(
-        problem, c, rise, source, joule, currents, float(sum(joule.values())), potential, unsettled,
-        newton.folded, density,
-    )  # fmt: skip
+    power = float(sum(joule.values()))
+    return SteadyState(problem, c, rise, source, joule, currents, power, potential, unsettled, density=density)
 
 
 def solve_currents(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
@@ -339,24 +340,24 @@ class Tangent:
     def __init__(self, state: SteadyState, accuracy: float) -> None:
         # Each solution for the residual of the one before reduces it by the tolerance of GMRES.
         self._solutions = math.ceil(math.log(TIGHT * accuracy) / math.log(RESIDUAL))
-        self._state, self._newton = state, Newton(state.exact, state.conductor, state.heat.solve_steady)
-        self._point = self._newton.at_rise(state.rise, 1.0)
-        self._derivative = Linearization(self._newton, self._point)
+        equations = Equations(state.exact, state.conductor)
+        self._state, self._newton = state, Newton(equations, state.heat.solve_steady)
+        self._point = equations.at_rise(state.rise, 1.0)
+        self._derivative = Linearization(equations, self._point)
 
     def state(self, heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
         """Return the state of a scene beside, from its heat problem and its conductor on the same cells, moved."""
         # The equations of the scene beside, by the quadratures of laws and with the factors of this one.
-        mine, change = self._newton, np.zeros(len(self._point.x))
+        mine, change = self._newton.equations, np.zeros(len(self._point.x))
         pairs: Any = zip((*mine.heat.terms, mine.conductor), (*heat.terms, conductor), strict=True)
         if points := max((a.more - b.more for a, b in pairs if a is not None), default=0):
             heat, conductor = refine_quadratures(heat, conductor, points)
-        newton = Newton(heat, conductor, mine.factors)
-        residual = newton.at(self._point.x).residual - self._point.residual
+        equations = Equations(heat, conductor)
+        residual = equations.at(self._point.x).residual - self._point.residual
         for _ in range(self._solutions if residual.any() else 0):
-            change += self._derivative.solve(residual - self._derivative(change), newton.along_mu)
-            change[-1] = 0.0
+            change += self._newton.solve(self._derivative, residual - self._derivative(change), None)
         tangent = None
         if isinstance(known := self._state.heat, LinearizedHeat):
-            tangent = LinearizedHeat.of(newton.heat, known.about, known.stiffness, known.rest)
-            tangent.cache.update(solve_steady=newton.factors)
-        return read_state(newton, newton.at(self._point.x + change), 0.0, tangent)
+            tangent = LinearizedHeat.of(heat, known.about, known.stiffness, known.rest)
+            tangent.cache.update(solve_steady=self._newton.factors)
+        return read_state(equations, equations.at(self._point.x + change), 0.0, tangent)
