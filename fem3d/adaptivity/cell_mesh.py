@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import skfem
 
 from fem3d.adaptivity import reach
 from fem3d.adaptivity.estimator import Estimator
@@ -36,7 +37,7 @@ from meshes.grouped.model import refine
 from meshes.grouped.read import read
 from scenes.errors import TooLargeError
 from scenes.free.grid import crowding
-from scenes.model import MeshScene
+from scenes.model import AnyScene, MeshScene
 from scenes.result import Step
 
 # Errors of extrapolated readings are at most this part of their estimates: none of 46 random plates, Gmsh meshes and
@@ -109,11 +110,11 @@ class CellMesh(Mesh):
     history: tuple[Record, ...] = ()
 
     @property
-    def scene(self) -> Any:
+    def scene(self) -> AnyScene:
         return self.source.scene
 
     @property
-    def cells(self) -> Any:
+    def cells(self) -> skfem.Mesh:
         """scikit-fem's mesh."""
         return self.source.mesh.mesh if isinstance(self.source, Placed) else self.source.mesh
 
@@ -121,7 +122,7 @@ class CellMesh(Mesh):
     def domain(self) -> Domain:
         if isinstance(self.source, Placed):
             return group_domain(self.source, self.degree)
-        return box_domain(self.scene, self.cells, self.degree)
+        return box_domain(self.source.scene, self.source.mesh, self.degree)
 
     def with_scene(self, scene: Any) -> CellMesh:
         return replace(self, source=replace(self.source, scene=scene), history=())
@@ -241,7 +242,7 @@ class CellMesh(Mesh):
     def plan(self, levels: int | None) -> tuple[Step, ...]:
         cells = f"tetrahedra of the whole scene: {self.why}"
         if isinstance(self.source, Placed):
-            cells = f"{self.source.mesh.file_cells} {self.source.mesh.file_type} cells of {self.scene.file}"
+            cells = f"{self.source.mesh.file_cells} {self.source.mesh.file_type} cells of {self.source.scene.file}"
         how = f"until an estimated error of {self.scene.accuracy:g} is reached or memory or time ends it"
         if levels is not None:
             how = f"{levels} times, to {self._counted}"

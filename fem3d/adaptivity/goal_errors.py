@@ -30,6 +30,7 @@ from scenes.model import AnyProbe
 
 BY_TEMPERATURE = "by temperature "  # begins the names of rows
 Rows = dict[str, np.ndarray]
+Errors = dict[str, float]
 
 
 class Duals:
@@ -189,9 +190,6 @@ def _electric_rows(study: Study, problems: Problems) -> Rows:
             potential = problems.cold_potentials[-1].sum(axis=0)
             rows[name] = extreme(domain, probe, domain.live).where(potential).row(domain.space)
     return rows
-
-
-Errors = dict[str, float]
 
 
 class Record(NamedTuple):

@@ -64,7 +64,6 @@ class Indicators(NamedTuple):
 class Mesh(ABC):
     """A mesh of a scene for its accuracy: `Bricks`, or the tetrahedra and hexahedra of `CellMesh`."""
 
-    scene: Any
     whole = True  # whether the mesh is of the whole scene, not of its symmetric part
     levels: int | None = None  # how many times tetrahedra and hexahedra were refined
 
@@ -89,7 +88,8 @@ class Mesh(ABC):
 
     def problems(self) -> Problems:
         """Return the problems in nested spaces."""
-        return nested.discretize(self.domain, self.scene.accuracy)
+        domain = self.domain
+        return nested.discretize(domain, domain.scene.accuracy)
 
     def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:
         """Bound the errors of a fine solution; raises CoarseMeshError (`goal_errors.bound_errors`)."""

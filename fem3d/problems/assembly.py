@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -122,7 +121,7 @@ def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[dict[st
         on = face.functions
         values[:, on] = np.outer(as_rise(channels, b.value, domain.scene.initial_temperature), space.unit[on])
         fixed |= on
-    temperatures: list[Any] = [b.value for b in boundaries]
+    temperatures: list[Value] = [b.value for b in boundaries]
     reactions = share_reactions([b.name for b in boundaries], temperatures, faces, space.unit)
     return fixed, values, reactions, _contradiction(temperatures, faces, space.unit)
 

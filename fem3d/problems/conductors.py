@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -53,7 +52,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     )  # fmt: skip
 
 
-def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal, ...], Any]:
+def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal, ...], dict[str, np.ndarray]]:
     """The values given at all electrodes (`Conductor.voltages`), the functions (functions,) that they fix, terminals of
     unknown potential, and the weights of the charges in each electrode's current."""
     space = domain.space

@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
@@ -26,7 +25,7 @@ from fem3d.problems.following import CellProperty, at_faces
 from fem3d.problems.gmres import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import Cache, HeatProblem
 from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
-from fem3d.spaces.integrals import FaceIntegrals
+from fem3d.spaces.integrals import FaceIntegrals, Space
 from fem3d.spaces.sparse import add, congruent, submatrix
 from scenes.errors import NumericsError
 
@@ -83,7 +82,7 @@ class Conductor:
         return replace(self, heat=heat, free=self.free[self.space.nested[number][self.free]])
 
     @property
-    def space(self) -> Any:
+    def space(self) -> Space:
         """The space of the potential."""
         return self.heat.domain.electric.space
 

@@ -28,6 +28,7 @@ from scipy.sparse.linalg import splu
 from fem3d.problems.cholesky import Factors, Ordering, Solver
 from fem3d.problems.following import Storage, Term
 from fem3d.spaces.domain import Domain
+from fem3d.spaces.integrals import FaceIntegrals
 from fem3d.spaces.sparse import combine, submatrix
 from scenes.model import Value
 from statespace.channels import Inputs
@@ -261,7 +262,7 @@ def as_rise(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
 
 
 def share_reactions(
-    names: Sequence[str], values: Sequence[Any], faces: Sequence[Any], unit: np.ndarray
+    names: Sequence[str], values: Sequence[Value], faces: Sequence[FaceIntegrals], unit: np.ndarray
 ) -> tuple[dict[str, np.ndarray], csc_array]:
     """Share reactions among boundaries of given values on some faces.
 

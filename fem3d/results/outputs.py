@@ -303,7 +303,7 @@ def of_part(part: SolvedPart, symmetry: Symmetry) -> Outputs:
     return out | {name: copies * value for name, value in powers.items()}
 
 
-def _read_probes(part: SolvedPart, probes: Sequence[Any], flows: Outputs) -> tuple[Outputs, Outputs]:
+def _read_probes(part: SolvedPart, probes: Sequence[AnyProbe], flows: Outputs) -> tuple[Outputs, Outputs]:
     """By probe its value in the solved part, and by extreme the remainder of its search; ``flows`` by boundary (W)."""
     zero, values = np.zeros(part.times.shape), Outputs()
     readings = {p.name: reading(part.heat, p) for p in probes if p.quantity not in ("potential", "power")}

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from fem3d.problems.linearized import LinearizedHeat
 from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.spaces.domain import Domain
-from scenes.model import AnyProbe, bends
+from scenes.model import AnyBoundary, AnyProbe, bends
 from statespace import channels
 
 
@@ -47,7 +46,7 @@ def reading(heat: HeatProblem, probe: AnyProbe) -> Reading:
     return heat.cache.get_or_make(f"reading {probe.name}", lambda: _reading(heat, probe))
 
 
-def keep_places(heat: HeatProblem) -> dict[str, Any]:
+def keep_places(heat: HeatProblem) -> dict[str, Reading]:
     """Return the readings of extremes that are searched for once, for problems on the same cells beside this one."""
     extremes = {p.name: reading(heat, p) for p in heat.domain.scene.probes if p.quantity == "temperature"}
     return {
@@ -92,7 +91,7 @@ def _of_gradient(heat: HeatProblem, probe: AnyProbe) -> Reading:
     return Reading(heat.take(row), nothing, by_law=(lambda _, u: float((at(u) - row) @ u)) if follows else None)
 
 
-def _of_conditions(heat: HeatProblem, conditions: list[tuple[Any, np.ndarray, np.ndarray]]) -> Reading:
+def _of_conditions(heat: HeatProblem, conditions: list[tuple[AnyBoundary, np.ndarray, np.ndarray]]) -> Reading:
     """The heat flow through the ``shared`` facets of conditions (condition, its facets, shared) by their laws."""
     domain, row, entering = heat.domain, np.zeros(heat.size), np.zeros(heat.inputs.count)
     for b, on, shared in conditions:

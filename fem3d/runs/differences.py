@@ -22,6 +22,7 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 from threadpoolctl import threadpool_limits
 
 from fem3d.adaptivity import nested
@@ -34,7 +35,7 @@ from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
 from fem3d.results import outputs
 from fem3d.results.outputs import Study
-from fem3d.results.probes import keep_places, reading
+from fem3d.results.probes import Reading, keep_places, reading
 from fem3d.runs.motion import move
 from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
@@ -116,7 +117,7 @@ Levels = tuple[Values, Values]
 
 
 def sensitivities(
-    study: Study, answer: Answer, known: Mapping[str, Estimate], keys: Mapping[str, Vary], rows: Any = None
+    study: Study, answer: Answer, known: Mapping[str, Estimate], keys: Mapping[str, Vary], rows: csr_array | None = None
 ) -> Sensitivities:
     """Return the derivatives of an answer by ``keys``, for each the function that makes the study of a scene beside.
 
@@ -190,13 +191,13 @@ class Difference:
 class _Solver:
     """Values of scenes next to the scene of an answer, on its mesh, moved."""
 
-    def __init__(self, study: Study, answer: Answer, rows: Any) -> None:
+    def __init__(self, study: Study, answer: Answer, rows: csr_array | None) -> None:
         self._answer, self._part, self._rows = answer, study.part, rows
         self.times = np.empty(0)
         if answer.response is not None:
             rows = answer.response.times
             self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
-            self._near = dict[int, tuple[Reduced, np.ndarray | None, dict[str, Any]]]()
+            self._near = dict[int, tuple[Reduced, np.ndarray | None, dict[str, Reading]]]()
         self._edges = 1.0
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest

@@ -76,7 +76,7 @@ def on_first_mesh(scene: AnyScene) -> dict[str, Estimate]:
     return {name: Estimate(float(value), level.errors[name]) for name, value in level.fine.quantities.items()}
 
 
-def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
+def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Mesh]:
     """Return the study of the solved part of a scene, and the first mesh."""
     from fem3d.adaptivity.cell_mesh import choose, mesh_of
 

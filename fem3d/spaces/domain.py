@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
+from skfem import Mesh
 
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.element import cube_rule
@@ -119,7 +120,7 @@ class Domain(ABC):
         return np.array(given, float)[self.body]
 
     @cached_property
-    def probes(self) -> dict[str, Any]:
+    def probes(self) -> dict[str, model.AnyProbe]:
         """The scene's, by name."""
         return {p.name: p for p in self.scene.probes}
 
@@ -280,7 +281,7 @@ class GroupDomain(Domain):
         return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
 
 
-def box_domain(scene: model.Scene, cells: Any, degree: int = 3) -> BoxDomain:
+def box_domain(scene: model.Scene, cells: Grid | Mesh, degree: int = 3) -> BoxDomain:
     """Return the domain of a scene of boxes (or of its symmetric part) on a grid of bricks, or with elements of a
     degree on scikit-fem's mesh of `meshes.columns`."""
     space = BrickSpace(cells) if isinstance(cells, Grid) else MappedSpace(cells, degree)

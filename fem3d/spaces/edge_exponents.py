@@ -19,17 +19,18 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from skfem import Basis, ElementLinePp, MeshLine
+from skfem import Basis, ElementLinePp, Mesh, MeshLine
 from skfem.models.poisson import laplace, mass
+from skfem.refdom import Refdom
 
 from fem3d.spaces.domain import Domain, box_domain
 from meshes import grid as grids
 from meshes.grading import Features
 from scenes import faces, physics
-from scenes.model import Scene, bends
+from scenes.model import Scene, Value, bends
 
 AROUND_ONE = 0.05  # edges of an exponent nearer to 1, or above, are left to the degree, but for contradictions
 RESOLVED = 1e-3  # of the shortest edge: at a contact with a shorter length k R the rim counts as smooth: a choice
@@ -86,12 +87,12 @@ def at_vertices(domain: Domain) -> np.ndarray:
     return smallest
 
 
-def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
+def of_cells(mesh: Mesh, smallest: np.ndarray) -> np.ndarray:
     """Return (2, cells) the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
     return smallest.min(axis=1)[:, mesh.t].min(axis=1)
 
 
-def _axis(mesh: Any) -> np.ndarray:
+def _axis(mesh: Mesh) -> np.ndarray:
     """Return (edges,) the axis closest to each edge."""
     return np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
 
@@ -107,7 +108,7 @@ def _across(k: np.ndarray) -> np.ndarray:
 
 def _given(domain: Domain, kind: str) -> np.ndarray:
     """Return (facets,) the number of the value that each facet is given; 0 for none."""
-    numbers, given = dict[Any, int](), np.zeros(domain.space.mesh.facets.shape[1], int)
+    numbers, given = dict[Value, int](), np.zeros(domain.space.mesh.facets.shape[1], int)
     for b in domain.scene.boundaries:
         if b.kind == kind:
             given[domain.facets(b)] = numbers.setdefault(b.value, len(numbers) + 1)
@@ -132,7 +133,7 @@ def _passing(domain: Domain) -> np.ndarray:
 
 
 def _exponents(
-    mesh: Any, k: np.ndarray, given: np.ndarray, passing: np.ndarray, torn: np.ndarray | None = None
+    mesh: Mesh, k: np.ndarray, given: np.ndarray, passing: np.ndarray, torn: np.ndarray | None = None
 ) -> np.ndarray:
     """Return (edges,) the exponent at each edge; infinite where regular.
 
@@ -174,7 +175,7 @@ def _exponents(
 
 
 @lru_cache
-def _sides(reference: Any) -> tuple[np.ndarray, np.ndarray]:
+def _sides(reference: type[Refdom]) -> tuple[np.ndarray, np.ndarray]:
     """Return (2, edges) the two facets at each edge of a reference cell, and a corner of each that is off the edge."""
     facets = [[n for n, facet in enumerate(reference.facets) if {*edge} <= {*facet}] for edge in reference.edges]
     corners = [
@@ -196,7 +197,7 @@ class _Wedges(NamedTuple):
     before: np.ndarray  # index of the wedge before, around the same edge
 
 
-def _wedges(mesh: Any, marked: np.ndarray, solid: np.ndarray) -> _Wedges:
+def _wedges(mesh: Mesh, marked: np.ndarray, solid: np.ndarray) -> _Wedges:
     """Return the wedges around edges between ``marked`` vertices (vertices,), of ``solid`` cells (cells,)."""
     cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & solid)
     at, edges = mesh.p[:, mesh.t[:, cells]], mesh.t2e[:, cells].ravel()

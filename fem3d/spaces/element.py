@@ -12,13 +12,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.sparse import csr_array
 from skfem.element import ElementH1
-from skfem.refdom import RefHex
+from skfem.refdom import Refdom, RefHex
 
 Degrees = tuple[int, int, int]
 
@@ -170,7 +170,7 @@ def make_rule(
     return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
 
 
-def make_side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:
+def make_side(reference: type[Refdom], number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:
     """A side of scikit-fem's ``reference`` cell, by a rule of the ``plane``: points (2, points), weights (points,)."""
     corners = reference.p[:, reference.facets[number]]
     along = np.stack([corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]], axis=1)

@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from scipy.sparse import csc_array
+from skfem import Dofs, Mesh
 
 from fem3d.spaces.element import Rule, Side
 from fem3d.spaces.sparse import Entries, sum_entries, sum_pairs
@@ -19,7 +20,7 @@ S = TypeVar("S", bound="Space")
 AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory: 32 MB
 
 
-def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def entities(mesh: Mesh, dofs: Dofs, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
     where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""
     numbers, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
@@ -51,7 +52,7 @@ class Space(ABC):
     beyond : by the name of a face, its functions, and partners in the same order that belong to no cell
     """
 
-    mesh: Any
+    mesh: Mesh
     p: int
     dofs: np.ndarray
     size: int

@@ -16,12 +16,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.csgraph import connected_components
-from skfem import ElementHex2
+from skfem import ElementHex2, Mesh
 from skfem.assembly.dofs import Dofs
 from skfem.element import Element
 from skfem.quadrature import get_quadrature
@@ -33,6 +33,8 @@ from fem3d.spaces.sparse import Entries, sum_entries
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 S = TypeVar("S", bound=Space)
+Kind = tuple[bool, int]
+"""Whether cells are tetrahedra, and their degree."""
 
 
 class TetDofs(Element):
@@ -44,14 +46,10 @@ class TetDofs(Element):
         self.edge_dofs, self.facet_dofs = degree - 1, degree - 2
 
 
-Kind = tuple[bool, int]
-"""Whether cells are tetrahedra, and their degree."""
-
-
 class MappedSpace(Space):
     """The space on scikit-fem's ``mesh``; the vertices of tetrahedra are in ascending order."""
 
-    def __init__(self, mesh: Any, degree: int = 3) -> None:
+    def __init__(self, mesh: Mesh, degree: int = 3) -> None:
         simplex = len(mesh.t) == 4
         self.mesh, self.p = mesh, degree if simplex else 2
         self._kind: Kind = simplex, self.p

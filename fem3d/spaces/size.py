@@ -104,7 +104,7 @@ def size_of_cells(domain: Domain) -> Size:
     return _size(cells, domain.space.size, across, live, matrices, PER_FACTOR_OF_CELLS)
 
 
-def fits_memory(scene: Scene, size: Size) -> bool:
+def fits_memory(scene: AnyScene, size: Size) -> bool:
     """Return whether memory has room for a mesh."""
     return size.memory <= memory_limit(scene)
 

@@ -186,11 +186,10 @@ def levels(most: int) -> list[tuple[int, float]]:
     exact = WIDTH / 1e-6 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)
     study, mesh = scene_run.start(scene)
     # The error of the mesh itself, without the extrapolation.
-    study = replace(study, extrapolated=False)
-    search, levels = Refinement(study, True, False, lambda _: None), list[tuple[int, float]]()
-    while mesh is not None and (not levels or levels[-1][0] < most):
-        answer, level = search.solve(mesh, len(levels))
-        current = float(answer.fine.quantities["current"])
-        levels.append((answer.heat.size, abs(current / exact - 1)))
-        mesh = mesh.refine(indicators(level), search.tolerance)
+    search = Refinement(replace(study, extrapolated=False), True, False, lambda _: None)
+    levels, finer = list[tuple[int, float]](), [mesh]
+    while finer and (not levels or levels[-1][0] < most):
+        answer, level = search.solve(finer[0], len(levels))
+        levels.append((answer.heat.size, abs(float(answer.fine.quantities["current"]) / exact - 1)))
+        finer = [*filter(None, [finer[0].refine(indicators(level), search.tolerance)])]
     return levels
