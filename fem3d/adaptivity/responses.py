@@ -39,8 +39,6 @@ ROUNDS = 5  # of searches for hot instants, and of halving steps at full order
 # A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
 # value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
 BEFORE = 0.95
-
-
 HotState = tuple[np.ndarray, np.ndarray]  # where heating changes the Joule heat: rise (functions,), inputs (channels,)
 
 

@@ -11,8 +11,9 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Ordering
 from fem3d.problems.current import SOLVED, Conductor
 from fem3d.problems.following import CellProperty, cells_with_law
-from fem3d.problems.heat import HeatProblem, share_reactions
+from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Crossing, Label, RowIntegrals, Section, Terminal, crossings
+from fem3d.problems.reactions import share_reactions
 from fem3d.spaces.domain import Domain
 from scenes import laws
 from scenes.model import Material

@@ -48,15 +48,12 @@ from scenes.errors import NumericsError, SceneError
 from scenes.model import Scene
 from scenes.result import Estimate
 
-STEP = 2.0**-12
-"""Relative step of a key, to both sides: the mean is then off by some 1e-7 of a derivative."""
+STEP = 2.0**-12  # relative step of a key, to both sides: the mean is then off by some 1e-7 of a derivative
+# Relative step of a key to one side, over time, and the truncation error of a derivative of order one. The time steps
+# have the square of it as their relative error, which over the step is as large.
 SHORT = 2.0**-15
-"""Relative step of a key to one side, over time, and the truncation error of a derivative of order one. The time steps
-have the square of it as their relative error, which over the step is as large."""
-NOISE = 1e-11
-"""Relative error of two solutions that rounding leaves in their difference."""
-FEWER = 2
-"""Generations of Krylov fields that the lower space takes less, to show the error of leaving out fields."""
+NOISE = 1e-11  # relative error of two solutions that rounding leaves in their difference
+FEWER = 2  # generations of Krylov fields that the lower space takes less, to show the error of leaving out fields
 
 Table = dict[str, dict[str, Estimate]]
 """By key and quantity: d ln quantity / d ln key."""

@@ -29,10 +29,8 @@ from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
 
-ENOUGH = 1e-2
-"""Accuracy to which large scenes are solved again for slopes: an uncertainty has two digits (GUM 7.2.6)."""
-LARGE = 20_000
-"""Unknowns of a large scene; it is solved three times for each key, which takes a second or more."""
+ENOUGH = 1e-2  # accuracy to which large scenes are solved again for slopes: two digits of an uncertainty (GUM 7.2.6)
+LARGE = 20_000  # unknowns of a large scene; it is solved three times for each key, which takes a second or more
 ZERO = "it is zero within its error, of which there is no percent"
 AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
 

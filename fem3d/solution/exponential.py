@@ -25,6 +25,8 @@ from statespace.runtime import phi
 
 MOST_IN_TIME = 20_000  # steps in time, taken and failed ones: a choice, some minutes; the sink takes 8
 SHORTEST = 1e-13  # step over the end time: shorter ones are rounding of the time, which has 2e-16
+Source = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""The sources (n, r) at some times (s) and states (n, r), from one instant on."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +58,6 @@ class Trajectory:
             states[during] = decay * step.state + np.einsum("tkr,kr->tr", kernel, step.source)
             sources[during] = legendre.legvander(2 * tau - 1, len(step.source) - 1) @ step.source
         return states, sources
-
-
-Source = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""The sources (n, r) at some times (s) and states (n, r), from one instant on."""
 
 
 def integrate(

@@ -21,6 +21,8 @@ from skfem.element import ElementH1
 from skfem.refdom import Refdom, RefHex
 
 Degrees = tuple[int, int, int]
+Values = Callable[..., np.ndarray]
+"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
 
 
 class ElementHexTrunk(ElementH1):
@@ -150,9 +152,6 @@ class Rule(NamedTuple):
 Side = tuple[Rule, np.ndarray]
 """The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
 the parallelogram that two of its edges span."""
-
-Values = Callable[..., np.ndarray]
-"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
 
 
 def cube_rule(*counts: int) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from functools import cached_property
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Self
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -16,7 +16,6 @@ from skfem import Dofs, Mesh
 from fem3d.spaces.element import Rule, Side
 from fem3d.spaces.sparse import Entries, sum_entries, sum_pairs
 
-S = TypeVar("S", bound="Space")
 AT_ONCE = 4_000_000  # numbers at points that are made together, which bounds the memory: 32 MB
 
 
@@ -66,7 +65,7 @@ class Space(ABC):
         """(functions,): the number of each function before the split."""
         return np.arange(self.size)
 
-    def enlarged(self: S, dofs: np.ndarray, copied: np.ndarray) -> S:
+    def enlarged(self, dofs: np.ndarray, copied: np.ndarray) -> Self:
         """The space with more functions, each a copy of one (copies,), and the numbers ``dofs`` of all in its cells."""
         space = copy(self)
         for name in [n for n in vars(space) if isinstance(getattr(type(self), n, None), cached_property)]:

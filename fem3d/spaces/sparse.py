@@ -32,19 +32,17 @@ def sum_pairs(entries: Sequence[Entries], size: int, mirrored: bool = False) -> 
     matrix = csc_array(coo_array((both, (rows, columns)), shape=(size, size)))
     # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
     matrix = csc_array(matrix + matrix.T) if mirrored else matrix
-    return _real(matrix, matrix.data.real), _real(matrix, matrix.data.imag)
+    return _part(matrix, "real"), _part(matrix, "imag")
 
 
 def add(a: csc_array, b: csc_array) -> csc_array:
     """a + b, of at least the pattern of a."""
-    both = csc_array(_marked(a) + b)
-    return _real(both, both.data.real)
+    return _part(csc_array(_marked(a) + b), "real")
 
 
 def congruent(a: csc_array, p: csc_array) -> csc_array:
     """p^T a p, also with the entries that become zero."""
-    product = csc_array(p.T @ _marked(a) @ p)
-    return _real(product, product.data.real)
+    return _part(csc_array(p.T @ _marked(a) @ p), "real")
 
 
 def _marked(matrix: csc_array) -> csc_array:
@@ -52,9 +50,9 @@ def _marked(matrix: csc_array) -> csc_array:
     return csc_array((matrix.data + 1j, matrix.indices, matrix.indptr), matrix.shape)
 
 
-def _real(matrix: csc_array, values: np.ndarray) -> csc_array:
-    """The matrix with some values (entries,) in the pattern of a complex one."""
-    return csc_array((values.copy(), matrix.indices, matrix.indptr), matrix.shape)
+def _part(matrix: csc_array, name: str) -> csc_array:
+    """The part of a complex matrix, "real" or "imag", of the same pattern."""
+    return csc_array((getattr(matrix.data, name).copy(), matrix.indices, matrix.indptr), matrix.shape)
 
 
 def combine(a: csc_array, factor: float, b: csc_array) -> csc_array:
