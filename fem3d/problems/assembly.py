@@ -24,8 +24,8 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering
-from fem3d.problems.following import Conduction, Storage, Term, cells_with_law
 from fem3d.problems.heat import Cache, FaceFlow, HeatProblem, as_rise
+from fem3d.problems.material_laws import Conduction, Storage, Term, cells_with_law
 from fem3d.problems.reactions import share_reactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import FaceIntegrals

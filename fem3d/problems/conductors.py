@@ -10,8 +10,8 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering
 from fem3d.problems.current import SOLVED, Conductor
-from fem3d.problems.following import CellProperty, cells_with_law
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.material_laws import CellProperty, cells_with_law
 from fem3d.problems.paths import Crossing, Label, RowIntegrals, Section, Terminal, crossings
 from fem3d.problems.reactions import share_reactions
 from fem3d.spaces.domain import Domain
@@ -49,7 +49,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
         heat=heat, cells=cells, on=on, free=free, cold=cold, warm=warm, voltages=voltages, electrodes=electrodes,
         sections=sections, matrix=csc_array(matrix), names=_labels(domain, cells, crossed),
         elimination=heat.elimination if shared else Ordering(np.vstack([space.places, *ends])), solved=solved,
-        terminals=terminals, following=CellProperty(domain, "resistivity", cells) if follows else None,
+        terminals=terminals, law=CellProperty(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip
 
 

@@ -21,9 +21,9 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array, eye_array, hstack
 
 from fem3d.problems.cholesky import Factors, Ordering, Solver
-from fem3d.problems.following import CellProperty, at_faces
 from fem3d.problems.gmres import MOST_GMRES, solve_by_gmres
 from fem3d.problems.heat import Cache, HeatProblem
+from fem3d.problems.material_laws import CellProperty, at_faces
 from fem3d.problems.paths import CurrentField, Label, RowIntegrals, Section, Terminal
 from fem3d.spaces.integrals import FaceIntegrals, Space
 from fem3d.spaces.sparse import add, congruent, submatrix
@@ -54,7 +54,7 @@ class Conductor:
     elimination : the elimination order of the factorization
     solved : the allowed residual of a potential, relative
     terminals : electrodes of unknown potential
-    following : the resistivity (ohm m) of rows with a law, which ``cold`` and ``warm`` leave out
+    law : the resistivity (ohm m) of rows with a law, which ``cold`` and ``warm`` leave out
     more : points of the quadrature along each axis beyond the default of the space
     cache : computed so far: "solve_cold", "near", "cold_potentials", and the last "resistivity" with its rise
     """
@@ -73,7 +73,7 @@ class Conductor:
     elimination: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
-    following: CellProperty | None = None
+    law: CellProperty | None = None
     more: int = 0
     cache: Cache = field(init=False, default_factory=Cache)
 
@@ -94,17 +94,17 @@ class Conductor:
         last, known = self.cache.get("resistivity", (None, None))
         if not np.array_equal(last, rise):
             at = self.on.value(self.heat.field(rise))
-            law = self.following
+            law = self.law
             known = self.cold + self.warm * at if law is None else self._by_law(law.value, at, self.cold)
             self.cache["resistivity"] = rise.copy(), known
         return np.asarray(known)
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
         """(rows, points): the derivative of the resistivity's logarithm (1/K) at a rise (all dofs)."""
-        if self.following is None:
+        if self.law is None:
             return self.warm / self.resistivity(rise)
         at = self.on.value(self.heat.field(rise))
-        slope = self._by_law(self.following.slope, at, np.zeros_like(self.cold))
+        slope = self._by_law(self.law.slope, at, np.zeros_like(self.cold))
         return slope / self.resistivity(rise)
 
     def _by_law(self, law: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -114,7 +114,7 @@ class Conductor:
 
     def finer(self, points: int) -> Conductor:
         """By a quadrature of so many more points along each axis, where the resistivity is a law; else itself."""
-        if self.following is None:
+        if self.law is None:
             return self
         more = self.more + points
         on = self.on.finer(self.heat.domain.space.on(self.cells, more), self.space.on(self.cells, more))
@@ -145,7 +145,7 @@ class Conductor:
     @property
     def warms(self) -> bool:
         """Whether any resistivity depends on the temperature."""
-        return self.following is not None or bool(self.warm.any())
+        return self.law is not None or bool(self.warm.any())
 
     @cached_property
     def _basis(self) -> csc_array:

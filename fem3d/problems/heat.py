@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Ordering, Solver
-from fem3d.problems.following import Storage, Term
+from fem3d.problems.material_laws import Storage, Term
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.sparse import combine, submatrix
 from scenes.model import Value

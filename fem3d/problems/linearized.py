@@ -111,7 +111,7 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
 
 def nonlinear(heat: HeatProblem, conductor: Conductor | None) -> bool:
     """Whether a law of the temperature makes the steady equations nonlinear."""
-    return bool(heat.terms) or (conductor is not None and conductor.following is not None)
+    return bool(heat.terms) or (conductor is not None and conductor.law is not None)
 
 
 def refine_quadratures(

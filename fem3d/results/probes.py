@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem3d.problems.assembly import Surface
-from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat
+from fem3d.problems.material_laws import Conduction, at_faces
 from fem3d.problems.paths import Conductivity, Section
 from fem3d.results.extremes import Extreme, read_extremes
 from fem3d.spaces.domain import Domain

@@ -122,7 +122,7 @@ def sensitivities(
     with their errors. The ``rows`` (places, functions) sample the rise for ``Sensitivities.profile``.
     Raises NumericsError if the scene itself cannot be solved again.
     """
-    solver = _Solver(study, answer, rows)
+    solver = _Neighbours(study, answer, rows)
     steady, course = Table(), Course(solver.times, solver.base[0].traces, {}, {})
     profile, left_out = dict[str, np.ndarray](), dict[str, str]()
     near = np.abs(np.log2(course.times / course.times[:, None])) <= 1.0
@@ -185,7 +185,7 @@ class Difference:
         return slope, error + SHORT * (2 * size + float(np.abs(slope).max()) ** 2 / (size or 1.0))
 
 
-class _Solver:
+class _Neighbours:
     """Values of scenes next to the scene of an answer, on its mesh, moved."""
 
     def __init__(self, study: Study, answer: Answer, rows: csr_array | None) -> None:
@@ -199,17 +199,17 @@ class _Solver:
         if isinstance(study.part.scene, Scene):
             sharpest = edge_exponents.features(study.part.scene).sharpest
             self._edges = max(1.0, float(tail(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-        self._own, self._tangents = nested.discretize(answer.heat.domain, study.accuracy), dict[int, Tangent]()
-        self._shift = transient.shift(min(study.end, transient.slowest(self._own.heats[0])), study.earliest)
+        self._problems, self._tangents = nested.discretize(answer.heat.domain, study.accuracy), dict[int, Tangent]()
+        self._shift = transient.shift(min(study.end, transient.slowest(self._problems.heats[0])), study.earliest)
         if answer.response is not None and answer.steady is None:
-            lower = self._own.heats[-2], self._own.conductors[-2], self._shift
+            lower = self._problems.heats[-2], self._problems.conductors[-2], self._shift
             _, self._hot = search_hot_states(*lower, study.earliest, study.end, study.accuracy)
         if answer.steady is not None and physics.heat(study.part.scene):
-            given, start = self._own, answer.steady.state.heat.field(answer.steady.state.rise)
+            problems, start = self._problems, answer.steady.state.heat.field(answer.steady.state.rise)
             self._tangents = {
-                k: Tangent(nested.solve_space(study, given, k, start=start).state, study.accuracy) for k in (-1, -2)
+                k: Tangent(nested.solve_space(study, problems, k, start=start).state, study.accuracy) for k in (-1, -2)
             }
-        self.base = self._values(study, self._own, -1), self._values(study, self._own, -2)
+        self.base = self._values(study, self._problems, -1), self._values(study, self._problems, -2)
 
     def differences(self, keys: Mapping[str, Vary]) -> Iterator[tuple[str, Difference | Exception]]:
         """Yield each key with its differences, or the reason why there are none; each processor solves one."""
@@ -229,55 +229,55 @@ class _Solver:
         more, less, stretched, over_time = self.base, self.base[0], False, None
         if self._answer.steady is not None:
             study, other = vary(STEP), vary(-STEP)
-            given = self._moved(study)
-            more = self._steady(study, given, -1)[0], self._steady(study, given, -2)[0]
+            problems = self._moved(study)
+            more = self._steady(study, problems, -1)[0], self._steady(study, problems, -2)[0]
             less = self._steady(other, self._moved(other), -1)[0]
-            points = (each.domain.space.mesh.p for each in (given, self._own))
+            points = (each.domain.space.mesh.p for each in (problems, self._problems))
             stretched = not np.array_equal(*points)
         if self._answer.response is not None:
             study = vary(SHORT)
-            given = self._moved(study)
-            over_time = self._values(study, given, -1), self._values(study, given, -2)
+            problems = self._moved(study)
+            over_time = self._values(study, problems, -1), self._values(study, problems, -2)
         return Difference(self.base, more, less, self._edges, over_time, stretched)
 
     def _moved(self, study: Study) -> Problems:
-        """The problems of a scene on the mesh of the answer, moved, with the factors of the answer's own scene."""
+        """The problems of a scene on the mesh of the answer, moved, with the factors of the answer's scene."""
         domain = move(self._answer.heat.domain, self._part, study.part)
-        given = nested.discretize(domain, study.accuracy)
-        if not np.array_equal(given.heat.order, self._own.heat.order):
+        problems = nested.discretize(domain, study.accuracy)
+        if not np.array_equal(problems.heat.order, self._problems.heat.order):
             raise SceneError("other nodes have given temperatures when the scene changes")
-        for heat, own in zip(given.heats, self._own.heats, strict=True):
-            heat.cache.update(solve_steady=lambda load, own=own: own.solve_steady(load))
-        for conductor, known in zip(given.conductors, self._own.conductors, strict=True):
+        for heat, base in zip(problems.heats, self._problems.heats, strict=True):
+            heat.cache.update(solve_steady=lambda load, base=base: base.solve_steady(load))
+        for conductor, known in zip(problems.conductors, self._problems.conductors, strict=True):
             if conductor is not None and known is not None:
                 solve = _corrected(known.solve_cold, conductor)
                 # Supplied at these potentials are currents into electrodes, where they are exact, and residuals.
                 given_here, given_there = (c.given(c.voltages) for c in (conductor, known))
                 supplied = known.cold_potentials + given_here - given_there
                 conductor.cache.update(near=known.near, solve_cold=solve, cold_potentials=supplied)
-        return given
+        return problems
 
-    def _steady(self, study: Study, given: Problems, number: int) -> tuple[Values, SteadyState]:
+    def _steady(self, study: Study, problems: Problems, number: int) -> tuple[Values, SteadyState]:
         """Solve the steady state in one of the nested spaces."""
         if (tangent := self._tangents.get(number)) is None:
-            state = nested.solve_space(study, given, number).state
+            state = nested.solve_space(study, problems, number).state
         else:
-            state = tangent.state(given.heats[number], given.conductors[number])
+            state = tangent.state(problems.heats[number], problems.conductors[number])
         steady = {n: float(v) for n, v in study.steady(outputs.of_steady(state, study.part)).items()}
         profile = np.empty(0) if self._rows is None else self._rows @ state.heat.field(state.rise)
         return Values(steady, profile), state
 
-    def _values(self, study: Study, given: Problems, number: int) -> Values:
+    def _values(self, study: Study, problems: Problems, number: int) -> Values:
         """Solve in one of the nested spaces; over time in the fields of the base, whose conductor resists."""
         values, response = Values({}), self._answer.response
         if self._answer.steady is not None:
-            values, state = self._steady(study, given, number)
+            values, state = self._steady(study, problems, number)
         if response is None:
             return values
         if self._answer.steady is not None:
             base = Base.of_steady(state, study.accuracy)
         else:
-            base = make_base(given.heats[number], given.conductors[number], self._hot)
+            base = make_base(problems.heats[number], problems.conductors[number], self._hot)
         if number not in self._near:
             self._near[number] = *self._fields(study, base, number), keep_places(base.heat)
         near, at_points, places = self._near[number]
@@ -287,7 +287,7 @@ class _Solver:
         return replace(values, traces=study.traces(out))
 
     def _fields(self, study: Study, base: Base, number: int) -> tuple[Reduced, np.ndarray | None]:
-        """The problem of a base on its own fields, the Krylov fields of its loads, and of the dual problems of the
+        """The problem of a base on its fields, the Krylov fields of its loads, and of the dual problems of the
         traces; and the values of these fields in the conductor."""
         heat, conductor, response = self._answer.heat, base.conductor, self._answer.response
         assert response is not None

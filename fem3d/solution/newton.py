@@ -13,10 +13,10 @@ import numpy as np
 
 from fem3d.problems.cholesky import Solver
 from fem3d.problems.current import Conductor
-from fem3d.problems.following import Conduction, missed_by_quadrature
 from fem3d.problems.gmres import solve_by_gmres
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, nonlinear, refine_quadratures
+from fem3d.problems.material_laws import Conduction, missed_by_quadrature
 from scenes.errors import BeyondLawError, NumericsError
 
 # Relative residual of a linear system: a step of Newton's method is about this part of the one before, or larger.
@@ -122,8 +122,8 @@ class Equations:
         heat, c, u = self.heat, self.conductor, self.heat.field(point.rise)
         parts = [part for term in heat.terms if isinstance(term, Conduction) for part in term.groups]
         laws = [(part.law, part.cells, part.on.value(u)) for part in parts]
-        if c is not None and c.following is not None:
-            laws.append((c.following, c.cells, c.on.value(u)[: len(c.cells)]))
+        if c is not None and c.law is not None:
+            laws.append((c.law, c.cells, c.on.value(u)[: len(c.cells)]))
         return max((missed_by_quadrature(heat.domain, *each, u) for each in laws), default=0.0)
 
 

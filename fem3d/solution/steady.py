@@ -151,10 +151,45 @@ def _search(
         if isinstance(failure, VanishedError) and c is not None and c.current_driven and not (c.warm > 0).any():
             # Nothing runs away here: a smaller resistance takes less heat.
             raise BeyondLawError from None
-    return Path(newton, zero, drive).solve(tolerance)
+    return Continuation(newton, zero, drive).solve(tolerance)
 
 
-class Path:
+def read_state(equations: Equations, point: Point, unsettled: float, tangent: LinearizedHeat | None) -> SteadyState:
+    """The steady state of a point, with the problem linearized about it where a law makes it nonlinear."""
+    heat, c, rise = equations.heat, equations.conductor, point.rise
+    joule, currents, source = dict[Label, float](), dict[str, float](), heat.loads[0]
+    potential, density = None, np.zeros((3, 0, 0))
+    if c is not None:
+        hot = c.solve(rise, c.voltages[0], point.potential)
+        potential, density = hot.potential, hot.density
+        # The heat at the rise that the source is of: so they balance.
+        joule, currents = c.joule(density, rise), hot.currents
+        source = source + c.joule_load(density, rise)
+    problem: HeatProblem = heat
+    if equations.nonlinear:
+        near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
+        rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
+        problem = replace(near, about=heat.field(rise))
+        problem.cache.update(solve_steady=near.solve_steady)
+    else:
+        rise = heat.refine_iteratively(rise, source)
+    power = float(sum(joule.values()))
+    return SteadyState(problem, c, rise, source, joule, currents, power, potential, unsettled, density=density)
+
+
+def solve_currents(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
+    """Solve for the currents at the initial temperature alone; there are none where the voltages are equal."""
+    no_rise = np.zeros(heat.size)
+    if conductor is None:
+        return SteadyState(heat, None, no_rise, heat.loads[0])
+    cold = conductor.solve(no_rise, conductor.voltages[0])
+    return SteadyState(
+        heat, conductor, no_rise, heat.loads[0], conductor.joule(cold.density, no_rise), cold.currents,
+        -float(conductor.on.flow(cold.density) @ cold.potential), cold.potential, density=cold.density,
+    )  # fmt: skip
+
+
+class Continuation:
     """The states of a problem from mu = 0 on, by their arclength in the rise (its root mean square over the capacity,
     relative to the answer to the cold Joule heat) and in mu."""
 
@@ -294,41 +329,6 @@ class Path:
         return error
 
 
-def read_state(equations: Equations, point: Point, unsettled: float, tangent: LinearizedHeat | None) -> SteadyState:
-    """The steady state of a point, with the problem linearized about it where a law makes it nonlinear."""
-    heat, c, rise = equations.heat, equations.conductor, point.rise
-    joule, currents, source = dict[Label, float](), dict[str, float](), heat.loads[0]
-    potential, density = None, np.zeros((3, 0, 0))
-    if c is not None:
-        hot = c.solve(rise, c.voltages[0], point.potential)
-        potential, density = hot.potential, hot.density
-        # The heat at the rise that the source is of: so they balance.
-        joule, currents = c.joule(density, rise), hot.currents
-        source = source + c.joule_load(density, rise)
-    problem: HeatProblem = heat
-    if equations.nonlinear:
-        near, rise = tangent or linearized(heat, c, rise, density), rise.copy()
-        rise[: heat.free] += near.solve_steady((source - heat.outflow(rise))[: heat.free])
-        problem = replace(near, about=heat.field(rise))
-        problem.cache.update(solve_steady=near.solve_steady)
-    else:
-        rise = heat.refine_iteratively(rise, source)
-    power = float(sum(joule.values()))
-    return SteadyState(problem, c, rise, source, joule, currents, power, potential, unsettled, density=density)
-
-
-def solve_currents(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
-    """Solve for the currents at the initial temperature alone; there are none where the voltages are equal."""
-    no_rise = np.zeros(heat.size)
-    if conductor is None:
-        return SteadyState(heat, None, no_rise, heat.loads[0])
-    cold = conductor.solve(no_rise, conductor.voltages[0])
-    return SteadyState(
-        heat, conductor, no_rise, heat.loads[0], conductor.joule(cold.density, no_rise), cold.currents,
-        -float(conductor.on.flow(cold.density) @ cold.potential), cold.potential, density=cold.density,
-    )  # fmt: skip
-
-
 class Tangent:
     """The linearized equations F'(x) at a steady state, with changes solved to a part of an ``accuracy``.
 
@@ -348,8 +348,8 @@ class Tangent:
     def state(self, heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
         """Return the state of a scene beside, from its heat problem and its conductor on the same cells, moved."""
         # The equations of the scene beside, by the quadratures of laws and with the factors of this one.
-        mine, change = self._newton.equations, np.zeros(len(self._point.x))
-        pairs: Any = zip((*mine.heat.terms, mine.conductor), (*heat.terms, conductor), strict=True)
+        base, change = self._newton.equations, np.zeros(len(self._point.x))
+        pairs: Any = zip((*base.heat.terms, base.conductor), (*heat.terms, conductor), strict=True)
         if points := max((a.more - b.more for a, b in pairs if a is not None), default=0):
             heat, conductor = refine_quadratures(heat, conductor, points)
         equations = Equations(heat, conductor)

@@ -223,7 +223,7 @@ def resists(conductor: Conductor | None, time: float, rise: np.ndarray) -> bool:
     Raises BeyondLawError where the resistivity that is used up heats nothing on the way: one that rises with the
     temperature, and any at a given current, whose heat falls with it.
     """
-    if conductor is None or conductor.following is not None or not conductor.warms:
+    if conductor is None or conductor.law is not None or not conductor.warms:
         return True
     ratio = conductor.resistivity(rise) / conductor.cold
     if conductor.draws_current and ratio.max() > 1 / RUNAWAY_RATIO:
