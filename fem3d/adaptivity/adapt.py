@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem3d.adaptivity import nested, responses
+from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.mesh import Answer, Bricks, Indicators, Mesh, estimate_field_error
+from fem3d.adaptivity.mesh import Answer, Indicators, Mesh, estimate_field_error, not_reached
 from fem3d.adaptivity.nested import Problems
-from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, BoundedResponse, bound_response
 from fem3d.results.outputs import Study
 from fem3d.solution import transient

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 import skfem
 
-from fem3d.adaptivity import reach
+from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
-from fem3d.adaptivity.mesh import AIM, LARGE, Bricks, Indicators, Mesh, warn_of_accuracy
+from fem3d.adaptivity.mesh import ADVICE, AIM, LARGE, Indicators, Mesh, warn_of_accuracy
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
@@ -227,7 +227,7 @@ class CellMesh(Mesh):
         return numbers
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        advice, remarks = reach.ADVICE, list[str]()
+        advice, remarks = ADVICE, list[str]()
         if isinstance(self.source, Placed):
             advice = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
             remarks += filter(None, [self.source.separation])

@@ -1,4 +1,4 @@
-"""Meshes that `fem3d.adaptivity.adapt.adapt` refines, grids of bricks among them, and its answer.
+"""The interface of meshes that `fem3d.adaptivity.adapt.adapt` refines, and its answer.
 
 Errors of probes converge twice as fast as the error of the field, so a grid made for probes may leave a field that
 oscillates beside a steep decay: `estimate_field_error` estimates its error.
@@ -8,29 +8,21 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, nested, reach
+from fem3d.adaptivity import goal_errors, nested
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.nested import Problems, Solution
-from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import BoundedResponse
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Study
-from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import BoxDomain, Domain, box_domain
-from fem3d.spaces.size import Size, check_memory, fits_memory, size_of_grid
-from meshes import grading
-from meshes import grid as grids
-from meshes.grading import Features
-from meshes.grid import Grid
-from scenes.model import Scene
+from fem3d.spaces.domain import Domain
+from scenes.errors import NumericsError
 from scenes.result import Step
 
 # Largest ratio of the error to the difference of the two degrees: the worst of 1,200 steady scenes has 1.85, below the
@@ -39,10 +31,7 @@ CAUTION = 2.0
 # A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
-# Unknowns of a first grid of degree 5 or more from which on a rough grid of degree 2 is solved before it, to show the
-# edges that need the degree; ten times as many where the degree is 4 or less. If it is always solved, sinks take 1.1
-# to 1.5 times as long, and rows of 9 and 19 spans at 1e-2, whose edges mostly need degree 4, 1.9 times.
-MANY = 6_000
+ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
 LARGE = 30_000  # unknowns of a first grid beyond which tetrahedra take fewer for 1e-2 (`cell_mesh.choose`)
 
 
@@ -154,6 +143,11 @@ class Answer:
         return self.steady
 
 
+def not_reached(accuracy: float, because: str = "") -> NumericsError:
+    """Return the error to raise where no level is accurate enough."""
+    return NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene{because}")
+
+
 def warn_of_accuracy(study: Study, relative: dict[str, float], reason: str) -> list[str]:
     """Warn if ``relative`` errors exceed the accuracy: ``reason`` names the mesh and the remedy."""
     over = {name: e for name, e in relative.items() if e > study.accuracy}
@@ -175,102 +169,3 @@ def estimate_field_error(level: Level) -> float:
     low, fine = (heat.field(state.rise)[space.dofs.T] @ shapes for heat, state in pairs)
     largest = float(max(fine.max(), 0.0) - min(fine.min(), 0.0)) or 1.0
     return CAUTION * float(np.abs(fine - low).max()) / largest
-
-
-@dataclass(frozen=True, eq=False)
-class Bricks(Mesh):
-    """A grid of bricks, refined where the contributions of the last two degrees are large.
-
-    ``features`` are the planes of the scene with its singular edges. A grid of rough degrees selects the edges that
-    need the degrees of its ``aim``. If memory has no room for a finer grid, the accuracy is refused or, with
-    ``as_far_as_it_goes``, the grid is taken as it is."""
-
-    scene: Scene
-    grid: Grid
-    features: Features
-    aim: Grid | None = None
-    as_far_as_it_goes: bool = False
-
-    whole = False
-
-    @staticmethod
-    def of(study: Study, over_time: bool = False) -> Bricks:
-        """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
-        scene = study.part.scene
-        check_memory(scene, size_of_grid(scene, grids.coarsest(scene, 2)), "at any accuracy")
-        features = edge_exponents.features(scene)
-        grid = reach.first_grid(scene, scene.accuracy, features)
-        grid = grading.with_diffusion_layers(grid, scene, study.earliest) if over_time else grid
-        return Bricks(scene, grid, features)
-
-    @property
-    def domain(self) -> BoxDomain:
-        return box_domain(self.scene, self.grid)
-
-    @cached_property
-    def estimator(self) -> Estimator:
-        return Estimator.of_grid(self.grid, self.features, self.scene)
-
-    def begin(self) -> Bricks:
-        if self._checked().unknowns < (MANY if max(p.max() for p in self.grid.degrees) > 4 else 10 * MANY):
-            return self
-        return replace(self, grid=self.grid.with_edges(2), aim=grading.raised(self.grid))
-
-    def problems(self) -> Problems:
-        self._checked()
-        problems = super().problems()
-        if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
-            # The power of the cold conductor is available before any other solution.
-            power = self.estimator.indicators(problems.power_contributions)
-            reach.check_edges(self.grid, self.features, [power], self.scene.accuracy)
-        return problems
-
-    def refine(self, indicators: Indicators, target: float) -> Bricks | None:
-        goals = [self.grid.spread(goal) for goal in indicators.goals]
-        missing = [np.max(each, axis=0) for each in zip(*goals, strict=True)]
-        size = sum(float(m.sum()) for m in missing)
-        missing = [m * max(indicators.worst / max(size, 1e-300), 1.0) for m in missing]
-        if self.aim is not None:
-            # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
-            share = grading.threshold(missing, AIM * target / (2 * grading.FALLS))
-            finer = replace(self, grid=grading.finer(self.grid, missing, share, self.aim), aim=None)
-        else:
-            reach.check_edges(self.grid, self.features, indicators.goals, target)
-            finer = replace(self, grid=grading.refined(self.grid, missing, AIM * target, self.features))
-            if finer.grid.same(self.grid):
-                raise not_reached(self.scene.accuracy, reach.explain_edge(self.features))
-        return finer._within_memory()
-
-    def refine_all(self) -> Bricks | None:
-        if self.aim is not None:
-            return replace(self, grid=self.aim, aim=None)
-        finer = grading.raised(self.grid)
-        return None if finer.same(self.grid) else replace(self, grid=finer)._within_memory()
-
-    def _checked(self) -> Size:
-        """Return the size of the grid; raise TooLargeError where memory has no room for it."""
-        size, why = size_of_grid(self.scene, self.grid), reach.explain_edge(self.features)
-        check_memory(self.scene, size, f"at an accuracy of {self.scene.accuracy:g}", why)
-        return size
-
-    def _within_memory(self) -> Bricks | None:
-        """Return the mesh; None where it exceeds the memory and the one before is to be kept then."""
-        fits = not self.as_far_as_it_goes or fits_memory(self.scene, size_of_grid(self.scene, self.grid))
-        return self if fits else None
-
-    def with_scene(self, scene: Scene) -> Bricks:
-        return replace(self, scene=scene)
-
-    def plan(self, levels: int | None) -> tuple[Step, ...]:
-        """Return a line of the plan if the scene demands the grid, or if the grid is large."""
-        size = size_of_grid(self.scene, self.grid)
-        if not self.scene.mesh and size.unknowns <= LARGE:
-            return ()
-        why = "run.mesh asks for it" if self.scene.mesh else "tetrahedra are foreseen to take more"
-        return (Step("mesh", "done", f"a grid of bricks of {size.unknowns:,} unknowns to start with; {why}"),)
-
-    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
-        return grids.statistics(self.grid)
-
-    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        return warn_of_accuracy(study, relative, f"as many bricks as the memory has room for; {reach.ADVICE}")

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fem3d.adaptivity import reach
+from fem3d.adaptivity import brick_mesh
 from fem3d.adaptivity.estimator import tail
 from fem3d.adaptivity.nested import discretize
 from fem3d.adaptivity.responses import TIME_SHARE
@@ -130,7 +130,7 @@ def reduce_structure(device: Device, accuracy: float, say: Callable[[str], None]
     part = symmetry.reduce(scene)
     features = edge_exponents.features(part.scene)
     # The distance from the lower space is some four times the error that it bounds.
-    rough = reach.first_grid(part.scene, min(accuracy, reach.COARSEST) / 4, features)
+    rough = brick_mesh.first_grid(part.scene, min(accuracy, brick_mesh.COARSEST) / 4, features)
     grid = grading.with_diffusion_layers(rough, part.scene, device.control.sample_time)
     # A degree more across the layers, through which heat comes and goes in a few samples.
     grid = grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import mesh
+from fem3d.adaptivity import brick_mesh
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
 from fem3d.spaces.size import size_of_grid
@@ -33,7 +33,7 @@ def bridge(accuracy):
 def uniform(accuracy):
     """A solution whose degrees are uniform in its intervals."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(mesh, "MANY", np.inf)
+        patch.setattr(brick_mesh, "MANY", np.inf)
         return scene_run.solve(bridge(accuracy))
 
 

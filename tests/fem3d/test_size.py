@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from fem3d.adaptivity import reach
+from fem3d.adaptivity import brick_mesh
 from fem3d.problems.assembly import assemble
 from fem3d.problems.cholesky import Factors
 from fem3d.problems.heat import HeatProblem
@@ -72,7 +72,7 @@ def test_too_many_planes_are_refused(pads, when):
 
 def test_memory_limit_decides_at_one_percent():
     scene = replace(plate(1), mesh="bricks")
-    size = size_of_grid(scene, reach.first_grid(scene, 1e-2, edge_exponents.features(scene)))
+    size = size_of_grid(scene, brick_mesh.first_grid(scene, 1e-2, edge_exponents.features(scene)))
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0
     with pytest.raises(NumericsError, match=r"at an accuracy of 0\.01"):
         runs.solve(replace(scene, memory=0.99 * size.memory), whole=True)
