@@ -285,7 +285,7 @@ def _project(
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
         alone = Base(heat, conductor, independent_currents(conductor, cold), none, [])
         return Projection(alone, alone.project(none), part, inputs, True), None
-    slow = projection.slowest(heat)
+    slow = transient.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     first = slow if scene.steady else earliest(scene)
     shift = transient.shift(min(slow, end), first)

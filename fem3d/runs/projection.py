@@ -12,7 +12,6 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import Voltmeter, reading
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
-from fem3d.solution.transient import slowest as slowest
 from meshes.symmetry import Symmetry
 from scenes.model import UNITS, AnyProbe
 from statespace.channels import Channel
