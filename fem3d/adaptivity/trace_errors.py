@@ -104,8 +104,9 @@ def _early(study: Study, fine: FineResponse, low: Response, rows: np.ndarray) ->
 
 def _jumps(study: Study, answer: Response) -> dict[str, float]:
     """Return the jump with a drive of each trace that is continuous in truth: mean temperatures off the faces of given
-    temperature, and heat flows through such faces. A flow is infinite where the given temperature itself jumps."""
+    temperature, heat flows through these (infinite where it jumps), electric readings where it jumps alone."""
     heat, domain, at = answer.heat, answer.heat.domain, jump_times(answer.heat.inputs, study.end)
+    alone = ~heat.inputs.jumps(at)[:, ~heat.lifts.any(axis=1)].any(axis=1)
     sudden = (np.vstack([heat.inputs.at(np.zeros(1)), heat.inputs.jumps(at)]) @ heat.given).any(axis=0)
     traces = study.traces(outputs.of_transient(answer, study.part, np.concatenate([at * (1 - 1e-12), [0.0], at])))
     sizes, start = dict[str, float](), domain.scene.initial_temperature
@@ -119,6 +120,8 @@ def _jumps(study: Study, answer: Response) -> dict[str, float]:
             sizes[name] = np.inf if any(share @ sudden for share in given) else jump * (len(given) == len(passed))
         elif probe.quantity == "temperature" and probe.reduce == "mean" and probes.starts_free(domain, probe):
             sizes[name] = jump
+        elif probe.quantity in ("current", "potential"):
+            sizes[name] = float(np.abs(after[1:] - before)[alone].max(initial=0.0))
     return sizes
 
 

@@ -70,11 +70,8 @@ def _faces(scene: Scene, other: Scene, axis: int) -> Iterator[tuple[float, float
     low, high = min(extent), max(extent)
     small = ROUNDING * (high - low)
     extended = [(p, q) for p, q in zip(scene.probes, other.probes, strict=True) if p.lower != p.upper]
-    items: list[tuple[Any, Any]] = [
-        *zip(scene.boxes, other.boxes, strict=True),
-        *zip(scene.boundaries, other.boundaries, strict=True),
-        *extended,
-    ]  # fmt: skip
+    items: list[tuple[Any, Any]] = [*zip(scene.boxes, other.boxes, strict=True), *extended]
+    items += zip(scene.boundaries, other.boundaries, strict=True)
     for a, b in items:
         for p, q in ((a.lower[axis], b.lower[axis]), (a.upper[axis], b.upper[axis])):
             if low - small <= p <= high + small:
@@ -82,5 +79,4 @@ def _faces(scene: Scene, other: Scene, axis: int) -> Iterator[tuple[float, float
 
 
 def _names(scene: AnyScene) -> list[str]:
-    parts: tuple[Any, ...] = getattr(scene, "boxes", ())
-    return [item.name for items in (parts, scene.boundaries, scene.probes) for item in items]
+    return [item.name for items in (getattr(scene, "boxes", ()), scene.boundaries, scene.probes) for item in items]

@@ -176,7 +176,4 @@ def _largest(value: np.ndarray) -> float:
 
 def _spread(given: Iterable[Value]) -> list[float]:
     """Return all numbers that some values take."""
-    numbers: list[float] = []
-    for v in given:
-        numbers += list(v.values) if isinstance(v, Schedule) else [float(v)]
-    return numbers
+    return [number for v in given for number in (v.values if isinstance(v, Schedule) else [float(v)])]
