@@ -19,7 +19,7 @@ import numpy as np
 import skfem
 
 from fem3d.adaptivity.brick_mesh import Bricks
-from fem3d.adaptivity.estimator import Estimator
+from fem3d.adaptivity.estimator import Estimator, tail
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.mesh import ADVICE, AIM, LARGE, Indicators, Mesh, warn_of_accuracy
 from fem3d.adaptivity.nested import Problems, Solution
@@ -52,21 +52,24 @@ FELL = 0.8
 FEWER, MOST_UNKNOWNS = 60_000, 150_000
 
 
-def corrected(level: Level, history: Sequence[Record]) -> Level:
+def corrected(level: Level, history: Sequence[Record], unseen: np.ndarray | float = 1.0) -> Level:
     """Return a level with errors and indicators corrected by the ``history`` of earlier meshes.
 
     No error is below ``level.least``, nor below its estimate where this is no smaller than on the mesh before, which
-    was then refined for other readings, or where a law of the temperature causes errors away from edges.
+    was then refined for other readings, or where a law of the temperature causes errors away from edges. Unless all
+    indicators fall from mesh to mesh, they are multiplied by ``unseen`` (3, cells).
     """
-    record = Record({n: float(v) for n, v in level.fine.quantities.items()}, level.errors, level.scales)
+    indicated = {n: level.scales[n] * float(level.goals[n].sum()) for n in level.errors}
+    record = Record({n: float(v) for n, v in level.fine.quantities.items()}, level.errors, level.scales, indicated)
     part, larger = _fractions(record, history)
-    before = history[-1].errors if history and not level.problems.nonlinear else {}
-    fell = {n for n, e in before.items() if level.errors[n] <= FELL * e}
-    shares = dict[str, float]()
+    fell = {n for n, e in (history[-1].indicated if history else {}).items() if indicated[n] <= FELL * e}
+    slow = unseen if len(fell) < len(indicated) else 1.0
+    shares, linear = dict[str, float](), not level.problems.nonlinear
     for n, estimate in level.errors.items():
         most = AS_IT_IS if n in level.extrapolated else 1.0
-        share = max(min(part, most) if n in fell else most, level.least[n] / max(estimate, 1e-300))
-        shares[n] = max(min(share, 1.0), larger.get(n, 0.0))
+        share = max(min(part, most) if n in fell and linear else most, level.least[n] / max(estimate, 1e-300))
+        slower = float((level.goals[n] * slow).sum() / max(level.goals[n].sum(), 1e-300))
+        shares[n] = max(min(share, 1.0) * max(slower, 1.0), larger.get(n, 0.0))
     errors = {n: shares[n] * estimate for n, estimate in level.errors.items()}
     goals = {n: shares.get(n, part) * indicators for n, indicators in level.goals.items()}
     return replace(level, errors=errors, goals=goals, record=record)
@@ -157,11 +160,18 @@ class CellMesh(Mesh):
 
     @cached_property
     def estimator(self) -> Estimator:
-        exponents = edge_exponents.of_cells(self.cells, self.at_vertices)
-        return Estimator.of_cells(exponents, self.cells, self.degree)
+        return Estimator.of_cells(self.at_vertices.min(axis=1)[:, self.cells.t].min(axis=1), self.cells, self.degree)
 
     def examine(self, study: Study, problems: Problems, fine: Solution) -> Level:
-        return corrected(super().examine(study, problems, fine), self.history)
+        return corrected(super().examine(study, problems, fine), self.history, 1.0 if self.simplex else self._unseen)
+
+    @property
+    def _unseen(self) -> np.ndarray:
+        """(3, cells): factors on indicators of hexahedra, whose contributions may grow with the degree for all that one
+        shows (`fem3d.adaptivity.estimator`). Layers are at least as thick as cells of the file."""
+        corners, estimator = self.cells.p[:, self.cells.t], self.estimator
+        stretch = np.linalg.cond((corners[:, 1:4] - corners[:, :1]).T) / 2**self.levels
+        return np.asarray(np.maximum((3 + np.pi * stretch) / 5 / tail(estimator.degrees, estimator.slowest), 1.0))
 
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""

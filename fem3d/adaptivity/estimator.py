@@ -71,15 +71,13 @@ class Contributions(NamedTuple):
 
 def tail(p: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Return the sum of the contributions of all degrees above p over the contribution of p, for an error p^-a."""
-    ratio: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
-    return ratio
+    return np.asarray(1 / ((p / (p - 1.0)) ** a - 1))
 
 
 def rate_at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Return the rate a at degree p of an error (p + lag)^-4s, beside an edge of exponent s."""
     shifted = p + LAG + LAG_OVER_EXPONENT / s
-    rates: np.ndarray = 4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1))
-    return rates
+    return np.asarray(4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1)))
 
 
 def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:

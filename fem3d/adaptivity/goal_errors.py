@@ -193,11 +193,12 @@ def _electric_rows(study: Study, problems: Problems) -> Rows:
 
 
 class Record(NamedTuple):
-    """Values, estimated errors and scales of the quantities on one mesh, in their units."""
+    """Values, estimated errors, scales and sums of indicators of the quantities on one mesh, in their units."""
 
     values: Errors
     errors: Errors
     scales: Errors
+    indicated: Errors
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,11 +87,6 @@ def at_vertices(domain: Domain) -> np.ndarray:
     return smallest
 
 
-def of_cells(mesh: Mesh, smallest: np.ndarray) -> np.ndarray:
-    """Return (2, cells) the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
-    return smallest.min(axis=1)[:, mesh.t].min(axis=1)
-
-
 def _axis(mesh: Mesh) -> np.ndarray:
     """Return (edges,) the axis closest to each edge."""
     return np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import invariants, random_scenes, stress
+from benchmarks import invariants, mesh_files, random_scenes, stress
 from fem3d.adaptivity import goal_errors, nested, trace_errors
 from fem3d.adaptivity.cell_mesh import corrected
 from fem3d.adaptivity.estimator import Estimator
@@ -323,3 +323,10 @@ def test_errors_hold_on_hexahedra_at_singular_edges():
     outcome = stress.examine(53100003, "meshes")
     assert not outcome.ended
     assert 0.1 < max(outcome.violations.values()) <= 1.0
+
+
+def test_errors_hold_on_hexahedra_far_longer_than_a_layer_is_thick(tmp_path):
+    """Neither the first mesh nor halved cells resolve the end of a layer: a current was off by 2.0 times its error."""
+    scene = replace(random_scenes.boxes_or_laws(58400007), accuracy=0.2)
+    found = solve(mesh_files.on_mesh(scene, tmp_path / "boxes.msh", False))
+    assert broken(found.steady, solve(replace(scene, accuracy=1e-3)).steady) == []
