@@ -32,12 +32,12 @@ class BoundedResponse:
     traces: Quantities
     errors: dict[str, float]
     accepted: bool  # whether the errors are within the accuracy
-    imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
     transient: Response
     generations: int  # of fields
-    goals: list[np.ndarray] = field(default_factory=list)
-    relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
-    scales: dict[str, float] = field(default_factory=dict)  # of the relative errors, in the traces' units
+    goals: list[np.ndarray]
+    relative: dict[str, float]  # errors without those between rows, over their scales
+    scales: dict[str, float]  # of the relative errors, in the traces' units
+    imbalance: float = np.nan  # stored + lost - supplied heat over what passed, the largest over time
     between: float = 0.0  # the largest relative error of straight lines between rows
     early: dict[str, float] = field(default_factory=dict)  # errors before the earliest time of interest, if wanted
 
@@ -56,7 +56,7 @@ def bound_response(
 
     Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s),
     and so many ``generations`` at first. ``as_it_is`` accepts the response in any case."""
-    steady_errors = {} if steady is None else steady.relative
+    steady_errors, steady_out = ({}, None) if steady is None else (steady.relative, steady.fine.out)
     if steady is not None:
         # A response about a steady state does not need the factors of the lower spaces.
         for heat, conductor in zip(problems.heats[:-1], problems.conductors[:-1], strict=True):
@@ -64,7 +64,6 @@ def bound_response(
             if conductor is not None:
                 conductor.cache.pop("solve_cold", None)
                 conductor.cache.pop("near", None)
-    steady_out = None if steady is None else steady.fine.out
     if bases[0].nonlinear:
         fine = responses.march_nonlinear(study, bases[0], steady_out)
         problems = problems.linearized_about(responses.linearize(bases[0], fine.answer, fine.times))
@@ -81,15 +80,16 @@ def bound_response(
     errors, goals = _errors(study, problems, estimator, fine, low, steady_errors)
     answer, scales = fine.answer, fine.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
-    known = answer, fine.generations, goals, relative
-    if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return BoundedResponse(fine.times, fine.traces, errors, False, np.nan, *known)
+    accepted = as_it_is or max(relative.values()) <= (1 - ROW_SHARE) * study.accuracy
+    made = BoundedResponse(fine.times, fine.traces, errors, accepted, answer, fine.generations, goals, relative, scales)
+    if not accepted:
+        return made
     times, rows, between = _rows(study, answer, scales)
     everywhere = outputs.SOLVE_ROUNDING + bases[1].unseen
     errors = {name: error + between[name] + everywhere * scales[name] for name, error in errors.items()}
     early = {n: errors[n] + e for n, e in _early(study, fine, low, times).items()} if study.from_start else {}
     imbalance, lines = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
-    return BoundedResponse(times, rows, errors, True, imbalance, *known, scales, lines, early)
+    return replace(made, times=times, traces=rows, errors=errors, imbalance=imbalance, between=lines, early=early)
 
 
 def _early(study: Study, fine: FineResponse, low: Response, rows: np.ndarray) -> dict[str, float]:
