@@ -208,7 +208,8 @@ class _Problem:
         points = len(self._times) * len(data.values)
         if points <= len(keys):
             raise SceneError(
-                f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)})"
+                f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)}), at times "
+                "at which the errors of 3D hold"
             )
 
     def solve(self, x: np.ndarray, accuracy: float) -> _Trial:
