@@ -47,7 +47,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     ends = [np.mean(space.places[space.entity[t.unit > 0]], axis=0) for t in terminals]
     return Conductor(
         heat=heat, cells=cells, on=on, free=free, cold=cold, warm=warm, voltages=voltages, electrodes=electrodes,
-        sections=sections, matrix=csc_array(matrix), names=_labels(domain, cells, crossed),
+        sections=sections, matrix=csc_array(matrix), labels=_labels(domain, cells, crossed),
         elimination=heat.elimination if shared else Ordering(np.vstack([space.places, *ends])), solved=solved,
         terminals=terminals, law=CellProperty(domain, "resistivity", cells) if follows else None,
     )  # fmt: skip

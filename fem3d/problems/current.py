@@ -50,7 +50,7 @@ class Conductor:
     electrodes : for each its share (functions,) of the entering currents
     sections : the facets of the current probes inside
     matrix : (functions, functions), at the initial temperature
-    names : (rows,), the `Label` of each row
+    labels : (rows,), the `Label` of each row
     elimination : the elimination order of the factorization
     solved : the allowed residual of a potential, relative
     terminals : electrodes of unknown potential
@@ -69,7 +69,7 @@ class Conductor:
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
     matrix: csc_array
-    names: np.ndarray
+    labels: np.ndarray
     elimination: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
@@ -344,4 +344,4 @@ class Conductor:
     def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[Label, float]:
         """The Joule heat (W) of the rows with each label."""
         per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
-        return {label: float(per_cell[self.names == label].sum()) for label in dict.fromkeys(self.names.tolist())}
+        return {label: float(per_cell[self.labels == label].sum()) for label in dict.fromkeys(self.labels.tolist())}

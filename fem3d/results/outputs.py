@@ -231,7 +231,7 @@ class ReducedPart(SolvedPart):
         self.pairs = (self.c[:, :, None] * self.c[:, None]).reshape(len(times), -1)
         names = base.patterns[0].currents if base.patterns else {}
         currents = {name: self.c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
-        super().__init__(base.heat, times, currents, {n: self._heat(tested) for n, tested in reduced.in_box.items()})
+        super().__init__(base.heat, times, currents, {n: self._heat(tested) for n, tested in reduced.by_label.items()})
 
     def _heat(self, tested: np.ndarray) -> np.ndarray:
         """(times,): the Joule heat (W) of the pairs of current fields, ``tested``."""

@@ -42,7 +42,7 @@ class Reduced:
     constraints, prescribed : (k, m) and (channels, k): where currents are given, constraints @ c = g @ prescribed
     resistance : (m, m, channels + r), the matrix A, linear in inputs and states, with resistances before electrodes
     heating : (m, m, r, channels + r), integral rho J_i . J_j T_l of the solids, linear likewise
-    in_box, at_given : (m, m, channels + r), the parts of A by label of rows, and at the dofs of given temperatures
+    by_label, at_given : (m, m, channels + r), the parts of A by label of rows, and at the dofs of given temperatures
     potentials : of probes the shares (channels,) of the voltages, and the drop by each current field (m, channels + r)
     """
 
@@ -55,7 +55,7 @@ class Reduced:
     prescribed: np.ndarray
     resistance: np.ndarray
     heating: np.ndarray
-    in_box: dict[Label, np.ndarray]
+    by_label: dict[Label, np.ndarray]
     at_given: dict[str, np.ndarray]
     potentials: dict[str, tuple[np.ndarray, np.ndarray]]
 
@@ -75,7 +75,7 @@ class Reduced:
             self, basis=self.basis @ to, stiffness=to.T @ self.stiffness @ to, source=self.source @ to,
             inertia=self.inertia @ to, resistance=turned(self.resistance),
             heating=np.swapaxes(np.swapaxes(turned(self.heating), -1, -2) @ to, -1, -2),
-            in_box={name: turned(part) for name, part in self.in_box.items()},
+            by_label={name: turned(part) for name, part in self.by_label.items()},
             at_given={name: turned(part) for name, part in self.at_given.items()},
             potentials={name: (shares, turned(drop)) for name, (shares, drop) in self.potentials.items()},
         )  # fmt: skip
@@ -143,11 +143,10 @@ def _joule(
     """
     m, r, channels = len(patterns), basis.shape[1], heat.inputs.count
     resistance, heating = np.zeros((m, m, channels + r)), np.zeros((m, m, r, channels + r))
-    in_box, at_given = dict[Label, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
+    by_label, at_given = dict[Label, np.ndarray](), {name: np.zeros_like(resistance) for name in heat.shares}
     potentials = dict[str, tuple[np.ndarray, np.ndarray]]()
-    parts = {
-        "resistance": resistance, "heating": heating, "in_box": in_box, "at_given": at_given, "potentials": potentials,
-    }  # fmt: skip
+    parts: dict[str, Any] = {"resistance": resistance, "heating": heating, "by_label": by_label}
+    parts |= {"at_given": at_given, "potentials": potentials}
     if conductor is None or not patterns:
         return parts
     on = conductor.on
@@ -157,16 +156,16 @@ def _joule(
     at_dofs = [on.value(heat.field(share)) for share in heat.shares.values()]
     for probe, (shares, _, _) in conductor.influences.items():
         potentials[probe] = shares, np.zeros((m, channels + r))
-    for label in dict.fromkeys(conductor.names.tolist()):
-        rows = conductor.names == label
+    for label in dict.fromkeys(conductor.labels.tolist()):
+        rows = conductor.labels == label
         cold, warm = ((on.weights[rows] * each[rows]).ravel() for each in (conductor.cold, conductor.warm))
         v = fields[:, rows].reshape(channels + r, -1)
         currents = densities[:, :, rows].reshape(m, densities.shape[1], -1)
         products = np.einsum("idx,jdx->ijx", currents, currents)
         shares = np.array([np.ones(cold.shape), *(u[rows].ravel() for u in at_dofs)])
         every = _integrals((shares[:, None, None] * products).reshape(-1, len(cold)), cold, warm, v)
-        in_box[label], *given = every.reshape(len(shares), m, m, -1)
-        resistance += in_box[label]
+        by_label[label], *given = every.reshape(len(shares), m, m, -1)
+        resistance += by_label[label]
         for part, added in zip(at_given.values(), given, strict=True):
             part += added
         for a, b in zip(*np.tril_indices(m), strict=True):
