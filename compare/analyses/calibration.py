@@ -10,7 +10,7 @@ steps. The fit ends where no step follows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -94,7 +94,7 @@ class Calibration(Analysis[Fit]):
         """Solve the fitted scene in place of the given one."""
         scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
         progress("fitting")
-        fit = fit_scene(scene, data, keys_of(scene, keys))
+        fit = fit_scene(scene, data, keys_of(scene, keys), progress)
         outcome.scene, outcome.results["fem3d"], outcome.analyses[self.name] = fit.scene, fit.result, fit
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Fit:
@@ -129,7 +129,7 @@ def keys_of(scene: Any, keys: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(path_of(scene, key, numbers(scene), "--calibrate") for key in keys))
 
 
-def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
+def fit_scene(scene: Any, data: Data, keys: Sequence[str], say: Callable[[str], None] = lambda _: None) -> Fit:
     """Fit keys (by their full names) of a scene in 3D to the data that have an uncertainty.
 
     Raises SceneError for data of fewer points than keys, where they do not follow a key, and where a fit leaves the
@@ -157,7 +157,8 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
         # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the
         # square of the derivatives' rounding.
         covariance = np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(len(keys)))
-        u = np.sqrt(np.diag(covariance))
+        u, points = np.sqrt(np.diag(covariance)), len(residuals)
+        say(f"fitting: misfit {float(residuals @ residuals) / max(points - len(keys), 1):.3g} of {points} points")
         room = np.clip((least - 1e-9 - x, most + 1e-9 - x), -1.0, 1.0)  # by a factor of e at most
         step, nearer = lsq_linear(jacobian, -residuals, room).x, None
         if (np.abs(step) > SETTLED * u).any():
@@ -174,7 +175,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str]) -> Fit:
         best, difference = fine, fine.residuals - rough.residuals
     if best is None:
         raise NumericsError(f"--calibrate has no end after {MOST_STEPS} steps: begin nearer, or with fewer keys")
-    values, points = numbers(best.scene), len(best.residuals)
+    values = numbers(best.scene)
     return Fit(
         dict(zip(keys, start.tolist(), strict=True)), {key: values[key] for key in keys},
         dict(zip(keys, u.tolist(), strict=True)), covariance / np.outer(u, u),
