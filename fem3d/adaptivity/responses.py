@@ -208,8 +208,7 @@ def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineRes
     the same steps, and quadratures of laws with a point fewer along each axis: the change shows their error too."""
     tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
-        march = March(base.heat, base.conductor, tolerance, points=-1)
-        return march.run(study.end, study.earliest, fine.answer.ends())
+        return March(base.heat, base.conductor, tolerance, points=-1).run(study.end, study.earliest, fine.answer.ends())
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, tolerance)
@@ -217,13 +216,14 @@ def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineRes
 
 def comparison_times(study: Study, heat: HeatProblem) -> np.ndarray:
     """Return the times (s) at which meshes and spaces are compared: early and late, after bends and jumps of the
-    inputs, and up to 200 requested times, where errors are to hold."""
+    inputs, as soon as errors hold again, and up to 200 requested times, where errors are to hold."""
     end, first, knots = study.end, min(study.earliest, study.end), heat.inputs.knots(study.end)
     wanted, after = np.array([t for t in study.instants if first <= t <= end]), dict(waits(heat, first, end))
-    groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:], wanted[thin_out(wanted, 200)]]
+    again = np.array([min(at + wait, end) for at, wait in after.items()])  # perhaps after another knot
+    groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
+    groups += [wanted[thin_out(wanted, 200)], again[thin_out(again, KNOTS)]]
     for knot in knots[thin_out(knots, KNOTS)].tolist():
-        following = knots[knots > knot]
-        gap = (following[0] if len(following) else end) - knot
+        gap = min(knots[knots > knot], default=end) - knot
         groups.append(knot + np.geomspace(min(after.get(knot, first), gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(groups))
     return np.asarray(times[sure(study, heat, times)])
