@@ -192,13 +192,13 @@ def _indicators(
 
 
 def _rows(study: Study, answer: Response, scales: dict[str, float]) -> tuple[np.ndarray, Quantities, dict[str, float]]:
-    """Return the times of the rows that the accuracy takes, the traces there, and the errors of lines between them."""
+    """Return the times of rows, also where errors begin to hold, the traces there, and the errors of lines between."""
     times, rows, between = choose_rows(
         [*(step.start for step in answer.steps), answer.end],
         lambda times: study.traces(outputs.of_transient(answer, study.part, times)),
         {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()},
         jump_times(answer.heat.inputs, study.end).tolist(),
-        study.instants,
+        (*study.instants, study.earliest, *map(sum, responses.waits(answer.heat, study.earliest, study.end))),
     )
     for probe in study.part.scene.probes if answer.heat.lifts.any() else ():
         # No mesh resolves the layer at the instant of a jump of a given temperature at t = 0.
