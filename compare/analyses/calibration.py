@@ -11,6 +11,7 @@ steps. The fit ends where no step follows.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -162,8 +163,12 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], say: Callable[[str], 
         room = np.clip((least - 1e-9 - x, most + 1e-9 - x), -1.0, 1.0)  # by a factor of e at most
         step, nearer = lsq_linear(jacobian, -residuals, room).x, None
         if (np.abs(step) > SETTLED * u).any():
-            tried = (problem.solve(x + step / 2**n, enough) for n in range(MOST_HALVES))
-            nearer = next((t for t in tried if norm(t.residuals + difference) < norm(residuals)), None)
+            for n in range(MOST_HALVES):
+                with suppress(NumericsError):  # a whole step may lead to a scene that runs away
+                    trial = problem.solve(x + step / 2**n, enough)
+                    if norm(trial.residuals + difference) < norm(residuals):
+                        nearer = trial
+                        break
         if nearer is not None:
             rough, jacobian = nearer, problem.differentiate(nearer)
             continue

@@ -14,7 +14,7 @@ from compare.data.columns import make_column
 from compare.data.read import read_uncertainty
 from compare.slopes import Slopes, sink_1d
 from reduced1d.ladder import solve
-from scenes.errors import SceneError
+from scenes.errors import NumericsError, SceneError
 from scenes.keys import SINK
 from scenes.loading import load
 from scenes.result import Result
@@ -127,6 +127,22 @@ def test_the_truth_is_within_the_interval_as_often_as_is_said():
         assert found.misfit == pytest.approx(1, abs=0.6)
     # 95 of 100 give or take 2.2; these draws are the same in every run.
     assert all(93 <= count <= 99 for count in inside.values()), inside
+
+
+def test_a_step_to_a_scene_without_a_solution_is_halved(monkeypatch):
+    refused = []
+
+    def solve_some(sink: Sink) -> Result:
+        if sink.oxide.thermal_conductivity < 0.55 * 1.38:
+            refused.append(sink)
+            raise NumericsError("it runs away")
+        return solve(sink, times=FEWER)
+
+    monkeypatch.setattr("compare.analyses.calibration._solve", solve_some)
+    found = fitted(fitting_data(varied(Sink(), OXIDE, 0.6), 1), OXIDE)
+    assert refused
+    low, high = found.interval(OXIDE)
+    assert low < 0.6 * 1.38 < high
 
 
 def test_keys_that_go_together_are_named():
