@@ -182,7 +182,7 @@ class Conductor:
         """(unknowns, unknowns): a matrix (functions, functions) with the terminals and their resistances."""
         if not self.terminals:
             return submatrix(matrix, self.free)
-        return add(congruent(matrix, self._basis), diags_array(self._leak))
+        return add(congruent(matrix, self._basis), diags_array(self._leak, format="csc"))
 
     def _solver(self, matrix: csc_array) -> Solver:
         entities = self.space.entity[self.free]

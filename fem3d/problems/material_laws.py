@@ -18,7 +18,7 @@ from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import CellIntegrals, FaceIntegrals
-from fem3d.spaces.sparse import sum_pairs
+from fem3d.spaces.sparse import sum_entries, sum_pairs
 from scenes import laws, physics
 from scenes.faces import COLDEST
 from scenes.laws import Property
@@ -99,6 +99,16 @@ def cells_by_law(domain: Domain, key: str, more: int) -> list[LawCells]:
         law = CellProperty(domain, key, alike)
         found.append(LawCells(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
     return found
+
+
+def coupled_by_laws(domain: Domain) -> csc_array:
+    """(functions, functions): zeros where laws may couple functions, all those of a cell; constants couple fewer."""
+    entries = []
+    for key in ("thermal_conductivity", "specific_heat"):
+        for on, *_ in cells_by_law(domain, key, 0):
+            rows, columns = np.broadcast_arrays(on.dofs[:, :, None], on.dofs[:, None])
+            entries.append((np.zeros(rows.size), rows.ravel(), columns.ravel()))
+    return sum_entries(entries, domain.space.size)
 
 
 @dataclass(frozen=True, eq=False)

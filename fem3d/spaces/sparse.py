@@ -36,8 +36,8 @@ def sum_pairs(entries: Sequence[Entries], size: int, mirrored: bool = False) -> 
 
 
 def add(a: csc_array, b: csc_array) -> csc_array:
-    """a + b, of at least the pattern of a."""
-    return _part(csc_array(_marked(a) + b), "real")
+    """a + b, of the pattern of both."""
+    return _part(csc_array(_marked(a) + _marked(b)), "real")
 
 
 def congruent(a: csc_array, p: csc_array) -> csc_array:

@@ -175,3 +175,19 @@ def test_all_of_many_output_times_are_rows():
     scene = Scene("s", (box,), (base,), (tip,), end_time=2e-3, output_times=asked)
     times = solve(scene).traces.time
     assert np.isin(asked, times).all()
+
+
+@pytest.mark.parametrize("key", ["thermal_conductivity", "specific_heat"])
+def test_tangents_of_laws_couple_no_more_functions_than_the_stiffness(key):
+    """One order of elimination serves both; where a property is constant its integrals vanish for even and odd
+    functions."""
+    law = PowerLaw(getattr(SILICON, key), 293.0, -1.3)
+    scene = bar(replace(SILICON, **{key: law}), end(0, "temperature", 293.0), end(1, "heat_flux", 3e7))
+    heat = problem(scene, bar_grid(scene, 2, 4))
+    u, w = np.random.default_rng(1).uniform(0.0, 50.0, (2, heat.domain.space.size))
+    tangent = heat.storage.tangent(u, w)[0] if heat.storage else heat.terms[0].tangent(u)[0]
+    coupled = tangent[heat.order][:, heat.order] != 0
+    structure = heat.stiffness.copy()
+    structure.data[:] = 1.0
+    assert (coupled > (structure != 0)).nnz == 0
+    assert coupled.nnz > (abs(heat.stiffness) > 1e-12 * abs(heat.stiffness).max()).nnz
