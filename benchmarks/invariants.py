@@ -129,7 +129,7 @@ def reduced(scene: Scene, result: Result) -> float:
     model, (bounds, *_) = CompactModel(document), document["error"].values()
     times, kind = np.empty(0), "steady"
     if not scene.steady:
-        times, kind = result.over_time.time[comparison_rows(scene, result.over_time.time)], "over time"
+        times, kind = result.over_time.time[comparison_rows(result.over_time)], "over time"
     found = model.steady() if scene.steady else model.simulate(times)
     return max(
         float(np.abs(found[name] - values).max()) / (bounds[kind][name]["error"] + error)

@@ -24,7 +24,6 @@ from fem3d.solution import transient
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import ON_PATH
 from fem3d.solution.transient import Base
-from fem3d.spaces.bricks import BrickSpace
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
 # The error of a limit over its change from the mesh before: the sum of all further changes if each is at most 3/4 of
@@ -106,7 +105,6 @@ class Refinement:
     limit, change : largest drive with a steady state on the last mesh, and its change from the mesh before
     ran_away : whether a transient ran away on an earlier mesh
     generations : Krylov generations of the last transient without a steady state
-    coarser : with laws the last grid and its steady rise (functions,), from which Newton's method begins
     """
 
     study: Study
@@ -117,7 +115,6 @@ class Refinement:
     change: float = np.inf
     ran_away: bool = False
     generations: int = 0
-    coarser: tuple[BrickSpace, np.ndarray] | None = None
 
     @property
     def tolerance(self) -> float:
@@ -127,13 +124,8 @@ class Refinement:
     def solve(self, mesh: Mesh, number: int) -> tuple[Answer, Level | None]:
         """Solve and examine the steady state on a mesh, and its response if the steady level is accurate enough."""
         problems, level, response = mesh.problems(), None, None
-        start = nested.project_rise(*self.coarser, problems.heat) if self.coarser else None
-        fine = nested.solve_space(self.study, problems, start=start) if self.with_steady else None
+        fine = nested.solve_space(self.study, problems) if self.with_steady else None
         self.progress(f"level {number}: {problems.heat.size} unknowns")
-        if fine is not None and problems.nonlinear and isinstance(problems.domain.space, BrickSpace):
-            # Behind a fold the state may be one that finer grids reach at a larger drive alone.
-            found = problems.domain.space, fine.state.heat.field(fine.state.rise)
-            self.coarser = None if fine.state.folded else found
         if fine is not None:
             level = mesh.examine(self.study, problems, fine)
         if self.with_transient and (level is None or level.worst <= self.tolerance):

@@ -28,7 +28,6 @@ from fem3d.problems.linearized import LinearizedHeat, nonlinear
 from fem3d.results.outputs import Outputs, Quantities, Study, of_steady
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.steady import SteadyState, solve_currents, solve_steady
-from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Space
 from scenes import physics
@@ -216,9 +215,6 @@ def solve_space(study: Study, problems: Problems, number: int = -1, start: np.nd
         fine = problems.states.get(len(problems.heats) - 1)
         if fine is not None:
             start = fine.heat.field(fine.rise)
-            if isinstance(heat, LinearizedHeat):
-                # Use the quadrature of laws of the fine state.
-                conductor = fine.conductor and fine.conductor.lower(number, heat.exact)
         at = None if start is None else heat.take(start)
         potential = None if fine is None else fine.potential
         if physics.heat(problems.domain.scene):
@@ -228,19 +224,6 @@ def solve_space(study: Study, problems: Problems, number: int = -1, start: np.nd
     state = problems.states[number]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
-
-
-def project_rise(space: BrickSpace, u: np.ndarray, heat: HeatProblem) -> np.ndarray:
-    """Return (functions,) the rise on another grid that is nearest to a rise u (functions,), in the norm of heat."""
-    new, capacity, n = heat.domain.space, heat.domain.per_cell("heat_capacity"), heat.free
-    load = np.zeros(new.size)
-    for alike in new.alike(np.arange(len(capacity))):
-        on = new.on(alike)
-        load += on.load(capacity[alike][:, None] * space.sample(u, on.points))
-    fixed = np.append(np.zeros(n), heat.given[0])
-    return heat.field(
-        np.append(heat.factors(heat.inner_mass).solve((heat.take(load) - heat.mass @ fixed)[:n]), fixed[n:])
-    )
 
 
 def extrapolate(

@@ -19,7 +19,7 @@ from fem3d.problems.linearized import LinearizedHeat, linearized
 from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
-from fem3d.solution.march import FullResponse, March
+from fem3d.solution.march import FullResponse, March, by_finer_quadratures
 from fem3d.solution.reduced import combined_density, independent_currents
 from fem3d.solution.steady import NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov
@@ -71,8 +71,8 @@ def search_hot_states(
     if conductor is None or not conductor.warms or not conductor.voltages.any():
         return base, hot
     knots, soon = heat.inputs.knots(end), np.array([earliest, *(at + wait for at, wait in waits(heat, earliest, end))])
-    before = knots[thin_out(knots, 4)] * (1 - 1e-9)
-    times = np.unique(np.concatenate([np.geomspace(end / 100, end, 4), before, soon[thin_out(soon, KNOTS)]]))
+    before = thin_out(knots, 4) * (1 - 1e-9)
+    times = np.unique(np.concatenate([np.geomspace(end / 100, end, 4), before, thin_out(soon, KNOTS)]))
     for _ in range(ROUNDS):
         reduced = base.project(Krylov(base, shift).fields(FIELDS))
         try:
@@ -112,7 +112,7 @@ class FineResponse:
     answer, worse: the response, and the response in fewer fields or looser steps.
     generations: how many generations of Krylov fields the answer has; 0 at full order.
     times: (s) of the ``traces``, the outputs ``out`` and the comparison.
-    scales, gaps: of each trace its scale, and the error by fields and steps.
+    scales, gaps: of each trace its scale, and the error by fields, steps and quadratures.
     """
 
     answer: Response
@@ -187,7 +187,17 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
         response = FineResponse.compared(study, answer, whole, steady_out, 1 / 3)
         if response.converged(study.accuracy):
             break
-    return response
+    missed = by_quadratures(study, answer)
+    return replace(response, gaps={name: gap + missed[name] for name, gap in response.gaps.items()})
+
+
+def by_quadratures(study: Study, answer: FullResponse) -> dict[str, float]:
+    """Estimate the errors of traces by quadratures of laws: the sums of their changes by three finer ones, as in
+    `Newton.quadrature_error`, at a few times."""
+    times = thin_out(np.array(answer.ends()), KNOTS)
+    finer = by_finer_quadratures(answer, times)
+    own, *others = (study.traces(outputs.of_step(each, study.part, times)) for each in (answer, *finer))
+    return {name: sum(largest_differences(own, other)[name] for other in others) for name in own}
 
 
 def linearize(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
@@ -204,11 +214,11 @@ def linearize(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
 
 
 def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineResponse) -> Response:
-    """Return the response of a lower space in as many generations of fields as the fine response. At full order take
-    the same steps, and quadratures of laws with a point fewer along each axis: the change shows their error too."""
+    """Return the response of a lower space in as many generations of fields as the fine response, or at full order
+    in the same steps."""
     tolerance = TIME_SHARE * study.accuracy
     if isinstance(fine.answer, FullResponse):
-        return March(base.heat, base.conductor, tolerance, points=-1).run(study.end, study.earliest, fine.answer.ends())
+        return March(base.heat, base.conductor, tolerance).run(study.end, study.earliest, fine.answer.ends())
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, tolerance)
@@ -221,8 +231,8 @@ def comparison_times(study: Study, heat: HeatProblem) -> np.ndarray:
     wanted, after = np.array([t for t in study.instants if first <= t <= end]), dict(waits(heat, first, end))
     again = np.array([min(at + wait, end) for at, wait in after.items()])  # perhaps after another knot
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
-    groups += [wanted[thin_out(wanted, 200)], again[thin_out(again, KNOTS)]]
-    for knot in knots[thin_out(knots, KNOTS)].tolist():
+    groups += [thin_out(wanted, 200), thin_out(again, KNOTS)]
+    for knot in thin_out(knots, KNOTS).tolist():
         gap = min(knots[knots > knot], default=end) - knot
         groups.append(knot + np.geomspace(min(after.get(knot, first), gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(groups))
@@ -248,8 +258,8 @@ def jump_times(inputs: Inputs, end: float) -> np.ndarray:
 
 
 def thin_out(times: np.ndarray, most: int) -> np.ndarray:
-    """Return the indices of at most ``most`` times, spread over all."""
-    return np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
+    """Return at most ``most`` of some times, spread over all."""
+    return times[np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))]
 
 
 def largest_differences(a: Quantities, b: Quantities) -> dict[str, float]:

@@ -17,7 +17,7 @@ from fem3d.results import outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
 from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.transient import Base
-from scenes.errors import RunawayInTimeError
+from scenes.errors import NumericsError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 MOST_ROWS = 20_000  # of traces
@@ -73,10 +73,10 @@ def bound_response(
     bases[0].heat.let_go()
     try:
         low = responses.respond_in_lower_space(study, bases[1], shift, fine)
-    except RunawayInTimeError as runaway:
+    except NumericsError as failure:
         if not bases[0].nonlinear:
             raise
-        raise CoarseMeshError("a lower space runs away over time, and the fine one does not") from runaway
+        raise CoarseMeshError("the mesh is too coarse for a response in each of its spaces") from failure
     errors, goals = _errors(study, problems, estimator, fine, low, steady_errors)
     answer, scales = fine.answer, fine.scales
     relative = {name: error / scales[name] for name, error in errors.items()}
@@ -96,7 +96,7 @@ def _early(study: Study, fine: FineResponse, low: Response, rows: np.ndarray) ->
     """Estimate the errors of traces at the ``rows`` (s) soon after the start and after jumps: twice the changes by the
     last degree and by the last Krylov fields, for want of a measured rate, and jumps of the mesh (`_jumps`)."""
     soon = rows[~responses.sure(study, fine.answer.heat, rows)]
-    times, compared = soon[thin_out(soon, 200)], (fine.answer, low, fine.worse)
+    times, compared = thin_out(soon, 200), (fine.answer, low, fine.worse)
     traces, *others = (study.traces(outputs.of_transient(each, study.part, times)) for each in compared)
     apart, jumps = [largest_differences(traces, other) for other in others], _jumps(study, fine.answer)
     return {name: 2 * sum(each[name] for each in apart) + jumps.get(name, 0.0) for name in traces}

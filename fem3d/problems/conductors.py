@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Ordering
 from fem3d.problems.current import SOLVED, Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.material_laws import CellProperty, cells_with_law
+from fem3d.problems.material_laws import CellProperty, cells_with_law, table_points
 from fem3d.problems.paths import Crossing, Label, RowIntegrals, Section, Terminal, crossings
 from fem3d.problems.reactions import share_reactions
 from fem3d.spaces.domain import Domain
@@ -30,7 +30,8 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     # Rows are the cells, then the facets of each contact that the current crosses.
     crossed, body = crossings(heat.domain), domain.body[cells]
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, body, None]
-    on = RowIntegrals(heat.domain.space.on(cells), space.on(cells), crossed, np.sqrt(ratios))
+    more = table_points(domain, "resistivity")
+    on = RowIntegrals(heat.domain.space.on(cells, more), space.on(cells, more), crossed, np.sqrt(ratios))
     initial, counts = domain.scene.initial_temperature, [len(c.warmed[0].areas) for c in crossed]
     lines = np.array([linear_resistivity(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
     cold = np.vstack([lines[body, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
@@ -49,7 +50,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
         heat=heat, cells=cells, on=on, free=free, cold=cold, warm=warm, voltages=voltages, electrodes=electrodes,
         sections=sections, matrix=csc_array(matrix), labels=_labels(domain, cells, crossed),
         elimination=heat.elimination if shared else Ordering(np.vstack([space.places, *ends])), solved=solved,
-        terminals=terminals, law=CellProperty(domain, "resistivity", cells) if follows else None,
+        terminals=terminals, law=CellProperty(domain, "resistivity", cells) if follows else None, more=more,
     )  # fmt: skip
 
 

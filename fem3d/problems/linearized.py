@@ -118,7 +118,8 @@ def refine_quadratures(
     heat: HeatProblem, conductor: Conductor | None, points: int
 ) -> tuple[HeatProblem, Conductor | None]:
     """Return the problem by quadratures of its laws with so many more points along each axis."""
-    terms: tuple[Any, ...] = heat.terms
-    finer = replace(heat, terms=tuple(replace(term, more=term.more + points) for term in terms))
+    terms: tuple[Any, ...] = (*heat.terms, heat.storage)
+    *finer_terms, storage = (term and replace(term, more=term.more + points) for term in terms)
+    finer = replace(heat, terms=tuple(finer_terms), storage=storage)
     finer.cache.update(heat.cache)
     return finer, conductor and conductor.finer(points)

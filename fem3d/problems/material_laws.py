@@ -23,6 +23,9 @@ from scenes import laws, physics
 from scenes.faces import COLDEST
 from scenes.laws import Property
 
+# A choice: on 24 bars of random tables it saves a third of the unknowns at 1.05 times the time; six save no more.
+TABLE_POINTS = 4
+
 
 class Term(Protocol):
     """A nonlinear term of the heat problem: at a field u (functions,), a rise in K."""
@@ -82,6 +85,12 @@ def cells_with_law(domain: Domain, key: str) -> np.ndarray:
     return np.flatnonzero(follows[domain.body])
 
 
+def table_points(domain: Domain, key: str) -> int:
+    """How many more points along each axis quadratures of a property take: where the slope of a table jumps, more."""
+    given = (law for material in domain.materials for law in laws.of(getattr(material, key)))
+    return TABLE_POINTS * any(isinstance(getattr(law, "table", law), laws.Table) for law in given)
+
+
 class LawCells(NamedTuple):
     """Cells whose property follows the temperature: their quadrature, the law, its value at the initial temperature
     (cells, 1) or with axes in front, and their numbers."""
@@ -93,8 +102,9 @@ class LawCells(NamedTuple):
 
 
 def cells_by_law(domain: Domain, key: str, more: int) -> list[LawCells]:
-    """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis."""
-    found = []
+    """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis, and
+    `table_points`."""
+    found, more = [], more + table_points(domain, key)
     for alike in domain.space.alike(cells_with_law(domain, key)):
         law = CellProperty(domain, key, alike)
         found.append(LawCells(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
@@ -147,12 +157,13 @@ class Storage:
     """The heat capacity less its value at the initial temperature, on the cells where it follows the temperature."""
 
     domain: Domain
+    more: int = 1
 
     @cached_property
     def groups(self) -> list[tuple[CellIntegrals, CellProperty, np.ndarray, np.ndarray]]:
         """`cells_by_law` of the specific heat, with the density (cells, 1) of their cells."""
         density = self.domain.per_cell("density")
-        return [(*p[:3], density[p.cells][:, None]) for p in cells_by_law(self.domain, "specific_heat", 1)]
+        return [(*p[:3], density[p.cells][:, None]) for p in cells_by_law(self.domain, "specific_heat", self.more)]
 
     def power(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""

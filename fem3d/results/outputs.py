@@ -109,7 +109,7 @@ def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> 
         if i not in response.outputs:
             # Inputs may jump at the end of the step.
             last = (step.start + step.length) * (1 - 8 * np.finfo(float).eps)
-            response.outputs[i] = _of_step(response, symmetry, np.minimum(step.start + points * step.length, last))
+            response.outputs[i] = of_step(response, symmetry, np.minimum(step.start + points * step.length, last))
         x = 2 * (times[during] - step.start) / step.length - 1
         weights = legvander(x, count - 1) @ to_legendre
         for name, values in response.outputs[i].items():
@@ -117,7 +117,7 @@ def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> 
     return out | {"time": times}
 
 
-def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
+def of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
     """The outputs of a response at full order at some times (s)."""
     heat, conductor, g = response.heat, response.conductor, response.heat.inputs.at(times)
     rises, rates = (np.array(each) for each in zip(*map(response.at, times.tolist()), strict=True))

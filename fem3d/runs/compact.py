@@ -10,7 +10,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import lru_cache, partial
-from itertools import pairwise
 from threading import Lock
 from time import thread_time
 from typing import Any
@@ -35,7 +34,7 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
-from scenes.result import Result
+from scenes.result import Result, Traces
 from statespace.channels import OWN, Channel, apart, channels, driven, scenarios
 from statespace.document import scene_document
 from statespace.reduction import SOONER, Reference, References, StateSpace, Times, not_reached, reduce, worst
@@ -208,7 +207,7 @@ def _references(
     at: Any = slice(None)
     if not scene.steady:
         results.append(solve(finer))
-        at = comparison_rows(scene, results[-1].over_time.time)
+        at = comparison_rows(results[-1].over_time)
     runs = [Reference.of_result(inputs, result, result.details["scales"], at) for result in results]
     if own is None:
         return runs
@@ -226,14 +225,9 @@ def _rise(scene: AnyScene, runs: list[Reference]) -> float:
     return max(rises, default=0.0)
 
 
-def comparison_rows(scene: AnyScene, times: np.ndarray) -> np.ndarray:
-    """Choose up to 60 times for the comparison of a model, where the accuracy holds, also after a jump."""
-    first = earliest(scene)
-    given = [c.value for c in channels(scene) if isinstance(c.value, Schedule)]
-    jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
-    waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
-    late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
-    return late[np.unique(np.linspace(0, len(late) - 1, 60).astype(int))]
+def comparison_rows(traces: Traces) -> np.ndarray:
+    """Choose up to 60 rows for the comparison of a model, where the errors of the traces hold."""
+    return responses.thin_out(np.flatnonzero(traces.sure(traces.time)), 60)
 
 
 def _problem(

@@ -116,6 +116,18 @@ class _State(NamedTuple):
     potential: CurrentField | None = None
 
 
+def _balance(
+    heat: HeatProblem, conductor: Conductor | None, g: np.ndarray, state: _State
+) -> tuple[np.ndarray, CurrentField | None]:
+    """The heat (all dofs,) that is missing (W) in a state at inputs g, and the current there."""
+    lack = g @ heat.loads - heat.outflow(state.rise) - heat.stored(state.rise, state.rate)
+    if conductor is None:
+        return lack, None
+    guess = None if state.potential is None else state.potential.potential
+    current = conductor.solve(state.rise, g @ conductor.voltages, guess)
+    return lack + conductor.joule_load(current.density, state.rise), current
+
+
 class _StepTangent:
     """The derivative of the equations at a state, with factors of its symmetric part for one ``shift`` (s)."""
 
@@ -151,19 +163,16 @@ class March:
     ----------
     heat, conductor : the heat problem, not linearized, and the current problem of the same mesh, or None
     tolerance : error of each step at the vertices, relative to the largest rise so far
-    points : extra quadrature points along each axis for the laws; linearizations keep the quadrature of the problem
     """
 
     growth = 8.0  # largest ratio of successive steps
 
-    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float, points: int = 0) -> None:
-        self._linear, self._tolerance = (heat, conductor), tolerance
-        self._heat, finer = refine_quadratures(heat, conductor, points) if points else (heat, conductor)
-        self._conductor = finer
-        if finer is not None:
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float) -> None:
+        self._heat, self._conductor, self._tolerance = heat, conductor, tolerance
+        if conductor is not None:
             # Newton's steps get no smaller than the noise of potentials.
-            self._conductor = replace(finer, solved=NEWTON * tolerance)
-            self._conductor.cache.update(finer.cache)
+            self._conductor = replace(conductor, solved=NEWTON * tolerance)
+            self._conductor.cache.update(conductor.cache)
         vertices = heat.unit[: heat.free] == 1.0
         self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
         self._rounding = 1e-11 * max(float(heat.domain.scene.initial_temperature), 1.0)
@@ -294,16 +303,12 @@ class March:
         size, potential = np.inf, near.potential
         for number in range(MOST_NEWTON):
             state = _State(np.concatenate([base + shift * rate, given]), np.concatenate([rate, changing]), potential)
-            lack = g @ heat.loads - heat.outflow(state.rise) - heat.stored(state.rise, state.rate)
-            if conductor is not None:
-                guess = None if potential is None else potential.potential
-                potential = conductor.solve(state.rise, g @ conductor.voltages, guess)
-                lack += conductor.joule_load(potential.density, state.rise)
-                state = state._replace(potential=potential)
+            lack, potential = _balance(heat, conductor, g, state)
+            state = state._replace(potential=potential)
             if not np.isfinite(lack).all():
                 break
             if self._linearization is None:
-                self._linearization = _StepTangent(*self._linear, state, shift)
+                self._linearization = _StepTangent(heat, conductor, state, shift)
             change, count = self._linearization.solve(lack[: heat.free], shift)
             self._inner += count
             rate, before, size = rate + change, size, shift * largest(change[self._vertices])
@@ -319,3 +324,20 @@ class March:
             if number and self._contraction >= 1.0:
                 break
         raise NumericsError("Newton's method does not converge in a step")
+
+
+def by_finer_quadratures(response: FullResponse, times: np.ndarray) -> list[FullResponse]:
+    """Return a response at some times (s) by quadratures of laws with one, two and three more points along each axis:
+    the loads that these add act for an implicit Euler step from time 0 on."""
+    own, n = (response.heat, response.conductor), response.heat.free
+    finer = [FullResponse(*refine_quadratures(*own, points), []) for points in (1, 2, 3)]
+    for time in times.tolist():
+        g, state = response.heat.inputs.at(time), _State(*response.at(time))
+        lack, current = _balance(*own, g, state)
+        state = state._replace(potential=current)
+        tangent = _StepTangent(*own, state, time)
+        for each in finer:
+            load = _balance(each.heat, each.conductor, g, state)[0] - lack
+            rise = state.rise + np.append(time * tangent.solve(load[:n], time)[0], np.zeros(len(load) - n))
+            each.steps.append(CubicStep(time, time, rise, state.rate, rise, state.rate))
+    return finer

@@ -169,11 +169,10 @@ class Linearization:
 
 
 class Newton:
-    """Newton's method for some equations. ``steps`` counts its steps, ``factors`` solve an earlier linearization, and
-    ``folded`` says whether a path of its states has turned back."""
+    """Newton's method for some equations. ``steps`` counts its steps; ``factors`` solve an earlier linearization."""
 
     def __init__(self, equations: Equations, factors: Solver) -> None:
-        self.equations, self.factors, self.steps, self.folded = equations, factors, 0, False
+        self.equations, self.factors, self.steps = equations, factors, 0
 
     def correct(
         self, point: Point, row: np.ndarray | None, tolerance: float, surely: bool = False
@@ -205,9 +204,9 @@ class Newton:
 
     def quadrature_error(self, point: Point, row: np.ndarray | None = None) -> float:
         """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
-        the rise and the potential, of the currents and of their heat; with a ``row`` as of `correct` that of its mu.
-        The error that a kink leaves jumps from rule to rule: it exceeds the sum of three differences for 1 of 500
-        random pairs of kinks, the larger of two for 24."""
+        the rise, the potential and the currents; with a ``row`` as of `correct` that of its mu. The error by a kink
+        jumps from rule to rule: it exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger
+        of two for 24."""
         equations, linearization, off = self.equations, Linearization(self.equations, point), 0.0
         for finer in map(equations.finer, (1, 2, 3)):
             try:
@@ -220,8 +219,7 @@ class Newton:
                 both = (equations.conductor, point), (finer.conductor, other)
                 given = (c.current(p.potential, p.resistivity, p.rise).currents for c, p in both)
                 currents, others = (np.array([*each.values()]) for each in given)
-                made, again = (float(equations.heat.unit @ p.driven) for p in (point, other))
-                changes += [largest(others - currents) / (largest(currents) or 1.0), abs(again - made) / (made or 1.0)]
+                changes.append(largest(others - currents) / (largest(currents) or 1.0))
             off += max(changes)
         return off
 

@@ -21,13 +21,12 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.linearized import LinearizedHeat, linearized, refine_quadratures
+from fem3d.problems.linearized import LinearizedHeat, linearized
 from fem3d.problems.paths import Label
 from fem3d.solution.newton import (
     HOTTEST,
@@ -44,8 +43,7 @@ from fem3d.solution.newton import (
 from scenes.errors import BeyondLawError, NumericsError, RunawayError
 
 ON_PATH = 1e-5  # relative error of the states of a path, whose largest drive messages state in three digits
-MOST_FINER = 4  # times that the quadrature of laws is refined
-NEGLIGIBLE = 0.03  # of the accuracy: what a finer quadrature of laws, or another pattern of the current, may change
+NEGLIGIBLE = 0.03  # of the accuracy: what another pattern of the current may change
 TIGHT = 1e-2  # part of the accuracy that Newton's iteration may leave, and to which changes of states are solved
 
 
@@ -61,7 +59,6 @@ class SteadyState:
         probes (A)
     potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
     unsettled : relative error of iteration and quadrature
-    folded : whether the path of states to this one has turned back
     """
 
     heat: HeatProblem
@@ -73,7 +70,6 @@ class SteadyState:
     power: float = 0.0
     potential: np.ndarray | None = None
     unsettled: float = 0.0
-    folded: bool = False
     density: np.ndarray = field(default_factory=lambda: np.zeros((3, 0, 0)))
 
     @property
@@ -96,7 +92,7 @@ def solve_steady(
     ----------
     heat, conductor : the heat equation, and the current equation on the same mesh; None for heat alone
     drive : voltage (V) or current (A) of the inputs, for `RunawayError.limit`; 0 for heat alone, for a fraction of it
-    accuracy : relative accuracy of the rises. Iteration and quadrature aim at a small part of it.
+    accuracy : relative accuracy of the rises. The iteration aims at a small part of it.
     start, potential : (all dofs,), rise (K), and (functions,), V, near the solution, as in another space
 
     Raises RunawayError if the path ends below the whole drive: its ``limit`` is the largest drive on the path. Raises
@@ -110,24 +106,12 @@ def solve_steady(
     tangent = heat if isinstance(heat, LinearizedHeat) else None
     newton = Newton(Equations(tangent.exact if tangent else heat, conductor), heat.solve_steady)
     point, unsettled = _search(newton, drive, TIGHT * accuracy, start, potential)
-    off = layers = 0.0
-    for _ in range(MOST_FINER if newton.equations.nonlinear and tangent is None else 0):
-        layers = newton.equations.layer_error(point)
-        off = newton.quadrature_error(point) + layers
-        if off <= NEGLIGIBLE * accuracy:
-            break
-        finer = Newton(newton.equations.finer(2), newton.factors)
-        try:
-            point, unsettled = finer.correct(finer.equations.at(point.x), None, TIGHT * accuracy)
-        except NotConvergedError:
-            if layers <= accuracy:
-                break  # the coarser quadrature stands, with its error
-            point, unsettled = _search(finer, drive, TIGHT * accuracy)
-        finer.folded |= newton.folded
-        newton = finer
-    if layers > accuracy:
-        raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
-    return replace(read_state(newton.equations, point, unsettled + off, tangent), folded=newton.folded)
+    off = 0.0
+    if newton.equations.nonlinear and tangent is None:
+        if (off := newton.equations.layer_error(point)) > accuracy:
+            raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
+        off += newton.quadrature_error(point)
+    return read_state(newton.equations, point, unsettled + off, tangent)
 
 
 def _search(
@@ -232,7 +216,6 @@ class Continuation:
                 continue
             self._off = off if folds or highest.mu > top else self._off
             self._jagged |= before.mu > point.mu < new.mu < top
-            newton.folded |= folds
             if largest(new.rise) > HOTTEST:
                 raise self._too_hot(top, point, new)
             top = max(top, highest.mu)
@@ -347,12 +330,7 @@ class Tangent:
 
     def state(self, heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
         """Return the state of a scene beside, from its heat problem and its conductor on the same cells, moved."""
-        # The equations of the scene beside, by the quadratures of laws and with the factors of this one.
-        base, change = self._newton.equations, np.zeros(len(self._point.x))
-        pairs: Any = zip((*base.heat.terms, base.conductor), (*heat.terms, conductor), strict=True)
-        if points := max((a.more - b.more for a, b in pairs if a is not None), default=0):
-            heat, conductor = refine_quadratures(heat, conductor, points)
-        equations = Equations(heat, conductor)
+        equations, change = Equations(heat, conductor), np.zeros(len(self._point.x))
         residual = equations.at(self._point.x).residual - self._point.residual
         for _ in range(self._solutions if residual.any() else 0):
             change += self._newton.solve(self._derivative, residual - self._derivative(change), None)

@@ -15,7 +15,7 @@ from fem3d.solution import exponential
 from fem3d.solution.exponential import integrate
 from fem3d.solution.march import RK_A, RK_B3, RK_C, March
 from scenes.errors import NumericsError
-from scenes.laws import PowerLaw
+from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.sink import SILICON
 from tests.fem3d import BAR, bar, bar_grid, end, off, problem
@@ -175,6 +175,18 @@ def test_all_of_many_output_times_are_rows():
     scene = Scene("s", (box,), (base,), (tip,), end_time=2e-3, output_times=asked)
     times = solve(scene).traces.time
     assert np.isin(asked, times).all()
+
+
+def test_error_of_a_table_over_time_holds_where_its_bends_lie_inside_cells():
+    """Between cold ends k rho dT integrates to V^2 / 8 from the ends to the peak, at rest."""
+    law = Table((375.0, 428.0, 653.0, 1076.0, 1120.0), (7.27e-5, 8.5e-5, 9.26e-5, 11.46e-5, 11.7e-5))
+    volts = (8 * 130.0 * (law.integral(2000.0) - law.integral(293.0))) ** 0.5
+    cold = [end(side, "temperature", 293.0) for side in (0, 1)]
+    material = replace(SILICON, resistivity=law, temperature_coefficient=0.0)
+    scene = bar(material, *cold, end(0, "voltage", volts), end(1, "voltage", 0.0))
+    last = 20 * np.pi**2 * SLOWEST
+    traces = solve(replace(scene, end_time=last, output_times=(last,), accuracy=1e-2)).over_time
+    assert abs(traces.values["middle"][-1] - 2000.0) <= traces.errors["middle"]
 
 
 @pytest.mark.parametrize("key", ["thermal_conductivity", "specific_heat"])
