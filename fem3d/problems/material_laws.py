@@ -86,9 +86,9 @@ def cells_with_law(domain: Domain, key: str) -> np.ndarray:
 
 
 def table_points(domain: Domain, key: str) -> int:
-    """How many more points along each axis quadratures of a property take: where the slope of a table jumps, more."""
-    given = (law for material in domain.materials for law in laws.of(getattr(material, key)))
-    return TABLE_POINTS * any(isinstance(getattr(law, "table", law), laws.Table) for law in given)
+    """How many more points along each axis quadratures of a property take: some at rest where a table's slope jumps."""
+    given = (getattr(law, "table", law) for material in domain.materials for law in laws.of(getattr(material, key)))
+    return TABLE_POINTS * (domain.scene.steady and any(isinstance(law, laws.Table) for law in given))
 
 
 class LawCells(NamedTuple):
