@@ -243,7 +243,7 @@ def extrapolate(
 
         J = J_p + sum_i c_i d_i + c (d - sum_i d_i).
 
-    The rest comes by way of other quantities: c is the mean of the factors, including those of the power. Where a study
+    The rest comes by way of other quantities: c is the mean of the factors, also of the power. Where a study
     wants the fields' own values, or a law causes errors away from edges, return the solution as it is, and the largest
     change by later degrees, at least the change by the last one.
     """

@@ -35,7 +35,7 @@ class BoundedResponse:
     transient: Response
     generations: int  # of fields
     goals: list[np.ndarray]
-    relative: dict[str, float]  # errors without those between rows, over their scales
+    relative: dict[str, float]  # errors but between rows, over their scales
     scales: dict[str, float]  # of the relative errors, in the traces' units
     imbalance: float = np.nan  # stored + lost - supplied heat over what passed, the largest over time
     between: float = 0.0  # the largest relative error of straight lines between rows

@@ -112,7 +112,7 @@ def cells_by_law(domain: Domain, key: str, more: int) -> list[LawCells]:
 
 
 def coupled_by_laws(domain: Domain) -> csc_array:
-    """(functions, functions): zeros where laws may couple functions, all those of a cell; constants couple fewer."""
+    """(functions, functions): zeros where laws may couple functions, all of a cell; constants couple fewer."""
     entries = []
     for key in ("thermal_conductivity", "specific_heat"):
         for on, *_ in cells_by_law(domain, key, 0):
