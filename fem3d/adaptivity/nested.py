@@ -213,8 +213,7 @@ def solve_space(study: Study, problems: Problems, number: int = -1, start: np.nd
     if number not in problems.states:
         heat, conductor = problems.heats[number], problems.conductors[number]
         fine = problems.states.get(len(problems.heats) - 1)
-        if fine is not None:
-            start = fine.heat.field(fine.rise)
+        start = start if fine is None else fine.heat.field(fine.rise)
         at = None if start is None else heat.take(start)
         potential = None if fine is None else fine.potential
         if physics.heat(problems.domain.scene):

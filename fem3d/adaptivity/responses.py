@@ -197,7 +197,8 @@ def by_quadratures(study: Study, answer: FullResponse) -> dict[str, float]:
     times = thin_out(np.array(answer.ends()), KNOTS)
     finer = by_finer_quadratures(answer, times)
     own, *others = (study.traces(outputs.of_step(each, study.part, times)) for each in (answer, *finer))
-    return {name: sum(largest_differences(own, other)[name] for other in others) for name in own}
+    apart = [largest_differences(own, other) for other in others]
+    return {name: sum(each[name] for each in apart) for name in own}
 
 
 def linearize(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
