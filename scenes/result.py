@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
@@ -47,6 +48,16 @@ class Traces:
             until = jump + min(wait, (following - jump) / 2) * (1 - 1e-9)
             mask &= ~((times >= jump) & (times < until))
         return mask
+
+    def extremes(self, name: str) -> list[Estimate]:
+        """Return the least and the largest value of a quantity; a row with a wide error may have the true extreme."""
+        errors, found = self.error_at(name, self.time), []
+        for sign in (-1.0, 1.0):
+            values, bounds = sign * self.values[name][errors < math.inf], errors[errors < math.inf]
+            top = values.max()
+            error = max((bounds + (values - top)).max(), (bounds - (values - top)).min())
+            found.append(Estimate(float(sign * top), float(error)))
+        return found
 
 
 @dataclass(frozen=True)

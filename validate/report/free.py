@@ -114,10 +114,7 @@ def _read(result: Result, name: str) -> list[Estimate]:
     """The steady value of a probe; or over time its last value, and the extremes that have a known error bound."""
     if (traces := result.traces) is None:
         return [result.steady[name]]
-    errors = traces.error_at(name, traces.time)
-    values, known = traces.values[name][errors < math.inf], errors[errors < math.inf]
-    extremes = (Estimate(float(values[i]), float(known[i])) for i in (values.argmin(), values.argmax()))
-    return [Estimate(float(traces.values[name][-1]), traces.errors[name]), *extremes]
+    return [Estimate(float(traces.values[name][-1]), traces.errors[name]), *traces.extremes(name)]
 
 
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:

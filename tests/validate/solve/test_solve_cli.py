@@ -53,6 +53,12 @@ def test_where_errors_hold_after_jumps():
     assert times[traces.sure(times)].tolist() == [1.0, 3.9, 5.0, 5.9, 6.0, 10.0]
 
 
+def test_an_extreme_may_lie_where_errors_are_wide():
+    """Soon after the start the truth may be as high as 2 + 5, and is nowhere below -3 + 0.1 for sure."""
+    traces = Traces(np.arange(4.0), {"flow": np.array([2.0, -3.0, 1.0, 4.0])}, {"flow": 0.1}, 0.5, early={"flow": 5.0})
+    assert [(e.value, e.error) for e in traces.extremes("flow")] == [(-3.0, 0.1), (4.0, 3.0)]
+
+
 def test_terminal_reads_at_80_columns(capsys):
     for arguments in (["bridge"], ["hotplate"], ["plate", "--explain"]):
         solve(*arguments)
