@@ -18,11 +18,12 @@ from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import Contributions, Estimator, tail
 from fem3d.adaptivity.nested import Problems, Solution, solve_space
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import LinearizedHeat
 from fem3d.results import outputs
 from fem3d.results.outputs import SOLVE_ROUNDING, Study
 from fem3d.results.probes import extreme, reading
 from fem3d.solution.newton import CoarseMeshError
-from fem3d.solution.steady import SteadyState
+from fem3d.solution.steady import SteadyState, Tangent
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import BeyondLawError, NumericsError
@@ -284,8 +285,10 @@ def bound_errors(study: Study, problems: Problems, fine: Solution, estimator: Es
     if estimator.later_factors is not None:
         better, doubts = nested.extrapolate(study, problems, fine, low, scales, heat, current, estimator)
         doubts = {name: doubt + scales[name] * float(np.sum(at_jumps.get(name, 0.0))) for name, doubt in doubts.items()}
+    missed = [_by_quadratures(study, solution) for solution in (fine, low)]
     unsettled = fine.state.unsettled + low.state.unsettled + SOLVE_ROUNDING
-    errors, least = (_add_others(study, fine, scales, each, unsettled) for each in (errors, doubts))
+    beside = {name: sum(each[name] for each in missed) + unsettled * scales[name] for name in errors}
+    errors, least = (_add_others(study, fine, scales, each, beside) for each in (errors, doubts))
     moved = frozenset(name for name, value in fine.quantities.items() if better.quantities[name] != value)
     return Level(problems, better, low, scales, errors, goals, least, moved)
 
@@ -295,17 +298,27 @@ def scales_of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str
     return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
 
 
-def _add_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], unsettled: float) -> Errors:
-    """Add to errors of space the ``unsettled`` (relative) error of the coupled iteration and the doubt of an extreme's
-    place. An error is at least the imbalance of heat, in watts for a heat flow, else relative to the passing heat; a
-    ratio's relative error is at least the relative error of its divided goal."""
+def _by_quadratures(study: Study, solution: Solution) -> Errors:
+    """Estimate the errors by quadratures of laws: the sums of the changes by finer ones."""
+    others = []
+    if isinstance(solution.state.heat, LinearizedHeat):
+        states = Tangent(solution.state, study.accuracy).by_finer_quadratures()
+        others = [study.steady(outputs.of_steady(state, study.part)) for state in states]
+    own = solution.quantities
+    return {name: float(sum(abs(each[name] - own[name]) for each in others)) for name in own}
+
+
+def _add_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], beside: Errors) -> Errors:
+    """Add to errors of space the errors ``beside`` and the doubt of an extreme's place. An error is at least the
+    imbalance of heat, in watts for a heat flow, else relative to the passing heat; a ratio's relative error is at least
+    the relative error of its divided goal."""
     gap, part = outputs.heat_imbalance(fine.out)
     probes, errors = fine.state.heat.domain.probes, dict[str, float]()
     for name, error in space.items():
         probe = study.goals.get(name)
         imbalance = gap if probe is not None and probes[probe].quantity == "heat_flow" else 0.0
         doubt = float(fine.out.get(f"doubt:{probe}", 0.0))
-        errors[name] = max(error + unsettled * scales[name] + doubt, part * scales[name], imbalance)
+        errors[name] = max(error + beside[name] + doubt, part * scales[name], imbalance)
     values = {name: abs(float(value)) for name, value in fine.quantities.items()}
     ratios = {
         name: max(errors[name], errors[goal] / values[goal] * values[name]) for name, goal in study.ratios.items()

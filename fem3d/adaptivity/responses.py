@@ -193,7 +193,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
 
 def by_quadratures(study: Study, answer: FullResponse) -> dict[str, float]:
     """Estimate the errors of traces by quadratures of laws: the sums of their changes by three finer ones, as in
-    `Newton.quadrature_error`, at a few times."""
+    `goal_errors.bound_errors`, at a few times."""
     times = thin_out(np.array(answer.ends()), KNOTS)
     finer = by_finer_quadratures(answer, times)
     own, *others = (study.traces(outputs.of_step(each, study.part, times)) for each in (answer, *finer))

@@ -25,6 +25,9 @@ MOST_NEWTON = 20  # steps at one point: at the slowest contraction, `CONTRACTS`,
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
 # section 2.1: 1/2).
 CONTRACTS = 0.5
+# Further points along each axis, by which quadratures of laws are compared. The error by a kink jumps from rule to
+# rule: it exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two for 24.
+FINER = (1, 2, 3)
 HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's method alone goes to twice that
 
 
@@ -202,26 +205,17 @@ class Newton:
                 return point, left
         raise NotConvergedError("Newton's method does not converge")
 
-    def quadrature_error(self, point: Point, row: np.ndarray | None = None) -> float:
-        """The relative error that quadratures of laws leave in a state: the sum of its changes by three finer ones, of
-        the rise, the potential and the currents; with a ``row`` as of `correct` that of its mu. The error by a kink
-        jumps from rule to rule: it exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger
-        of two for 24."""
-        equations, linearization, off = self.equations, Linearization(self.equations, point), 0.0
-        for finer in map(equations.finer, (1, 2, 3)):
+    def quadrature_error(self, fold: Point, row: np.ndarray) -> float:
+        """The relative error that quadratures of laws leave in the mu of a fold: the sum of its changes by finer ones
+        on the plane of a ``row`` (`correct`). Raises BeyondLawError where the resistivity is not positive in one."""
+        linearization, off = Linearization(self.equations, fold), 0.0
+        for points in FINER:
             try:
-                other = finer.at(point.x)
+                residual = self.equations.finer(points).at(fold.x).residual
             except VanishedError:
                 raise BeyondLawError from None
-            change = self.solve(linearization, other.residual, row)
-            changes = [equations.size(change, point) if row is None else abs(float(change[-1])) / max(point.mu, 1e-300)]
-            if row is None and equations.conductor is not None and finer.conductor is not None:
-                both = (equations.conductor, point), (finer.conductor, other)
-                given = (c.current(p.potential, p.resistivity, p.rise).currents for c, p in both)
-                currents, others = (np.array([*each.values()]) for each in given)
-                changes.append(largest(others - currents) / (largest(currents) or 1.0))
-            off += max(changes)
-        return off
+            off += abs(float(self.solve(linearization, residual, row)[-1]))
+        return off / max(fold.mu, 1e-300)
 
     def solve(self, linearization: Linearization, residual: np.ndarray, row: np.ndarray | None) -> np.ndarray:
         """(unknowns,): the change that removes residuals, and whose product with a ``row`` (unknowns,) is zero, by

@@ -26,9 +26,10 @@ import numpy as np
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.linearized import LinearizedHeat, linearized
+from fem3d.problems.linearized import LinearizedHeat, linearized, refine_quadratures
 from fem3d.problems.paths import Label
 from fem3d.solution.newton import (
+    FINER,
     HOTTEST,
     RESIDUAL,
     CoarseMeshError,
@@ -58,7 +59,7 @@ class SteadyState:
     joule, power, currents : the Joule heat by the labels of rows, and of all (W); the currents into electrodes and
         probes (A)
     potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
-    unsettled : relative error of iteration and quadrature
+    unsettled : relative error of the iteration, and by layers of laws that lie between the points of quadratures
     """
 
     heat: HeatProblem
@@ -106,11 +107,9 @@ def solve_steady(
     tangent = heat if isinstance(heat, LinearizedHeat) else None
     newton = Newton(Equations(tangent.exact if tangent else heat, conductor), heat.solve_steady)
     point, unsettled = _search(newton, drive, TIGHT * accuracy, start, potential)
-    off = 0.0
-    if newton.equations.nonlinear and tangent is None:
-        if (off := newton.equations.layer_error(point)) > accuracy:
-            raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
-        off += newton.quadrature_error(point)
+    off = newton.equations.layer_error(point) if newton.equations.nonlinear and tangent is None else 0.0
+    if off > accuracy:
+        raise CoarseMeshError("the mesh is too coarse for the laws of the temperature")
     return read_state(newton.equations, point, unsettled + off, tangent)
 
 
@@ -339,3 +338,11 @@ class Tangent:
             tangent = LinearizedHeat.of(heat, known.about, known.stiffness, known.rest)
             tangent.cache.update(solve_steady=self._newton.factors)
         return read_state(equations, equations.at(self._point.x + change), 0.0, tangent)
+
+    def by_finer_quadratures(self) -> list[SteadyState]:
+        """Return the states by finer quadratures of the laws. Raises BeyondLawError where the resistivity is not
+        positive in one."""
+        try:
+            return [self.state(*refine_quadratures(self._state.exact, self._state.conductor, n)) for n in FINER]
+        except VanishedError:
+            raise BeyondLawError from None

@@ -322,7 +322,7 @@ def test_errors_hold_on_hexahedra_at_singular_edges():
     """Their single contribution shows no rate. A mean was off by 1.4 times its error."""
     outcome = stress.examine(53100003, "meshes")
     assert not outcome.ended
-    assert 0.05 < max(outcome.violations.values()) <= 1.0
+    assert 0.1 < max(outcome.violations.values()) <= 1.0
 
 
 def test_errors_hold_on_hexahedra_far_longer_than_a_layer_is_thick(tmp_path):
