@@ -166,7 +166,7 @@ class Surface:
 
     def on_some(self, facets: np.ndarray) -> FaceIntegrals:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
-        return self._cache.get_or_make(facets.tobytes(), lambda: self.domain.seen(facets).finer(self.more))
+        return self._cache.get_or_make(facets.tobytes(), lambda: self.domain.seen(facets, more=self.more))
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): the heat that leaves beyond the Robin condition, in W."""
