@@ -1,6 +1,6 @@
 """The 3D electro-thermal model in rooms, each of which imports only those before it:
 
-`spaces` (weak forms, functions on cells, integrals), `problems` (matrices, their factors), `solution` (steady state,
+`spaces` (functions on cells, integrals), `problems` (matrices, their factors), `solution` (steady state,
 transient), `results` (probes, flows, fields), `adaptivity` (errors, refinement), and `runs` (from a scene to a result,
 its derivatives, the device, compact models).
 """

@@ -80,7 +80,7 @@ class Problems:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
-    def increments(self, rise: np.ndarray, time: float | None = None) -> list[np.ndarray]:
+    def increments(self, rise: np.ndarray, time: float | None) -> list[np.ndarray]:
         """Split a ``rise`` u = u_(p-2) + d_(p-1) + d_p, each (all dofs,), and return the increments d, lowest first.
 
         a(d_q, v) = 0 for all v of V(q-1), with a of the steady problem, or of a step of ``time`` (s).

@@ -49,8 +49,8 @@ def bound_response(
     shift: float,
     estimator: Estimator,
     steady: Level | None,
-    generations: int = 0,
-    as_it_is: bool = False,
+    generations: int,
+    as_it_is: bool,
 ) -> BoundedResponse:
     """Return the response of the first of two ``bases``, with errors by comparison with the lower space of the second.
 

@@ -19,7 +19,7 @@ from scipy.sparse import csc_array
 from fem3d.problems.cholesky import Factors, Ordering, Solver
 from fem3d.problems.material_laws import Storage, Term
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.sparse import combine, submatrix
+from fem3d.spaces.sparse import submatrix
 from scenes.model import Value
 from statespace.channels import Inputs
 
@@ -144,7 +144,7 @@ class HeatProblem:
         def make() -> Solver:
             matrix, domain = self.inner_stiffness, self.domain
             if not domain.anchored:
-                matrix = combine(matrix, 1.0 / domain.scene.end_time, self.inner_mass)
+                matrix = matrix + self.inner_mass / domain.scene.end_time
             return self.factors(matrix).solve
 
         return self.cache.get_or_make("solve_steady", make)
@@ -164,7 +164,7 @@ class HeatProblem:
             heat = heat + self.take(self.storage.power(self.field(rise), self.field(rate)))
         return heat
 
-    def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
+    def solve_dual(self, loads: np.ndarray, time: float | None) -> np.ndarray:
         """(k, free dofs): the solutions of the transposed problem for loads (k, free dofs), with K or (M + time K)."""
         return self.solve_steady(loads) if time is None else self.solve_shifted(time)(loads)
 
@@ -172,7 +172,7 @@ class HeatProblem:
         """Solver of (M + shift K) u = b on the free dofs; the factors of the last shift are kept."""
         last, solve = self.cache.pop("solve_shifted", (None, None))
         if last != shift:
-            solve = self.factors(combine(self.inner_mass, shift, self.inner_stiffness)).solve
+            solve = self.factors(self.inner_mass + shift * self.inner_stiffness).solve
         self.cache["solve_shifted"] = shift, solve
         return solve
 
@@ -203,10 +203,7 @@ class HeatProblem:
         for _ in range(2 if n else 0):
             # The matrix is symmetric: its columns serve as rows.
             residual = load - np.add.reduceat(entries * inner[k.indices], k.indptr[:-1])
-            change = self.solve_steady(residual.astype(float))
-            inner = inner + change
-            if np.abs(change).max() < 1e-8 * np.abs(inner).max():
-                break  # the next change is as much smaller than this one, below rounding
+            inner = inner + self.solve_steady(residual.astype(float))
         return np.concatenate([inner, rise[n:]])
 
     def norm(self, u: np.ndarray) -> float:

@@ -101,7 +101,7 @@ class RowIntegrals:
     def __init__(
         self, warmed: CellIntegrals, electric: CellIntegrals, crossings: Sequence[Crossing], roots: np.ndarray
     ) -> None:
-        self.warmed, self._electric, self._crossings = warmed, electric.scaled(1 / roots), crossings
+        self.warmed, self._electric, self._crossings = warmed, electric, crossings
         self.roots = roots
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
 
@@ -151,12 +151,12 @@ class RowIntegrals:
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, rows, points): the gradient of a function of the potential's, of contacts the jump."""
         jumps = [np.multiply.outer([1.0, 0.0, 0.0], c.potential.jump(u)) for c in self._crossings]
-        return self._rows([self._electric.gradient(u), *jumps])
+        return self._rows([self._electric.gradient(u) / self.roots, *jumps])
 
     def flow(self, flux: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a flux (3, rows, points) times the gradient of each of the potential's."""
         in_cells, *others = self._parts(flux)
-        flow = self._electric.flow(in_cells)
+        flow = self._electric.flow(in_cells / self.roots)
         for crossing, part in zip(self._crossings, others, strict=True):
             flow += crossing.potential.load(part[0])
         return flow

@@ -147,7 +147,7 @@ def plan(scene: AnyScene, mesh: Mesh | None = None) -> tuple[Step, ...]:
         graph: CellGraph = domain.placed
         reached = f"errors estimated, and compared with {scene.accuracy:g}"
     else:
-        part = symmetry.reduce(clipped(scene))
+        part = part_of(scene, False)
         line, graph = part.step, grid.graph(part.scene)
         if part.planes and on.whole:
             line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")

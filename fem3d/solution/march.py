@@ -36,7 +36,7 @@ from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import SHORTEST, count_step, last_time, runaway_error, step_at
 from fem3d.solution.newton import CONTRACTS, HOTTEST, MOST_NEWTON, largest
 from fem3d.solution.transient import resists
-from fem3d.spaces.sparse import combine, submatrix
+from fem3d.spaces.sparse import submatrix
 from scenes.errors import NumericsError
 from scenes.units import TIME
 
@@ -142,7 +142,7 @@ class _StepTangent:
             inner = heat.order[: heat.free]
             self._capacity = csc_array(self._capacity + submatrix(capacity, inner))
             self._rest = replace(self._rest, matrix=csc_array(self._rest.matrix + submatrix(steepness, inner)))
-        self._inverse = heat.factors(combine(self._capacity, shift, self._stiffness)).solve
+        self._inverse = heat.factors(self._capacity + shift * self._stiffness).solve
 
     def solve(self, load: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
         """Return the solution (free dofs,) of (C + shift (K + R)) d = load, and the steps of GMRES."""

@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.sparse import csc_array
 
 from fem3d.problems.current import Conductor
@@ -207,17 +206,6 @@ def _given_currents(
     # A current far below the others, as in a wire that only senses, is their rounding error.
     kept = sizes > DEPENDENT * max(abs(current) for p in patterns for current in p.currents.values())
     return sizes[kept, None] * v[kept], given @ u[:, kept]
-
-
-def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
-    """Make fields (free dofs, r) orthonormal in the mass matrix, without dependent fields: by Gram and Schmidt, and a
-    last pass by Cholesky, which is enough for fields that are nearly orthonormal."""
-    products = fields.T @ (heat.inner_mass @ fields)
-    if np.linalg.eigvalsh(products).min(initial=1.0) < 0.5:
-        fields, _ = independent_fields(fields, heat.inner_mass, fields[:, :0], fields[:, :0])
-        products = fields.T @ (heat.inner_mass @ fields)
-    made: np.ndarray = solve_triangular(np.linalg.cholesky(products), fields.T, lower=True).T
-    return made
 
 
 def independent_fields(

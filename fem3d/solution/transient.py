@@ -20,7 +20,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import nonlinear
 from fem3d.problems.paths import CurrentField
 from fem3d.solution.exponential import CollocationStep, Source, Trajectory, integrate
-from fem3d.solution.reduced import Reduced, independent_currents, independent_fields, orthonormal, project
+from fem3d.solution.reduced import Reduced, independent_currents, independent_fields, project
 from fem3d.solution.steady import NEGLIGIBLE, SteadyState
 from scenes.errors import BeyondLawError
 
@@ -81,7 +81,8 @@ class Base:
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
-        return project(self.heat, self.conductor, orthonormal(self.heat, fields), self.patterns)
+        basis, _ = independent_fields(fields, self.heat.inner_mass, fields[:, :0], fields[:, :0])
+        return project(self.heat, self.conductor, basis, self.patterns)
 
     def near(self, known: Reduced, values: np.ndarray | None) -> Reduced:
         """The reduced problem on the fields of a ``known`` one that this is near, made orthonormal here; ``values``

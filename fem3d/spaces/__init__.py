@@ -1,1 +1,1 @@
-"""Finite-element spaces: the weak forms, functions on bricks and mesh files, integrals, where a scene lies on cells."""
+"""Finite-element spaces on bricks, tetrahedra and mesh files, integrals, and the places of a scene on the cells."""

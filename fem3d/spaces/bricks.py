@@ -47,17 +47,12 @@ class BrickSpace(Space):
         self._classes = [np.flatnonzero(kind.ravel() == k) for k in range(kinds.shape[1])]
 
     @cached_property
-    def position(self) -> np.ndarray:
-        """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even numbers are
-        the grid's breakpoints, odd numbers its intervals."""
-        return self._of_functions(2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(multi_indices(self.p), 2)][:, None])
-
-    @cached_property
     def depth(self) -> np.ndarray:
-        """(functions,): how far the degrees can be lowered with each function still in the space; negative for
-        functions above the degrees of their intervals, and more than any degree for vertices."""
-        axes, k = self.position % 2 == 1, self._of_functions(multi_indices(self.p)[:, None])
-        degrees = self.grid.of_entities[:, *self.position.T].T.astype(int)
+        """(functions,): as in `Space`, and negative for functions above the degrees of their intervals."""
+        # The place of each function (functions, 3): even numbers are the grid's breakpoints, odd numbers its intervals.
+        at = self._of_functions(2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(multi_indices(self.p), 2)][:, None])
+        axes, k = at % 2 == 1, self._of_functions(multi_indices(self.p)[:, None])
+        degrees = self.grid.of_entities[:, *at.T].T.astype(int)
         slack = np.where(axes, degrees - k, self.p + 1).min(axis=1)
         together = np.where(axes, degrees, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
         return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
@@ -104,7 +99,7 @@ class BrickSpace(Space):
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
         return x, y, z
 
-    def side(self, number: int, more: int = 0) -> Side:
+    def side(self, number: int, more: int) -> Side:
         return _side(self.p, number, more)
 
     def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -134,13 +134,14 @@ class Domain(ABC):
         """(facets,): which are on the surface."""
         return self.space.mesh.f2t[1, facets] < 0
 
-    def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> FaceIntegrals:
-        """Integrals over the facets that touch a cell (of the mask ``inside`` (cells,)), each seen from one cell."""
+    def seen(self, facets: np.ndarray, inside: np.ndarray | None = None, more: int = 0) -> FaceIntegrals:
+        """Integrals over the facets that touch a cell (of the mask ``inside`` (cells,)), each seen from one cell, by a
+        quadrature with ``more`` points along each axis."""
         cells = self.space.mesh.f2t[:, facets]
         fine = cells >= 0 if inside is None else (cells >= 0) & inside[cells]
         side = fine.argmax(axis=0)
         kept = fine.any(axis=0)
-        return FaceIntegrals(self.space, facets[kept], cells[side, np.arange(len(facets))][kept])
+        return FaceIntegrals(self.space, facets[kept], cells[side, np.arange(len(facets))][kept], more)
 
     def facets(self, boundary: model.AnyBoundary) -> np.ndarray:
         """(facets on which a condition acts,): their numbers."""

@@ -23,14 +23,12 @@ def entities(mesh: Mesh, dofs: Dofs, vertices: np.ndarray) -> tuple[np.ndarray, 
     """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
     where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""
     numbers, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
-    kinds = (
-        (dofs.nodal_dofs, lambda: np.arange(vertices.shape[1])[None]), (dofs.edge_dofs, lambda: mesh.edges),
-        (dofs.facet_dofs, lambda: mesh.facets), (dofs.interior_dofs, lambda: mesh.t),
-    )  # fmt: skip
-    for part, corners in kinds:
+    parts = dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs
+    corners = np.arange(vertices.shape[1])[None], mesh.edges, mesh.facets, mesh.t
+    for part, its_corners in zip(parts, corners, strict=True):
         if part is not None and part.size:
             numbers[part] = sum(map(len, places)) + np.arange(part.shape[1])
-            places.append(vertices[:, corners()].mean(axis=1).T)
+            places.append(vertices[:, its_corners].mean(axis=1).T)
     return numbers, np.concatenate(places)
 
 
@@ -119,7 +117,7 @@ class Space(ABC):
         """The quadrature of some cells, with ``more`` additional points along each axis."""
 
     @abstractmethod
-    def side(self, number: int, more: int = 0) -> Side:
+    def side(self, number: int, more: int) -> Side:
         """A side of the reference cell, with so many ``more`` points along each axis."""
 
     @abstractmethod
@@ -150,12 +148,6 @@ class CellIntegrals:
         self.dofs = (space.dofs[np.ix_(rule.functions, cells)] if dofs is None else dofs[rule.functions]).T
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
-
-    def scaled(self, factors: np.ndarray) -> CellIntegrals:
-        """The same, with gradients times factors (3, cells, 1)."""
-        cells = copy(self)
-        cells._inverse = self._inverse * factors
-        return cells
 
     @property
     def points(self) -> np.ndarray:
@@ -243,10 +235,6 @@ class FaceIntegrals:
         self.space, self.facets, self.cells, self._more = space, facets, cells, more
         self._dofs = space.dofs[:, cells] if dofs is None else dofs
         self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
-
-    def finer(self, more: int) -> FaceIntegrals:
-        """The same with so many more points along each axis."""
-        return FaceIntegrals(self.space, self.facets, self.cells, more)
 
     @cached_property
     def sides(self) -> list[tuple[np.ndarray, CellIntegrals, np.ndarray]]:

@@ -101,7 +101,7 @@ class MappedSpace(Space):
         """scikit-fem's rule of `_order`, and two orders more for each point."""
         return _rule(self._kind, _order(self._kind) + 2 * more)
 
-    def side(self, number: int, more: int = 0) -> Side:
+    def side(self, number: int, more: int) -> Side:
         return _side(self._kind, number, more)
 
     def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

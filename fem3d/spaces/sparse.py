@@ -55,13 +55,6 @@ def _part(matrix: csc_array, name: str) -> csc_array:
     return csc_array((getattr(matrix.data, name).copy(), matrix.indices, matrix.indptr), matrix.shape)
 
 
-def combine(a: csc_array, factor: float, b: csc_array) -> csc_array:
-    """a + factor * b."""
-    if a.indices is b.indices or (a.nnz == b.nnz and (a.indices == b.indices).all()):
-        return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)
-    return csc_array(a + factor * b)
-
-
 def submatrix(matrix: csc_array, kept: np.ndarray) -> csc_array:
     """The rows and columns (n,) of a square matrix, in their order; faster than by scipy's indices of rows."""
     place = np.full(matrix.shape[0], -1, matrix.indices.dtype)
