@@ -226,7 +226,8 @@ def test_a_resistivity_that_falls_by_800_is_seen_beside_the_ends():
     table = {"temperatures": [COLD + 50 * i for i in range(9)], "values": [1e6 * np.exp(i / 1.2) for i in range(9)]}
     scene = from_dict(bar(100.0, volts=0.2, accuracy=1e-3, electrical_conductivity=table))
     law = scene.boxes[0].material.resistivity
-    peak = brentq(lambda top: quad(law, COLD, top)[0] - 0.2**2 / 800, COLD + 1, COLD + 400)
+    rows = table["temperatures"]
+    peak = brentq(lambda top: quad(law, COLD, top, points=rows)[0] - 0.2**2 / 800, COLD + 1, COLD + 400)
     held(solve(scene).steady["at"], peak, 1e-3 * (peak - COLD))
 
 
