@@ -22,7 +22,7 @@ from skfem.refdom import Refdom, RefHex
 
 Degrees = tuple[int, int, int]
 Values = Callable[..., np.ndarray]
-"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
+"""(points, functions): the functions of a cell at reference points (3, points), or their slopes along an axis."""
 
 
 class ElementHexTrunk(ElementH1):
