@@ -167,8 +167,8 @@ class CellMesh(Mesh):
 
     @property
     def _unseen(self) -> np.ndarray:
-        """(3, cells): factors on indicators of hexahedra, whose contributions may grow with the degree for all that one
-        shows (`fem3d.adaptivity.estimator`). Layers are at least as thick as cells of the file."""
+        """(3, cells): factors on indicators of hexahedra, where one contribution does not show whether contributions
+        grow with the degree (`fem3d.adaptivity.estimator`). Layers are at least as thick as cells of the file."""
         corners, estimator = self.cells.p[:, self.cells.t], self.estimator
         stretch = np.linalg.cond((corners[:, 1:4] - corners[:, :1]).T) / 2**self.levels
         return np.asarray(np.maximum((3 + np.pi * stretch) / 5 / tail(estimator.degrees, estimator.slowest), 1.0))

@@ -108,7 +108,7 @@ class Factors:
             at = place[rows]
             # Entries without a place in this front have one in another, or none.
             if not (at < len(into)).all() or (into[at] != rows).any():
-                raise NumericsError("the matrix couples unknowns that the one of its ordering doesn't")
+                raise NumericsError("the matrix couples unknowns that the matrix of its ordering doesn't")
             front[columns[later], at] = ordered.data[entries][later]
             # Isolated pieces leave nothing to the separators.
             for j in (j for j in ordering.joined[piece] if j in updates):

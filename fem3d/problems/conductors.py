@@ -33,7 +33,7 @@ def assemble_conductor(heat: HeatProblem, solved: float = SOLVED) -> Conductor |
     more = table_points(domain, "resistivity")
     on = RowIntegrals(heat.domain.space.on(cells, more), space.on(cells, more), crossed, np.sqrt(ratios))
     initial, counts = domain.scene.initial_temperature, [len(c.warmed[0].areas) for c in crossed]
-    lines = np.array([linear_resistivity(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
+    lines = np.array([linear_resistivity(m, initial) for m in domain.materials])
     cold = np.vstack([lines[body, :1], np.repeat([c.resistance for c in crossed], counts)[:, None]])
     warm = np.vstack([lines[body, 1:], np.zeros((sum(counts), 1))])
     across = (c.potential.mass() / c.resistance for c in crossed)
@@ -81,10 +81,10 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
 
 def linear_resistivity(material: Material, initial: float) -> tuple[float, float]:
     """Return rho_0 (ohm m), along x at the initial temperature, and a (ohm m/K) of rho = rho_0 + a u (equation 7 of the
-    paper), with a = 0 for any other law. Raises ValueError for a material that doesn't conduct."""
+    paper), with a = 0 for any other law. Without conduction rho_0 is infinite."""
     given = material.law("resistivity")
-    if given is None or isinstance(given, tuple):
-        raise ValueError(f"{material.name} doesn't conduct")
+    if given is None or isinstance(given, tuple):  # a tuple has one law for each axis, and `Material.law` takes x
+        return inf, 0.0
     cold = float(given(initial) if callable(given) else given)
     return cold, float(given.slope(initial)) if isinstance(given, laws.Line) else 0.0
 

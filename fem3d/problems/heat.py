@@ -2,8 +2,8 @@
 
 The degrees of freedom (dofs) are coefficients of a hierarchical basis. Free dofs are numbered first, fixed dofs (of a
 given temperature) last: the last rows of the same equations are the reactions, the heat that enters at fixed dofs. A
-field that vanishes at fixed dofs is a vector (free dofs,), any other (all dofs,). Sources and given rises come as
-channels (`statespace.channels`). `fem3d.problems.assembly` assembles the problem from a scene.
+vector that vanishes at fixed dofs is (free dofs,), any other (all dofs,). Sources and given rises come as channels
+(`statespace.channels`). `fem3d.problems.assembly` assembles the problem from a scene.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class HeatProblem:
     loads, given : (channels, all dofs), W, and (channels, fixed dofs), the given rises (K)
     generated : heat of the sources per channel (W)
     shares : for each boundary of given temperature, its part (all dofs,) of the reaction of each fixed dof: tested
-        with it as a field, the equations give the heat that enters at the boundary
+        with this vector, the equations give the heat that enters at the boundary
     edges : (fixed dofs, fixed dofs), at dofs where boundaries meet at an angle: the reactions of the edge alone
     face_flows : by boundary of given flux, convection or radiation, linear in the rise
     contradiction : (all dofs,), difference between contradictory given temperatures (K)
@@ -91,14 +91,14 @@ class HeatProblem:
         return self.domain.space.unit[self.order]
 
     def field(self, u: np.ndarray) -> np.ndarray:
-        """(..., functions): a field (free or all dofs) as coefficients of the space's functions."""
+        """(..., functions): vectors (..., free or all dofs) as coefficients of the space's functions."""
         whole = self.whole(u)
         coefficients = np.zeros((*whole.shape[:-1], self.domain.space.size))
         coefficients[..., self.order] = whole
         return coefficients
 
     def take(self, row: np.ndarray) -> np.ndarray:
-        """(..., all dofs): the unknowns of (..., functions)."""
+        """(..., all dofs): the rows of these dofs in (..., functions), for coefficients and for loads."""
         return row[..., self.order]
 
     def lower(self, number: int) -> Self:
@@ -207,17 +207,17 @@ class HeatProblem:
         return np.concatenate([inner, rise[n:]])
 
     def norm(self, u: np.ndarray) -> float:
-        """Root of the integral of rho c u^2 of a field at the free dofs."""
+        """Root of the integral of rho c u^2 for u (free dofs,)."""
         return float(np.sqrt(u @ (self.inner_mass @ u)))
 
-    def whole(self, field: np.ndarray) -> np.ndarray:
-        """(..., all dofs): fields at the free dofs with zeros at the fixed dofs."""
-        width = self.size - field.shape[-1]
-        return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
+    def whole(self, u: np.ndarray) -> np.ndarray:
+        """(..., all dofs): vectors (..., free or all dofs) with zeros at fixed dofs that they lack."""
+        width = self.size - u.shape[-1]
+        return np.concatenate([u, np.zeros((*u.shape[:-1], width))], axis=-1) if width else u
 
     def disputed(self, names: Sequence[str]) -> np.ndarray:
-        """(k, all dofs): fields like ``shares``. The heat that enters at some boundaries together may be off by the
-        sum of their sizes, because boundaries share edges at an angle: there each part is only a leading term.
+        """(k, all dofs): vectors like ``shares``. The heat that enters at some boundaries together may be off by the
+        sum of the heats that these give, because boundaries share edges at an angle: there a share is a leading term.
 
         With a flux like r^(s - 1) on both, the true part of a boundary with the share t is t^s / (t^s + (1 - t)^s): off
         by 0.79 t (1 - t) at most for s = 2/3, of a re-entrant edge, between intervals whose lengths differ by a layer
@@ -236,7 +236,7 @@ class HeatProblem:
         return {name: (self.apply_transposed(v), self.mass @ v) for name, v in self.shares.items()}
 
     def apply_transposed(self, z: np.ndarray) -> np.ndarray:
-        """(all dofs,): the transposed matrix times a field (all dofs), in W per K of the test function."""
+        """(all dofs,): the transposed stiffness matrix times a vector (all dofs,)."""
         tested: np.ndarray = self.stiffness @ z
         return tested
 

@@ -39,9 +39,14 @@ class Place(NamedTuple):
 
 
 class Extreme:
-    """The largest value (``sign`` 1) or the smallest one (-1) over some parts of cells."""
+    """The largest value (``sign`` 1) or the smallest one (-1) over some parts of cells.
 
-    known: Sequence[Place] | None = None
+    Attributes
+    ----------
+    kept : the place at each time, which later readings share; empty before the first, None to search at each reading
+    """
+
+    kept: Sequence[Place] | None = None
 
     def __init__(self, space: Space, patches: Sequence[Patch], sign: float) -> None:
         self.space, self.sign = space, sign
@@ -53,7 +58,7 @@ class Extreme:
         Beside a solution the change of the place changes an extreme to the second order alone (envelope theorem).
         """
         extreme = copy(self)
-        extreme.known = ()
+        extreme.kept = ()
         return extreme
 
     def where(self, function: np.ndarray) -> Place:
@@ -66,19 +71,19 @@ def read_extremes(every: Sequence[Extreme], fields: np.ndarray, weights: np.ndar
     estimated remainder of the search for each; all extremes in one space are searched for at once."""
     values, doubts = np.zeros((2, len(every), len(weights)))
     for i, extreme in enumerate(every):
-        for k, (cell, point) in enumerate(extreme.known or ()):
+        for k, (cell, point) in enumerate(extreme.kept or ()):
             at = extreme.space.dofs[:, cell], extreme.space.at(point[:, None])[0]
             values[i, k] = weights[k] @ (fields[:, at[0]] @ at[1])
-    if new := [i for i, extreme in enumerate(every) if not extreme.known]:
+    if new := [i for i, extreme in enumerate(every) if not extreme.kept]:
         sought = [every[i] for i in new]
         values[new], doubts[new], places = LatticeSearch(sought).run(fields, weights)
         for extreme, found in zip(sought, places, strict=True):
-            extreme.known = found if extreme.known is not None else None
+            extreme.kept = found if extreme.kept is not None else None
     return values, doubts
 
 
 class LatticeSearch:
-    """The search for some extremes in one space: those in parts of cells that are alike share their lattices."""
+    """The search for some extremes in one space. Extremes over parts of cells that are alike share their lattices."""
 
     def __init__(self, extremes: Sequence[Extreme]) -> None:
         self._extremes, self._space = extremes, extremes[0].space
@@ -104,8 +109,8 @@ class LatticeSearch:
             step = max(1, AT_ONCE // local[0].size)
             for start in range(0, len(weights), step):
                 functions = np.tensordot(weights[start : start + step], local, (1, 0))
-                pair, cell, known = self._reaching(functions, owner, cells[0], points, shapes)
-                pair, cell, at, tops, gains = self._climb(pair, cell, known, len(sides))
+                pair, cell, on_lattice = self._reaching(functions, owner, cells[0], points, shapes)
+                pair, cell, at, tops, gains = self._climb(pair, cell, on_lattice, len(sides))
                 for n in np.argsort(tops, kind="stable").tolist():
                     time, i = start + int(pair[n]) // count, int(pair[n]) % count
                     if tops[n] > values[i, time]:
@@ -132,32 +137,32 @@ class LatticeSearch:
         attained = np.full((len(functions), count), -np.inf)
         np.maximum.at(attained.T, owner, np.tensordot(functions, at_corners, (1, 1)).max(axis=2).T)
         times, cells = np.nonzero(bounds >= attained[:, owner])
-        known, pair = functions[times, :, cells] @ shapes.T, times * count + owner[cells]
-        top, least = known[:, inside].max(axis=1), known[:, inside].min(axis=1)
+        on_lattice, pair = functions[times, :, cells] @ shapes.T, times * count + owner[cells]
+        top, least = on_lattice[:, inside].max(axis=1), on_lattice[:, inside].min(axis=1)
         np.maximum.at(attained.reshape(-1), pair, top)
         reach = top + MISSED * (top - least) >= attained.ravel()[pair]
-        return pair[reach], cells[reach], known[reach]
+        return pair[reach], cells[reach], on_lattice[reach]
 
-    def _climb(self, pair: np.ndarray, cell: np.ndarray, known: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
+    def _climb(self, pair: np.ndarray, cell: np.ndarray, on_lattice: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
         """Pairs and cells (n,) of the parts of cells that were searched to the end, their best points (n, sides), the
         values there and the gains of the last lattice.
 
         Parts are halves of a line, quarters of a side, eighths of a cell. Those that cannot reach the top of their
-        pair are left out of finer lattices. The functions of some pairs and cells are ``known`` (m, points) at a
-        lattice of nodes along the ``count`` sides, and are polynomials along each.
+        pair are left out of finer lattices. The functions of some pairs and cells, polynomials along each of the
+        ``count`` sides, have the values ``on_lattice`` (m, points) at a lattice of nodes.
         """
         degree = len(self._nodes) - 1
         to_legendre = np.linalg.inv(legvander(2 * self._nodes - 1, degree))
         parts = np.array([at for at in product((0.25, 0.75), repeat=count) if self._inside(np.array(at) - 0.25)])
-        whose, places = np.repeat(np.arange(len(known)), len(parts)), np.tile(parts, (len(known), 1))
+        whose, places = np.repeat(np.arange(len(on_lattice)), len(parts)), np.tile(parts, (len(on_lattice), 1))
         tops, gains, bounds = np.full((3, len(whose)), -np.inf)
         highest = np.full(pair.max() + 1, -np.inf)
         going, along = np.arange(len(whose)), self._space.p // 2 + 2
         for turn in range(TURNS + 1):
             around = 0.25 * 0.5**turn * np.linspace(-1, 1, along)
             at = np.array(list(np.ndindex(*[along] * count)), int)
-            for some in np.array_split(going, 1 + len(going) * max(known[0].size, at.size) // AT_ONCE):
-                near, values = np.clip(places[some][..., None] + around, 0.0, 1.0), known[whose[some]]
+            for some in np.array_split(going, 1 + len(going) * max(on_lattice[0].size, at.size) // AT_ONCE):
+                near, values = np.clip(places[some][..., None] + around, 0.0, 1.0), on_lattice[whose[some]]
                 for table in (legvander(2 * near - 1, degree) @ to_legendre).swapaxes(0, 1):
                     values = values.reshape(len(some), degree + 1, -1).swapaxes(1, 2) @ table.swapaxes(1, 2)
                 values, points = values.reshape(len(some), -1), near[:, np.arange(count), at]

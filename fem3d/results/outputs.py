@@ -4,9 +4,8 @@ A steady state and a transient give the same names, as numbers or as arrays over
 ``time`` (s), ``probe:<probe>`` (rise in K, potential in V, heat flow and power in W, current in A),
 ``flow:<boundary>`` (W, into the solid), ``doubt:<probe>`` (largest error of a heat flow whose boundary shares dofs
 with another at an angle, or the remainder from the search for an extreme), ``current:<electrode>`` (A, into the solid),
-``joule:<box>`` (W), ``power`` (W, supplied by the electrodes to the solved part, times the symmetric copies),
-``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside the symmetric part);
-for a steady state ``rounding`` (W, rounding error of flows that are zero).
+``joule:<box>`` (W), ``power`` (W, all Joule heat), ``generated`` (W, the heat sources'); for a steady state also
+``rounding`` (W, rounding error of flows that are zero).
 """
 
 from __future__ import annotations
@@ -82,7 +81,6 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     heat, rises, at_rest = state.heat, state.rise[None], np.zeros((1, state.heat.size))
     currents, joule = _stacked([state.currents]), _stacked([state.joule])
     part = FullPart(heat, np.zeros(1), rises, at_rest, state.source[None], [state.potential], currents, joule)
-    part.power = np.array([state.power])
     # The flows are small differences of these terms; the matrix is symmetric: columns serve as rows.
     sizes = np.abs(state.rise)
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
@@ -144,7 +142,6 @@ class SolvedPart(ABC):
     heat, times, g : the heat problem, the times (s), and the inputs then (times, channels)
     currents : (times,) by electrode and probe, in A
     joule : Joule heat (times,) by the labels of rows, in W
-    power : (times,), electric power in W
     """
 
     def __init__(
@@ -152,7 +149,6 @@ class SolvedPart(ABC):
     ) -> None:
         self.heat, self.times, self.g = heat, times, heat.inputs.at(times)
         self.currents, self.joule = currents, joule
-        self.power: np.ndarray = sum(joule.values(), np.zeros(len(times)))
 
     @abstractmethod
     def along(self, row: np.ndarray) -> np.ndarray:
@@ -298,9 +294,9 @@ def of_part(part: SolvedPart, symmetry: Symmetry) -> Outputs:
     for label, value in part.joule.items():
         if (box := label.body) in symmetry.box_copies:
             out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
-    powers = {"power": part.power, "generated": part.g @ heat.generated}
-    powers["dissipated"] = sum(part.joule.values(), zero)
-    return out | {name: copies * value for name, value in powers.items()}
+    return out | {
+        "power": copies * sum(part.joule.values(), zero), "generated": copies * (part.g @ heat.generated)
+    }  # fmt: skip
 
 
 def _read_probes(part: SolvedPart, probes: Sequence[AnyProbe], flows: Outputs) -> tuple[Outputs, Outputs]:
@@ -336,12 +332,12 @@ def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np
 
 def heat_imbalance(out: Outputs) -> tuple[float, float]:
     """Return the heat imbalance of a steady state (W), absolute and relative to the total throughput by boundaries,
-    sources and currents. Without thermal outputs the imbalance is the electrodes' power less the dissipated power. The
-    relative imbalance is 0 where the throughput is within the rounding error of a uniform temperature."""
+    sources and currents; both are 0 without thermal outputs. The relative imbalance is 0 where the throughput is within
+    the rounding error of a uniform temperature."""
+    if not any(name.startswith("flow:") for name in out):
+        return 0.0, 0.0
     entered, left = (float(heat) for heat in heat_in_and_out(out))
     gap, through = abs(entered - left), (entered + left) / 2
-    if not any(name.startswith("flow:") for name in out):
-        gap, through = abs(float(out["power"] - out["dissipated"])), float(out["power"])
     return gap, gap / through if through > float(out["rounding"]) else 0.0
 
 

@@ -1,6 +1,6 @@
 """Currents over time without thermal probes: they follow the voltages at once, and superpose.
 
-The voltages of any instant are a sum of those at a few independent instants of the scene itself, whose steady states
+The voltages of any instant are a sum of the voltages at a few independent instants of the scene, whose steady states
 give the whole transient. No heat problem is solved, and no density or specific heat is needed.
 """
 
@@ -86,8 +86,8 @@ def at_instant(scene: Any, time: float) -> Any:
 
 
 def _superposition(scene: AnyScene) -> tuple[np.ndarray, list[float], np.ndarray]:
-    """Return the times (s) between which all is linear, few independent instants (s) among them, and the parts
-    (instants, times) of their voltages in those at each time."""
+    """Return the times (s) between which all is linear, few independent instants (s) among them, and the coefficients
+    (instants, times) of their voltages in the voltages at each time."""
     given = [b.value for b in scene.boundaries if b.kind == "voltage"]
     inputs = Inputs(tuple(dict.fromkeys(v for v in given if isinstance(v, Schedule))))
     end, constant = scene.end_time, any(v for v in given if not isinstance(v, Schedule))

@@ -58,8 +58,9 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     details["warnings"] += answer.mesh.warnings(study, answer.relative)
     if (response := answer.response) is not None:
         details |= {"scales": response.scales, "transient": response.transient}
-        known = response.errors, study.earliest, waits(answer.heat, study.earliest, study.end), response.early
-        return Result("fem3d", {}, Traces(response.times, response.traces, *known), details)
+        waiting = waits(answer.heat, study.earliest, study.end)
+        traces = Traces(response.times, response.traces, response.errors, study.earliest, waiting, response.early)
+        return Result("fem3d", {}, traces, details)
     details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
     steady = {n: Estimate(float(v), answer.errors[n]) for n, v in answer.fine.quantities.items()}
     return Result("fem3d", steady, None, details)

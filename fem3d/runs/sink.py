@@ -82,7 +82,7 @@ def _common(sink: Sink, out: Outputs) -> Quantities:
     if sink.spans == 1:
         return {f"{n}_K": out[f"probe:{n}"] for n in ("peak", "end", "mean")} | electric
     spans, kinds = {f"{n}_K": out[f"probe:{n}"] for n in _of_spans(sink)}, different(sink.spans)
-    # Each span stands for two, but the one in the middle of an odd row.
+    # Each span stands for two, except the middle span of an odd row.
     weights = np.array([*[2] * (kinds - 1), sink.spans - 2 * (kinds - 1)]) / sink.spans
     peaks, means = (np.array([spans[f"span{k}_{n}_K"] for k in range(1, kinds + 1)]) for n in ("peak", "mean"))
     return {

@@ -139,7 +139,7 @@ def _collocate(
         change, _ = solve_by_gmres(product, lacking.ravel(), 1e-3, lacking.size)
         if change is None:
             return None
-        # Sources by their slope: of large ones that differ little, they are known better than by the states.
+        # By the slope of the sources: this is exact to more digits where large sources differ little.
         sources = sources + change.reshape(states.shape) @ slope.T
         before, states = states, free + driven(sources)
         if np.abs(states - before).max(initial=0.0) <= 1e-12 * size:
@@ -193,7 +193,7 @@ def runaway_sentence(time: float, accuracy: float = 1e-3) -> str:
 
 
 def step_at(steps: Sequence[Any], times: np.ndarray) -> np.ndarray:
-    """Return (times,) the number of the step that each time (s) is in; at a jump the one that follows."""
+    """Return (times,) the number of the step that each time (s) is in; at a jump the following step."""
     return np.clip(np.searchsorted([step.start for step in steps], times, side="right") - 1, 0, len(steps) - 1)
 
 

@@ -22,7 +22,7 @@ from skfem.refdom import Refdom, RefHex
 
 Degrees = tuple[int, int, int]
 Values = Callable[..., np.ndarray]
-"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
+"""(points, functions): the functions of a cell at reference points (3, points), or their slopes along an axis."""
 
 
 class ElementHexTrunk(ElementH1):
@@ -165,8 +165,9 @@ def make_rule(
     points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)
 ) -> Rule:
     """Return a rule for the ``kept`` functions of a cell."""
-    values, *slopes = (functions(points, along)[:, kept] for along in (None, 0, 1, 2))
-    return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
+    every = [functions(points, along) for along in (None, 0, 1, 2)]
+    values, *slopes = (each[:, kept] for each in every)
+    return Rule(points, weights, np.arange(every[0].shape[1])[kept], values, np.array(slopes))
 
 
 def make_side(reference: type[Refdom], number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:

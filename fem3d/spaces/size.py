@@ -28,7 +28,7 @@ and of a separator of two such pieces."""
 START_UP = 75e6  # bytes of a process before it has a mesh: interpreter and libraries
 PER_ENTRY = 115.0  # bytes: the cells' matrices with their places, the sums in three spaces
 FILL = 1.4  # times the entries that the joins of a dissection have: what is joined reaches beyond its plane
-PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8, and half as much in the lower ones
+PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8, and half as much in the lower spaces
 
 # The same for tetrahedra, whose joins are overestimated, most of all in thin layers. The memory of a meander
 # with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh (58,000 to 146,000 unknowns, 0.5 to 3.6 GB) is
