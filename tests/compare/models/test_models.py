@@ -181,6 +181,17 @@ def test_the_current_of_a_source_has_the_sign_of_the_drive(own, tmp_path):
 
 
 @pytest.mark.needs("ngspice")
+def test_an_output_is_a_node_a_parameter_or_an_expression(steady, tmp_path):
+    (tmp_path / "bar.cir").write_text("title\n.param T=350\nV1 hot 0 {T}\nR1 hot 0 1\n.end\n", encoding="utf-8")
+    for own in ("Hot", "V(hot)", "T", "v(hot) + 0"):
+        scene = load(steady, [f'model.outputs={{tip = "{own}"}}'])
+        assert judged(scene, str(tmp_path / "bar.cir"))["tip"].predicted == pytest.approx(50, rel=1e-6)
+    for own, node in (("cold", "v.cold."), ("i(V2)", "i.v2.")):
+        with pytest.raises(SceneError, match=f'for "tip" it has no node "{node}": give "v.hot."'):
+            judged(load(steady, [f'model.outputs={{tip = "{own}"}}']), str(tmp_path / "bar.cir"))
+
+
+@pytest.mark.needs("ngspice")
 def test_a_command_broken_over_two_lines_is_not_run(steady, tmp_path):
     (tmp_path / "bad.cir").write_text("title\nR1 tip 0 1\n.cont\n+rol\n.end\n", encoding="utf-8")
     with pytest.raises(SceneError, match="ngspice has no"):
