@@ -61,8 +61,7 @@ def _answer(lines: Sequence[str], uic: str, question: Question) -> Traces:
     if question.times is not None:
         return run_twice(partial(_run, lines, uic, question))
     if varying := next(filter(_VARYING.match, lines), ""):
-        name = quoted(varying.split()[0])
-        raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
+        raise SceneError(f'{quoted(varying.split()[0])} varies in time: give "dc VALUE" too, for the steady state')
     return _run(lines, uic, question)
 
 

@@ -103,12 +103,14 @@ def test_rises_in_a_table_count_from_the_initial_temperature(outputs, steady, tr
     assert checks["tip_over_time"].verdict == "unresolved"
 
 
-def test_a_rise_in_place_of_a_temperature_is_a_warning(steady, tmp_path, capfd):
-    (tmp_path / "rise.csv").write_text("tip,100 K\n", encoding="utf-8")
-    model = str(tmp_path / "rise.csv")
-    assert main(["solve", str(steady), "--model", model, "--no-figures", "--out", str(tmp_path / "o")]) == 0
-    said = " ".join(capfd.readouterr().out.split())
-    assert 'rise.csv has 100.0 K for "tip", and absolute kelvins are compared: add the initial temperature' in said
+@pytest.mark.parametrize(
+    ("scene", "text", "lowest"),
+    [("steady", "tip,100 K\n", "100.0 K"), ("transient", "time (s),tip (K)\n0,0\n2e-4,71\n5e-4,96\n", "0 K")],
+)
+def test_a_rise_in_place_of_a_temperature_is_a_warning(scene, text, lowest, tmp_path, request):
+    (tmp_path / "rise.csv").write_text(text, encoding="utf-8")
+    said = compare.solve(request.getfixturevalue(scene), model=tmp_path / "rise.csv").outcome.warnings
+    assert f'rise.csv has {lowest} for "tip", and absolute kelvins are compared: add the' in " ".join(said)
 
 
 def test_a_declared_difference_is_no_surprise(steady, model, tmp_path):
