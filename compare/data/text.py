@@ -26,6 +26,8 @@ LIST = "list of values"
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?|(?i:nan|n/?a)|-+)\s*(?![\s\d.,])(.*)")
+_SENSORS = re.compile(r".*(?i:typ).*(\n(?i:type |tc[ -]?)?[BEJKNRST]?)+")
+"""Cells of the types of thermocouples, which are neither names nor units."""
 _BESIDE = re.compile(r'^"?%\s*(Data|Grid|X|.* @ .*=.*?)"?\s*$', re.MULTILINE)
 """Remarks of COMSOL's data exports."""
 _HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"[,;]?\s+", r"[,;]"
@@ -163,8 +165,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     matrix[:, np.isinf(matrix).any(axis=0)] = np.nan
     least = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
     above = [_split_names(line, least, width, separator) for line in (head or remarks)[-5:]]
-    # A row of the types of thermocouples is one of neither names nor units.
-    above = [c for c in above if not re.fullmatch(r"[\w ]*(?i:typ)\w*( [BEJKNRST]?)+", " ".join(c or ""))] or above
+    above = [cells for cells in above if not _SENSORS.fullmatch("\n".join(cells or ()))] or above
     if head + remarks * of_comsol and above[-1] is None:
         last = (head or remarks)[-1].strip()
         raise SceneError(f"its header {quoted(last)} has another number of columns than the rows below it: name each")

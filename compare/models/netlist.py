@@ -89,8 +89,7 @@ def _run(lines: Sequence[str], uic: str, question: Question, steps: int = 0) -> 
     text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
     vectors = _solve(text, plot)
     clock = vectors.pop("time", None)
-    nodes = match_outputs("node", nodes, question.units, vectors)
-    values = {name: vectors[node].values for name, node in nodes.items()}
+    values = {n: vectors[o].values for n, o in match_outputs("node", nodes, question.units, vectors).items()}
     for name, own in question.outputs.items():
         # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
         if question.units.get(name) == "A" and re.fullmatch(r"(?i)i\([\w.]+\)|[\w.]+#branch", own.strip()):

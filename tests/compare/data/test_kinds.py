@@ -122,7 +122,7 @@ TRACES: dict[str, str | bytes] = {
     "another table whose first column goes on": "time (s),mid (K)\n" + PAIRS + "\nf (Hz),Z (ohm)\n1,9\n10,7\n",
     "rows without numbers": "time (s),mid (K)\nNaN,NaN\n" + PAIRS.replace("\n", "\nNaN,#N/A\n"),
     "types of thermocouples": "time (s),mid (degC)\nType,K\n" + CELSIUS.replace(";", ","),
-    "types of thermocouples below units": "time;mid\ns;degC\nTyp;K\n" + CELSIUS,
+    "types of thermocouples below units": "time;mid\ns;degC\nSensor type;TC-K\n" + CELSIUS,
     "units behind and below names": "time (s),mid (degC)\n,K\n" + CELSIUS.replace(";", ","),
     "a word before units": "time,mid\nUnit,K\n" + PAIRS,
     "factors of one": "Scale,1,1.0\ntime (s),mid (K)\n" + PAIRS,
@@ -148,6 +148,8 @@ def test_metadata_beside_the_rows_are_no_column(scene):
     assert data.values["mid"] == pytest.approx(MID)
     path.write_text("Typ,T\n" + PAIRS, encoding="utf-8")  # names like a row of the types of thermocouples
     assert read(path, load(scene), ["time (s)=Typ", "mid (K)=T"]).values["mid"] == pytest.approx(MID)
+    path.write_text("time;Type K\ns;degC\n" + CELSIUS, encoding="utf-8")
+    assert read(path, load(scene), ["mid=Type K"]).values["mid"] == pytest.approx(MID)
 
 
 LTSPICE = "Title: * bar\nPlotname: Transient Analysis\nFlags: real forward\nNo. Variables: 3\nNo. Points: 6\n\
