@@ -150,9 +150,8 @@ for _kind, _function in _FUNCTIONS.items():
 def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, options: dict[str, Any]) -> Run:
     """Load, solve, and write into a folder where one is given."""
     known = {option.key: option for option in of_kind(kind) if option.keyword != ""}
-    for name in options:
-        if name not in known:
-            raise unknown("there is no option", name, known)
+    if strange := [name for name in options if name not in known]:
+        raise unknown("there is no option", strange[0], known)
     chosen = {
         name: as_text(known[name], value)
         for name, value in options.items() if value is not None and value is not False

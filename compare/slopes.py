@@ -95,13 +95,11 @@ def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
 def in_3d(scene: Any, result: Result, keys: Sequence[str] | None = None, profile: bool = False) -> Slopes:
     """Return the slopes of a 3D result of a sink, with ``profile`` also along the beam, or of a free scene solved
     whole. Raises NumericsError."""
-    from fem3d.runs import sensitivities
+    from fem3d.runs.sensitivities import of_scene, of_sink
 
-    if scene.kind == "sink":
-        found = sensitivities.of_sink(scene, result, keys, profile)
-    else:
-        found = sensitivities.of_scene(scene, result, keys)
-    course, steady = found.course, scene.kind == "sink" or found.course is None
+    is_sink = scene.kind == "sink"
+    found = of_sink(scene, result, keys, profile) if is_sink else of_scene(scene, result, keys)
+    course, steady = found.course, is_sink or found.course is None
     times, traces = (np.empty(0), {}) if course is None else (course.times, course.values)
     sizes, shift = {name: e.value for name, e in found.values.items()}, shifts(scene, found.steady, steady)
     return Slopes(sizes, dict(found.steady), shift, steady, times, traces, found.left_out, found.profile)

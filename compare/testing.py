@@ -111,9 +111,8 @@ def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> di
     """The tolerances as numbers. Raises SceneError for an unknown name or a bad value."""
     if not tolerances:
         raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
-    for name in tolerances:
-        if name not in allowed:
-            raise unknown("nothing can be asserted of", name, allowed)
+    if strange := [name for name in tolerances if name not in allowed]:
+        raise unknown("nothing can be asserted of", strange[0], allowed)
     kind = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
     return {name: float(kind.read(f"the tolerance {name}", value) or 0.0) for name, value in tolerances.items()}
 

@@ -200,9 +200,10 @@ def _serve(descriptor: int, parent: int) -> None:
                 error.add_note(traceback.format_exc())
                 outcome = None, error
             try:
+                pickle.loads(pickle.dumps(outcome[1]))
                 pipe.send(outcome)
-            except Exception as error:  # of a value that cannot be pickled
-                pipe.send((None, RuntimeError(f"{type(error).__name__}: {error}")))
+            except Exception as error:  # of a value or an exception that cannot be pickled
+                pipe.send((None, RuntimeError(f"{type(outcome[1] or error).__name__}: {outcome[1] or error}")))
 
 
 def _end_with(parent: int) -> None:

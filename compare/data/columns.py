@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -26,6 +26,7 @@ _OF_DATA = dict.fromkeys(("h", "hr", "hour", "hours", "std"), _HOUR) | dict.from
     ("degf", "deg f", "°f"), _FAHRENHEIT
 )
 """Units of data alone: in a scene "h" is many a height."""
+_CLOCK = re.compile("(elapsed |relative |flow-)?time|zeit|temps|t|sec(ond)?s?|x_value", re.IGNORECASE)
 _VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
 
 
@@ -111,10 +112,9 @@ def find_unit(text: str) -> Unit | None:
     word = text.strip().lower().replace(".", "")
     if not word or word[0].isdigit() or word in _OF_DATA:
         return _OF_DATA.get(word)
-    try:
+    with suppress(UnitError):
         return parse_unit(WORDS.get(word) or WORDS.get(word.removesuffix("s"), text))
-    except UnitError:
-        return None
+    return None
 
 
 def split_unit(header: str) -> tuple[str, Unit | None]:
@@ -132,15 +132,11 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
         return Column(name, find_unit(unit or ("V" if name[0] in "vV" else "A")), values, spice=True)
     if unit and find_unit(unit) is None:
         name += f" ({unit})"
-    return Column(name, find_unit(unit) or split_unit(name)[1], values)
+    own = split_unit(name)[1]  # in brackets it counts before a row of units
+    return Column(name, (own if name.endswith((")", "]")) else None) or find_unit(unit) or own, values)
 
 
 def find_times(columns: Sequence[Column]) -> list[Column]:
     """Return the columns of times: by their names, else by a unit of time."""
     timed = [c for c in columns if c.powers in (None, TIME.powers) and not np.isnan(c.values).all()]
-    named = [
-        c
-        for c in timed
-        if re.fullmatch("(elapsed |relative |flow-)?time|zeit|temps|t|sec(ond)?s?|x_value", c.plain.lower())
-    ]
-    return named or [c for c in timed if c.unit is not None]
+    return [c for c in timed if _CLOCK.fullmatch(c.plain)] or [c for c in timed if c.unit is not None]

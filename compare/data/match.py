@@ -100,8 +100,7 @@ class Target:
             column = replace(column, unit=unit, note=f"it has no unit and is taken in {symbol}")
         elif column.spice and column.powers == VOLTAGE.powers != unit.powers:
             column = replace(column, unit=unit, note=f"volts taken for {'kelvins' if symbol == 'K' else symbol}")
-        why = f"is {called(column.powers or ())}, not {called(unit.powers)}" * (column.powers != unit.powers)
-        return column, why
+        return column, f"is {called(column.powers or ())}, not {called(unit.powers)}" * (column.powers != unit.powers)
 
     def sign(self, key: str) -> float:
         """Return the sign of a current: 1 at an electrode of the largest voltage, -1 of the smallest, otherwise 0."""

@@ -191,7 +191,7 @@ def _make_absolute(target: Target, column: Column) -> tuple[np.ndarray, str]:
     offset = 0.0 if column.unit is None else float(column.unit.offset)
     if not known.size or not (starts or offset or (known > initial / 2).all()):
         first = next((float(each) for each in values if not np.isnan(each)), np.nan)
-        return values + initial, f"a rise, for it starts at {first:.4g} K"
+        return values + initial, f"a rise, for it starts at {first:.4g} K; give degC for degrees"
     if offset:  # Zeros in degrees are placeholders above a row that starts at the initial temperature.
         zero &= (np.cumsum(~zero) == 0) & (abs(known[:1].sum() - initial) <= 0.05 * abs(offset - initial))
     return np.where(zero, np.nan, values), f"{zero.sum()} placeholder rows of zeros" * bool(zero.any())
@@ -254,8 +254,7 @@ def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) ->
 
 def _read_size(catalogue: Quantities, data: Data, key: str, size: str) -> np.ndarray | None:
     """(times,): the uncertainty of one quantity; ``None`` for a size of another kind."""
-    if size in data.others:
-        column = data.others[size]
+    if (column := data.others.get(size)) is not None:
         return column.differences if column.powers == parse_unit(catalogue.units[key]).powers else None
     try:
         number, unit = parse_quantity(size)

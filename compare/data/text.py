@@ -26,6 +26,8 @@ LIST = "list of values"
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
 _PAIR = re.compile(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?|(?i:nan|n/?a)|-+)\s*(?![\s\d.,])(.*)")
+_SENSORS = re.compile(r".*(?i:typ).*(\n(?i:type |tc[ -]?)?[BEJKNRST]?)+")
+"""Cells of the types of thermocouples, which are neither names nor units."""
 _BESIDE = re.compile(r'^"?%\s*(Data|Grid|X|.* @ .*=.*?)"?\s*$', re.MULTILINE)
 """Remarks of COMSOL's data exports."""
 _HEADERS = r",(?! )", r"\t+|\s{2,}", r"(?<=[)\]])\s++(?=[A-Za-z])", r"[,;]?\s+", r"[,;]"
@@ -62,8 +64,7 @@ def read(data: bytes) -> tuple[str, list[Column]]:
     try:
         if pairs := _read_pairs([line.strip() for _, line in lines]):
             return LIST, pairs
-        of_comsol = text.lstrip('" \r\n').startswith("%")
-        return _read_block(lines, remarks, of_comsol)
+        return _read_block(lines, remarks, of_comsol=text.lstrip('" \r\n').startswith("%"))
     except csv.Error as error:
         raise SceneError(f"it is no table of numbers: {reason(error)}") from None
 
@@ -133,6 +134,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         cells, (rows, head) = _split(line, separator), blocks[-1]
         values = [parse_number(cell, mark) for cell in cells]
         has_numbers, texts = any(map(isfinite, values)), [isinf(value) for value in values]
+        is_text = any(texts) and line.strip("-=_*+|,; \t")
         is_row = (rows and separator) or (len(cells) == width and all(isfinite(values[k]) for k in numeric[:1]))
         if any(texts) and is_row:  # A word such as "OPEN" is a missing number, but "1,234.5" is a wrong one.
             texts = [text and bool(re.search(r"\d", cell)) for text, cell in zip(texts, cells, strict=True)]
@@ -149,22 +151,28 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
             rows.append(values)
         elif rows and has_numbers and (not any(texts) or (len(cells) == width and (separator or not texts[0]))):
             raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers such as 1234.5")
-        elif line.strip("-=_*+|,; \t"):
+        elif is_text:
             pending.append(line)
     rows, head = max(blocks, key=lambda block: len(block[0]))
     if not rows:
         raise SceneError(f"it has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
+    for line in head:
+        label, *cells = _split(line, separator)
+        factors = (parse_number(cell, mark) for cell in cells if label.lower() in ("scale", "factor", "multiplier"))
+        if any(isfinite(factor) and factor != 1 for factor in factors):
+            raise SceneError(f"{quoted(line)} may be factors of its columns: multiply by them, and delete this row")
     matrix = np.array(rows)
     matrix[:, np.isinf(matrix).any(axis=0)] = np.nan
     least = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
     above = [_split_names(line, least, width, separator) for line in (head or remarks)[-5:]]
+    above = [cells for cells in above if not _SENSORS.fullmatch("\n".join(cells or ()))] or above
     if head + remarks * of_comsol and above[-1] is None:
         last = (head or remarks)[-1].strip()
         raise SceneError(f"its header {quoted(last)} has another number of columns than the rows below it: name each")
     names = [(name, "") for name in above[-1] or []] if above else []
     # Below the names their units may stand, and remarks below these.
     for upper, lower in zip(above[-2::-1], above[:0:-1], strict=False):
-        units = [unit.strip("()[] ") for unit in lower or []]
+        units = [re.sub(r"(?i)^[(\[](.*)[)\]]$|^(units?|einheit)$", r"\1", unit) for unit in lower or []]
         known = [find_unit(unit) is not None for unit in units if unit not in ("", "-", "1")]
         is_plain = known[:1] == [True] or not any(map(isfinite, map(parse_number, upper or [])))
         if upper and is_plain and 2 * sum(known) > len(known):

@@ -67,12 +67,10 @@ class SinkKind(Kind[Sink]):
             from fem3d.runs.sink import solve
 
             rows = {"fem3d": scene} | ({"single": replace(scene, spans=1)} if scene.spans > 1 else {})
-            for name, sink in rows.items():
-                if name in results:
-                    continue
+            for name in [name for name in rows if name not in results]:
                 progress("solving in 3D")
                 with progress.stage("fem3d"):
-                    results[name] = solve(sink, not options.steady, progress)
+                    results[name] = solve(rows[name], not options.steady, progress)
         if options.only != "3d" and not options.model:
             traces = results["fem3d"].traces if "fem3d" in results else None
             with progress.stage("reduced1d"):

@@ -118,19 +118,20 @@ class Model:
             question = make_question(scene, fem3d, times)
             traces = self.ask(question)
             wanted += question.units
-        answered = {*steady, *(() if traces is None else traces.values)}
-        silent = [name for name in dict.fromkeys(wanted) if name not in answered]
+        over_time = {} if traces is None else traces.values
+        silent = [name for name in dict.fromkeys(wanted) if name not in {*steady, *over_time}]
         said = f"{self.name} has no value of {listed(silent)}" if silent else ""
-        if not answered:
+        if not (steady or over_time):
             raise SceneError(f"{said}: give at least one of them")
         warnings = [f"{said}, which {'have' if len(silent) > 1 else 'has'} no check"] * bool(silent)
         if not isinstance(scene, Sink):  # whose temperatures are rises
-            pairs = [(n, own.value, fem3d.steady[n].value) for n, own in steady.items() if question.units[n] == "K"]
+            pairs = [(n, own.value, fem3d.steady[n].value) for n, own in steady.items()]
+            pairs += [(n, float(v.min()), float(fem3d.over_time.values[n].min())) for n, v in over_time.items()]
             warnings += [
                 f"{self.name} has {quantity(one, 'K')} for {quoted(n)}, and absolute kelvins are compared: add the "
                 "initial temperature to a rise, 273.15 to degrees Celsius"
                 for n, one, three in pairs
-                if one < max(three / 2, three - 250)
+                if question.units[n] == "K" and one < max(three / 2, three - 250)
             ][:1]
         return Result(self.name, steady, traces, {"own_model": self, "warnings": warnings})
 

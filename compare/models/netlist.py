@@ -61,8 +61,7 @@ def _answer(lines: Sequence[str], uic: str, question: Question) -> Traces:
     if question.times is not None:
         return run_twice(partial(_run, lines, uic, question))
     if varying := next(filter(_VARYING.match, lines), ""):
-        name = quoted(varying.split()[0])
-        raise SceneError(f'{name} varies in time: give "dc VALUE" too, for the steady state')
+        raise SceneError(f'{quoted(varying.split()[0])} varies in time: give "dc VALUE" too, for the steady state')
     return _run(lines, uic, question)
 
 
@@ -79,18 +78,21 @@ def _run(lines: Sequence[str], uic: str, question: Question, steps: int = 0) -> 
         if name not in names:
             raise unknown("it has no .param", name, names)
     lines = [*lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
-    outputs = {name: f"model_output_{n}" for n, name in enumerate(question.units) if name in question.outputs}
-    expressions = {name: re.sub(r"([\w.]+)#branch", r"i(\1)", question.outputs[name]) for name in outputs}
-    lines += [f"B{o} {o} 0 V={_circuit(expressions[name])}" for name, o in outputs.items()]
+    nodes = dict[str, str]()
+    for n, name in enumerate(name for name in question.units if name in question.outputs):
+        own = re.sub(r"([\w.]+)#branch", r"i(\1)", question.outputs[name].strip().lower())
+        nodes[name] = own if own in names else re.sub(r"^([a-z_][\w.]*)$", r"v(\1)", own)
+        if not re.fullmatch(r"v\([\w.]+\)|i\(v[\w.]*\)", nodes[name]):
+            nodes[name] = f"v(model_output_{n})"
+            lines.append(f"B{n}_output model_output_{n} 0 V={_circuit(own)}")
     options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
     text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
     vectors = _solve(text, plot)
     clock = vectors.pop("time", None)
-    nodes = match_outputs("node", {name: f"v({o})" for name, o in outputs.items()}, question.units, vectors)
-    values = {name: vectors[node].values for name, node in nodes.items()}
-    for name, own in expressions.items():
+    values = {n: vectors[o].values for n, o in match_outputs("node", nodes, question.units, vectors).items()}
+    for name, own in question.outputs.items():
         # The current of a source counts as negative where the source delivers: it gets the sign of the drive.
-        if question.units[name] == "A" and re.fullmatch(r"i\([\w.]+\)", own.strip(), re.IGNORECASE):
+        if question.units.get(name) == "A" and re.fullmatch(r"(?i)i\([\w.]+\)|[\w.]+#branch", own.strip()):
             sign = Target(question.scene).sign(name)
             values[name] = values[name] * (-1 if (values[name] * abs(values[name])).sum() * sign < 0 else 1)
     return Traces(AT_REST if clock is None else clock.values, values, {})

@@ -69,7 +69,9 @@ def _check_group(mesh: GroupedMesh, said: str, group: str, kinds: tuple[str, ...
     if any(group in groups[kind] for kind in kinds):
         return
     given = " and ".join(
-        f"the {kind} groups are {listed(sorted(groups[kind]))}" if groups[kind] else f"it has no {kind} groups"
+        f"the {kind} groups are {listed(sorted(groups[kind]))}"
+        if groups[kind]
+        else f"it has no {kind} groups (save it with physical groups, properties, or element sets)"
         for kind in kinds
     )
     others = mesh.others | {name: f"a {kind} group" for kind in ("surface", "volume") for name in groups[kind]}

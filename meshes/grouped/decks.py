@@ -219,7 +219,7 @@ def read_nastran(text: str) -> MeshData:
             kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(corners)]
             corners = [corners[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else corners
             elements.append((kind, corners, [str(card.integer(2) if card.field(2) else card.integer(1))]))
-        elif re.match("=|C(HEX|TET|PEN|PYR|IF)", card.name):
+        elif re.match("=|BEGIN|C(HEX|TET|PEN|PYR|IF)", card.name):
             raise MeshFileError(f"{called} is not read: write each node as a GRID and each cell as a CTETRA or CHEXA")
     if not nodes or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")

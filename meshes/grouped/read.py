@@ -28,8 +28,8 @@ KINDS = {
 }  # fmt: skip
 """meshio's names of the cells that are solved on: their corners and nodes."""
 _TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
-# The nodes of a straight cell in the order of its mirror image.
-_INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
+# The nodes of a cell in the order of its mirror image, by the number of corners; cells of first order have the first.
+_INVERSION = {4: np.r_[0, 2, 1, 3, 6, 5, 4, 7, 9, 8], 8: np.r_[4:8, 0:4, 12:16, 8:12, 16:24, 25, 24, 26]}
 # Tags of cells that meshio reads from files of Gmsh, Medit, Netgen and others; the first are of physical groups.
 _TAGS = ("gmsh:physical", "gmsh:geometrical", "medit:ref", "netgen:index", "CellEntityIds", "su2:tag", "mat_id")
 
@@ -137,7 +137,7 @@ def read(path: Path, unit: float) -> GroupedMesh:
     """Read a mesh file in units of ``unit`` (m).
 
     Raises SceneError where it cannot be read, has no volume cells, cells of several kinds or of one that is not solved
-    on, or flat or curved and inverted cells. Straight inverted cells are turned round.
+    on, or flat or partly inverted cells. Inverted cells are turned round.
     """
     data = _load(path)
     name = _kind(data, path)
@@ -147,11 +147,9 @@ def read(path: Path, unit: float) -> GroupedMesh:
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells = cells[first]
+    inverted = (_determinants(_made(points, cells, name)) < 0).all(axis=1)
+    cells[inverted] = cells[inverted][:, _INVERSION[KINDS[name][0]][: cells.shape[1]]]
     mesh = _made(points, cells, name)
-    if name in _INVERSION:
-        inverted = np.asarray((_determinants(mesh) < 0).all(axis=1))[:, None]
-        cells = np.where(inverted, cells[:, _INVERSION[name]], cells)
-        mesh = _made(points, cells, name)
     _refuse_degenerate(mesh, path)
     if KINDS[name][0] == 4:
         # With the vertices of each cell in ascending order an edge has one direction in all its cells.

@@ -120,6 +120,12 @@ TRACES: dict[str, str | bytes] = {
     "metadata like rows": "Dimension1, 6, 6\nDimension2, 1, 1\nDataName, time, mid\n"
     + rows("DataValue, {:.9g}, {:.9g}", TIMES, MID),
     "another table whose first column goes on": "time (s),mid (K)\n" + PAIRS + "\nf (Hz),Z (ohm)\n1,9\n10,7\n",
+    "rows without numbers": "time (s),mid (K)\nNaN,NaN\n" + PAIRS.replace("\n", "\nNaN,#N/A\n"),
+    "types of thermocouples": "time (s),mid (degC)\nType,K\n" + CELSIUS.replace(";", ","),
+    "types of thermocouples below units": "time;mid\ns;degC\nSensor type;TC-K\n" + CELSIUS,
+    "units behind and below names": "time (s),mid (degC)\n,K\n" + CELSIUS.replace(";", ","),
+    "a word before units": "time,mid\nUnit,K\n" + PAIRS,
+    "factors of one": "Scale,1,1.0\ntime (s),mid (K)\n" + PAIRS,
     "numbered index": ",time (s),mid (K)\n" + rows("{:.0f},{:.9g},{:.9g}", np.arange(6), TIMES, MID),
 }  # fmt: skip
 
@@ -140,6 +146,10 @@ def test_metadata_beside_the_rows_are_no_column(scene):
     data = read(path, load(scene), ["time (s)=4", "mid (K)=5"])
     assert data.time == pytest.approx(TIMES)
     assert data.values["mid"] == pytest.approx(MID)
+    path.write_text("Typ,T\n" + PAIRS, encoding="utf-8")  # names like a row of the types of thermocouples
+    assert read(path, load(scene), ["time (s)=Typ", "mid (K)=T"]).values["mid"] == pytest.approx(MID)
+    path.write_text("time;Type K\ns;degC\n" + CELSIUS, encoding="utf-8")
+    assert read(path, load(scene), ["mid=Type K"]).values["mid"] == pytest.approx(MID)
 
 
 LTSPICE = "Title: * bar\nPlotname: Transient Analysis\nFlags: real forward\nNo. Variables: 3\nNo. Points: 6\n\
@@ -341,6 +351,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         ("a, b\nc, d\n", "has no rows of numbers"),
         ('"time (s)","T (K), Point: (1.2.3, 0, 0)"\n' + PAIRS, r'Point: \(1.2.3, 0, 0\)" is called as no quantity'),
         ("mid,305 parsec\n", "unknown unit"),
+        ("time,I\ns,A\nScale,1e-3\n" + PAIRS, "Scale,1e-3. may be factors of its columns: multiply by them"),
         ("time/s mid/K\n0 293\n1e-6 294\n2e-6 295+0.2i\n3e-6 296\n", "row 4: .* is not 2 columns of numbers"),
         ("time (s),mid (parsec)\n" + PAIRS, "unknown unit"),
         ("Time,mid\n10:21:33 AM,293\n10:21:34 AM,294\n", "no column is the time"),

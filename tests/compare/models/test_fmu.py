@@ -148,9 +148,13 @@ def test_an_fmu_without_a_steady_state_is_refused(steady, tmp_path, course):
 
 
 @pytest.mark.usefixtures("few_ends")
-def test_an_fmu_that_crashes_is_a_sentence(steady, tmp_path):
-    with pytest.raises(SceneError, match="it ended its process, with the signal SIGABRT"):
-        compare.solve(steady, model=build(tmp_path, "abort()"))
+@pytest.mark.parametrize(
+    ("course", "why"),
+    [("abort()", "it ended its process, with the signal SIGABRT"), ("1/0", "fmi2DoStep failed with status")],
+)
+def test_an_fmu_that_crashes_is_a_sentence(steady, tmp_path, course, why):
+    with pytest.raises(SceneError, match=why):
+        compare.solve(steady, model=build(tmp_path, course))
 
 
 def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient, tmp_path):

@@ -103,12 +103,14 @@ def test_rises_in_a_table_count_from_the_initial_temperature(outputs, steady, tr
     assert checks["tip_over_time"].verdict == "unresolved"
 
 
-def test_a_rise_in_place_of_a_temperature_is_a_warning(steady, tmp_path, capfd):
-    (tmp_path / "rise.csv").write_text("tip,100 K\n", encoding="utf-8")
-    model = str(tmp_path / "rise.csv")
-    assert main(["solve", str(steady), "--model", model, "--no-figures", "--out", str(tmp_path / "o")]) == 0
-    said = " ".join(capfd.readouterr().out.split())
-    assert 'rise.csv has 100.0 K for "tip", and absolute kelvins are compared: add the initial temperature' in said
+@pytest.mark.parametrize(
+    ("scene", "text", "lowest"),
+    [("steady", "tip,100 K\n", "100.0 K"), ("transient", "time (s),tip (K)\n0,0\n2e-4,71\n5e-4,96\n", "0 K")],
+)
+def test_a_rise_in_place_of_a_temperature_is_a_warning(scene, text, lowest, tmp_path, request):
+    (tmp_path / "rise.csv").write_text(text, encoding="utf-8")
+    said = compare.solve(request.getfixturevalue(scene), model=tmp_path / "rise.csv").outcome.warnings
+    assert f'rise.csv has {lowest} for "tip", and absolute kelvins are compared: add the' in " ".join(said)
 
 
 def test_a_declared_difference_is_no_surprise(steady, model, tmp_path):
@@ -178,6 +180,17 @@ def test_the_current_of_a_source_has_the_sign_of_the_drive(own, tmp_path):
     outputs = {"model.outputs": f'{{current = "{own}"}}'}
     run = compare.solve("bridge", steady=True, model=tmp_path / "bridge.cir", overrides=outputs)
     assert run.check("current").predicted == pytest.approx(1 / 210, rel=1e-6)
+
+
+@pytest.mark.needs("ngspice")
+def test_an_output_is_a_node_a_parameter_or_an_expression(steady, tmp_path):
+    (tmp_path / "bar.cir").write_text("title\n.param T=350\nV1 hot 0 {T}\nR1 hot 0 1\n.end\n", encoding="utf-8")
+    for own in ("Hot", "V(hot)", "T", "v(hot) + 0"):
+        scene = load(steady, [f'model.outputs={{tip = "{own}"}}'])
+        assert judged(scene, str(tmp_path / "bar.cir"))["tip"].predicted == pytest.approx(50, rel=1e-6)
+    for own, node in (("cold", "v.cold."), ("i(V2)", "i.v2.")):
+        with pytest.raises(SceneError, match=f'for "tip" it has no node "{node}": give "v.hot."'):
+            judged(load(steady, [f'model.outputs={{tip = "{own}"}}']), str(tmp_path / "bar.cir"))
 
 
 @pytest.mark.needs("ngspice")

@@ -47,6 +47,20 @@ def test_groups_come_back(cell, suffix, tmp_path):
 ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
 
 
+@pytest.mark.parametrize("cell", CELLS)
+def test_inverted_cells_are_turned_round(cell, tmp_path):
+    """The mirror image of a mesh, with bent edges, has the same volumes."""
+    volumes = []
+    for side in (1, -1):
+        mesh = boxes.grouped(from_dict(bridge()), cell, 1, lambda p: p + 1e-7 * np.sin(p / 2e-6)[:, [1, 2, 0]])
+        mesh.points *= (side, 1, 1)
+        boxes.write(mesh, tmp_path / "mesh.msh", 1e-6)
+        found = read(tmp_path / "mesh.msh", 1e-6)
+        parts = (skfem.Basis(found.mesh, ELEMENTS[found.simplex](), elements=c) for c in found.volumes.values())
+        volumes.append([basis.dx.sum() for basis in parts])
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-9)
+
+
 TAIL = "thermal_conductivity=1\n[run]\nsteady=true\n"
 
 
