@@ -92,9 +92,9 @@ def _compact(
     # A step of the only drive may be the scene itself.
     references = {name: own for name, each in tried.items() if each == scene}
     alike, tried = [*references], {name: each for name, each in tried.items() if name not in references}
+    tried |= {} if scene.steady else {OWN: scene}  # its steady state is left to solve
     budget = _Budget(seconds + thread_time() - start)
     looser = budget.looser(len(tried) * budget.spent)
-    tried |= {} if scene.steady else {OWN: scene}  # its steady state is left to solve
 
     @lru_cache(1)
     def meshed(part: float) -> tuple[Problems, Symmetry, str]:
