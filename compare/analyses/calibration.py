@@ -5,7 +5,8 @@ the model is right and u_D is correct (Seber and Wild, Nonlinear Regression, 198
 
 Steps of Gauss and Newton, halved until |r| falls, take a rough solution R, of the accuracy `ENOUGH`, in place of S.
 Where a step is within a tenth of the uncertainties, S is solved, and R + (S - R), with this difference, takes the next
-steps. The fit ends where no step follows.
+steps. The fit ends where no step follows, or where the step is within the uncertainties and within the changes of the
+keys by the errors of S. The uncertainties include the step that is left.
 """
 
 from __future__ import annotations
@@ -150,29 +151,34 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], say: Callable[[str], 
     problem, best = _Problem(scene, data, keys, result), None
     rough = problem.trial(np.zeros(len(keys)), first, result)
     jacobian, difference = problem.differentiate(rough), np.zeros(len(rough.residuals))
-    still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
-    if still:
+    if still := [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     for _ in range(MOST_STEPS):
         normal, x, residuals = jacobian.T @ jacobian, rough.x, rough.residuals + difference
         # Keys with the same effect would leave it singular; their uncertainties come out huge. The part is about the
         # square of the derivatives' rounding.
         covariance = np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(len(keys)))
-        u, points = np.sqrt(np.diag(covariance)), len(residuals)
+        u, points, moved = np.sqrt(np.diag(covariance)), len(residuals), np.abs(covariance @ jacobian.T)
         say(f"fitting: misfit {float(residuals @ residuals) / max(points - len(keys), 1):.3g} of {points} points")
         room = np.clip((least - 1e-9 - x, most + 1e-9 - x), -1.0, 1.0)  # by a factor of e at most
-        step, nearer = lsq_linear(jacobian, -residuals, room).x, None
-        if (np.abs(step) > SETTLED * u).any():
-            for n in range(MOST_HALVES):
-                with suppress(NumericsError):  # a whole step may lead to a scene that runs away
-                    trial = problem.solve(x + step / 2**n, enough)
-                    if norm(trial.residuals + difference) < norm(residuals):
-                        nearer = trial
-                        break
-        if nearer is not None:
-            rough, jacobian = nearer, problem.differentiate(nearer)
+        step, solved = lsq_linear(jacobian, -residuals, room).x, best if best is not None and best.x is x else None
+        if solved and norm(jacobian @ step) ** 2 <= len(keys) and (np.abs(step) <= moved @ solved.errors).all():
+            break
+        for n in range(MOST_HALVES):
+            part = step / 2**n
+            if norm(part / u, np.inf) <= SETTLED:
+                break
+            with suppress(NumericsError):  # a whole step may lead to a scene that runs away
+                trial = problem.solve(x + part, enough)
+                if norm(trial.residuals + difference) < norm(residuals):
+                    rough = trial
+                    break
+        if rough.x is not x:
+            # Derivatives change by about the part by which the keys do.
+            if norm(jacobian @ part) * norm(part, np.inf) > SETTLED:
+                jacobian = problem.differentiate(rough)
             continue
-        if best is not None and best.x is x:
+        if solved:
             break
         fine = rough if scene.accuracy >= ENOUGH else problem.solve(x, scene.accuracy)
         if best is not None and norm(fine.residuals) >= norm(best.residuals):
@@ -183,7 +189,7 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], say: Callable[[str], 
     values = numbers(best.scene)
     return Fit(
         dict(zip(keys, start.tolist(), strict=True)), {key: values[key] for key in keys},
-        dict(zip(keys, u.tolist(), strict=True)), covariance / np.outer(u, u),
+        dict(zip(keys, np.hypot(u, step).tolist(), strict=True)), covariance / np.outer(u, u),
         float(best.residuals @ best.residuals) / max(points - len(keys), 1), points, best.scene, best.result,
     )  # fmt: skip
 
@@ -192,13 +198,14 @@ def fit_scene(scene: Any, data: Data, keys: Sequence[str], say: Callable[[str], 
 class _Trial:
     """A solved ``scene`` with the logarithms ``x`` (keys,) of its keys over their first values.
 
-    The ``residuals`` (points,) are differences from the data over the uncertainties of the data.
+    The ``residuals`` from the data and the ``errors`` of 3D (points,) are over the uncertainties of the data.
     """
 
     x: np.ndarray
     scene: Any
     result: Result
     residuals: np.ndarray
+    errors: np.ndarray
 
 
 class _Problem:
@@ -208,14 +215,20 @@ class _Problem:
     """
 
     def __init__(self, scene: Any, data: Data, keys: Sequence[str], result: Result) -> None:
-        self._scene, self._data, self._keys = scene, data, keys
-        self._sure = quantities.of(scene, result).sure(data.time)
-        self._times = data.time[self._sure]
-        points = len(self._times) * len(data.values)
-        if points <= len(keys):
+        self._scene, self._keys = scene, keys
+        sure = quantities.of(scene, result).sure(data.time)
+        self._times = data.time[sure]
+        if (points := len(self._times) * len(data.values)) <= len(keys):
             raise SceneError(
                 f"--calibrate: {data.name} has too few points ({points}): give more than keys ({len(keys)}), at times "
                 "at which the errors of 3D hold"
+            )
+        modelled = result.steady if np.isinf(self._times[-1]) else result.over_time.values
+        self._given = [(n, data.values[n][sure], data.u[n][sure]) for n in data.values if n in data.u and n in modelled]
+        if not self._given:
+            raise SceneError(
+                f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
+                "uncertainty: give --data-uncertainty of one"
             )
 
     def solve(self, x: np.ndarray, accuracy: float) -> _Trial:
@@ -223,27 +236,17 @@ class _Problem:
         return self.trial(x, scene, _solve(scene))
 
     def trial(self, x: np.ndarray, scene: Any, result: Result) -> _Trial:
-        data = self._data
-        off = {n: simulated([result], n, self._times)[0] - data.values[n][self._sure] for n in self._names(result)}
-        return _Trial(x, scene, result, np.concatenate([each / data.u[n][self._sure] for n, each in off.items()]))
+        found = [(*simulated([result], name, self._times), values, u) for name, values, u in self._given]
+        residuals = np.concatenate([(value - measured) / u for value, _, measured, u in found])
+        return _Trial(x, scene, result, residuals, np.concatenate([error / u for _, error, _, u in found]))
 
     def differentiate(self, trial: _Trial) -> np.ndarray:
         """Return the derivatives of the residuals (points, keys)."""
         slopes = in_3d(trial.scene, trial.result, self._keys)
         if left_out := [key for key in self._keys if key in slopes.left_out]:
             raise SceneError(f"--calibrate {left_out[0]}: {slopes.left_out[left_out[0]]}")
-        u = {name: self._data.u[name][self._sure] for name in self._names(trial.result)}
-        columns = [[np.nan_to_num(slopes.at(key, n, self._times)) / u[n] for n in u] for key in self._keys]
+        columns = [[np.nan_to_num(slopes.at(k, n, self._times)) / u for n, _, u in self._given] for k in self._keys]
         return np.array([np.concatenate(column) for column in columns]).T
-
-    def _names(self, result: Result) -> list[str]:
-        modelled = result.steady if np.isinf(self._times[-1]) else result.over_time.values
-        if names := [name for name in self._data.values if name in self._data.u and name in modelled]:
-            return names
-        raise SceneError(
-            f"--calibrate: {self._data.name} has no quantity that the model answers and that is known to some "
-            "uncertainty: give --data-uncertainty of one"
-        )
 
 
 def _moved(scene: Any, keys: Sequence[str], logarithms: Sequence[float]) -> Any:
@@ -260,10 +263,7 @@ def _moved(scene: Any, keys: Sequence[str], logarithms: Sequence[float]) -> Any:
 
 def _solve(scene: Any) -> Result:
     """Solve a sink or a free scene in 3D."""
-    if scene.kind == "sink":
-        from fem3d.runs.sink import solve as solve_sink
+    from fem3d.runs import scene as scene_run
+    from fem3d.runs import sink as sink_run
 
-        return solve_sink(scene)
-    from fem3d.runs.scene import solve
-
-    return solve(scene)
+    return sink_run.solve(scene) if scene.kind == "sink" else scene_run.solve(scene)

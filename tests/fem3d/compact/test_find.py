@@ -104,6 +104,13 @@ def test_a_model_stops_in_time_with_a_warning(bar, monkeypatch):
     assert "not compared with the full one for a step of held.temperature, a step of air.ambient" in untried
 
 
+def test_the_steady_state_of_a_transient_is_left_out_in_time(bar, monkeypatch):
+    monkeypatch.setattr("fem3d.runs.compact.ALWAYS", 0.0)
+    monkeypatch.setattr("fem3d.runs.compact.LONGEST", 1.0)
+    made = compact(replace(bar, accuracy=1e-2), None, 1e-2, seconds=1e-4)
+    assert set(made["error"]["the scene"]) == {"over time"}
+
+
 @pytest.mark.parametrize("accurate", [True, False])
 def test_a_result_that_is_accurate_enough_is_not_solved_again(accurate, bar, monkeypatch):
     scene, solve, solved = replace(bar, steady=True), scene_run.solve, []

@@ -145,6 +145,24 @@ def test_a_step_to_a_scene_without_a_solution_is_halved(monkeypatch):
     assert low < 0.6 * 1.38 < high
 
 
+def test_a_step_within_the_errors_of_3d_and_of_the_data_is_not_solved_again(monkeypatch):
+    """A rough solution that is off by a tenth of the noise, and accurate ones with errors of a fifth of the noise."""
+    accurate = []
+
+    def solve_roughly(sink: Sink) -> Result:
+        result = solve(sink, times=FEWER)
+        traces, rough = result.over_time, sink.accuracy > Sink().accuracy
+        accurate.extend([] if rough else [sink])
+        values = {name: v + 0.1 * NOISE * rough * name.endswith("_K") for name, v in traces.values.items()}
+        return replace(result, traces=replace(traces, values=values, errors=dict.fromkeys(values, 0.2 * NOISE)))
+
+    monkeypatch.setattr("compare.analyses.calibration._solve", solve_roughly)
+    found = fitted(fitting_data(varied(Sink(), OXIDE, 0.9), 1), OXIDE)
+    low, high = found.interval(OXIDE)
+    assert low < 0.9 * 1.38 < high
+    assert len(accurate) == 1
+
+
 def test_keys_that_go_together_are_named():
     """The paper's anchor has but the oxide's thickness over its conductivity."""
     found = fitted(fitting_data(Sink(), 1), OXIDE, "oxide_thickness")
