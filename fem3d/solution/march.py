@@ -327,10 +327,10 @@ class March:
 
 
 def by_finer_quadratures(response: FullResponse, times: np.ndarray) -> list[FullResponse]:
-    """Return a response at some times (s) by quadratures of laws with one, two and three more points along each axis:
-    the loads that these add act for an implicit Euler step from time 0 on."""
+    """Return a response at some times (s) by finer quadratures of laws: the loads that these add act
+    for an implicit Euler step from time 0 on."""
     own, n = (response.heat, response.conductor), response.heat.free
-    finer = [FullResponse(*refine_quadratures(*own, points), []) for points in (1, 2, 3)]
+    finer = [FullResponse(*problems, []) for problems in refine_quadratures(*own)]
     for time in times.tolist():
         g, state = response.heat.inputs.at(time), _State(*response.at(time))
         lack, current = _balance(*own, g, state)

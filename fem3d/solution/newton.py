@@ -25,9 +25,6 @@ MOST_NEWTON = 20  # steps at one point: at the slowest contraction, `CONTRACTS`,
 # Contraction of Newton's steps that counts as convergence (Deuflhard, Newton Methods for Nonlinear Problems, 2004,
 # section 2.1: 1/2).
 CONTRACTS = 0.5
-# Further points along each axis, by which quadratures of laws are compared. The error by a kink jumps from rule to
-# rule: it exceeds the sum of three differences for 1 of 500 random pairs of kinks, the larger of two for 24.
-FINER = (1, 2, 3)
 HOTTEST = 1e5  # K, beyond any solid: paths end at a rise so large; Newton's method alone goes to twice that
 
 
@@ -115,10 +112,6 @@ class Equations:
         rise = largest(change[:n]) / (max(largest(point.rise), largest(change[:n])) or 1.0)
         volts = largest(change[n:-1]) / (largest(point.potential) or 1.0)
         return max(rise, volts, abs(float(change[-1])) / max(point.mu, 1e-300))
-
-    def finer(self, points: int) -> Equations:
-        """The same equations, by quadratures of their laws with so many more points along each axis."""
-        return Equations(*refine_quadratures(self.heat, self.conductor, points))
 
     def layer_error(self, point: Point) -> float:
         """The relative error by layers of laws that lie between the points of their quadratures."""
@@ -208,10 +201,11 @@ class Newton:
     def quadrature_error(self, fold: Point, row: np.ndarray) -> float:
         """The relative error that quadratures of laws leave in the mu of a fold: the sum of its changes by finer ones
         on the plane of a ``row`` (`correct`). Raises BeyondLawError where the resistivity is not positive in one."""
-        linearization, off = Linearization(self.equations, fold), 0.0
-        for points in FINER:
+        equations, off = self.equations, 0.0
+        linearization = Linearization(equations, fold)
+        for problems in refine_quadratures(equations.heat, equations.conductor):
             try:
-                residual = self.equations.finer(points).at(fold.x).residual
+                residual = Equations(*problems).at(fold.x).residual
             except VanishedError:
                 raise BeyondLawError from None
             off += abs(float(self.solve(linearization, residual, row)[-1]))

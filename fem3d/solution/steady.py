@@ -29,7 +29,6 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import LinearizedHeat, linearized, refine_quadratures
 from fem3d.problems.paths import Label
 from fem3d.solution.newton import (
-    FINER,
     HOTTEST,
     RESIDUAL,
     CoarseMeshError,
@@ -343,6 +342,6 @@ class Tangent:
         """Return the states by finer quadratures of the laws. Raises BeyondLawError where the resistivity is not
         positive in one."""
         try:
-            return [self.state(*refine_quadratures(self._state.exact, self._state.conductor, n)) for n in FINER]
+            return [self.state(*finer) for finer in refine_quadratures(self._state.exact, self._state.conductor)]
         except VanishedError:
             raise BeyondLawError from None
