@@ -219,6 +219,12 @@ def test_a_run_that_ends_before_anything_happens_is_in_balance():
     assert found.traces.values["end"] == pytest.approx(293.0, rel=1e-12)
 
 
+def test_a_bar_that_nothing_warms_stays_cold():
+    found = solve(bar(face("cold", "temperature", 0.0, 293.0), probes=(at("end", LENGTH),), steady=False)).traces
+    assert (found.values["end"] == 293.0).all()
+    assert found.errors["end"] < 1e-6
+
+
 def test_current_passes_boxes_that_symmetry_leaves_out():
     """A wire of two boxes, of which the half that is solved has only one."""
     middle = LENGTH / 2
