@@ -39,7 +39,7 @@ def assemble(domain: Domain) -> HeatProblem:
     """Assemble the heat problem of a domain."""
     space = domain.space
     sources, generated = _sources(domain)
-    robin, loads, rows = _robin_and_fluxes(domain)
+    robin, cooled, loads, rows = _robin_and_fluxes(domain)
     given, values, (shares, edges), contradiction = _given_values(domain)
     order = _numbering(domain, given)
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
@@ -52,6 +52,7 @@ def assemble(domain: Domain) -> HeatProblem:
     if terms or storage:
         stiffness = add(stiffness, coupled_by_laws(domain))
     stiffness, mass = submatrix(stiffness, order), submatrix(capacity, order)
+    _conserve(stiffness, space.unit[order], cooled[order])
     free = int((~given[order]).sum())
     fixed = order[free:]
     return HeatProblem(
@@ -74,15 +75,18 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
     return loads, generated
 
 
-def _robin_and_fluxes(domain: Domain) -> tuple[csc_array, np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
+def _robin_and_fluxes(
+    domain: Domain,
+) -> tuple[csc_array, np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
     """Assemble the linear conditions on faces. Return
 
-    - int h u v + int_contacts [u] [v] / R, (functions, functions) in W/K,
+    - int h u v + int_contacts [u] [v] / R, (functions, functions) in W/K, and int h v, (functions,) in W/K,
     - int (h (T_air - T_0) + q_n) v, (channels, functions) in W,
     - by boundary the heat that enters at no rise, (channels,) in W, and per kelvin, (functions,) in W/K.
     """
     space, channels = domain.space, domain.inputs
-    robin, loads, rows = list[Entries](), np.zeros((channels.count, space.size)), {}
+    robin, cooled = list[Entries](), np.zeros(space.size)
+    loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
         if b.kind not in ("convection", "radiation", "heat_flux"):
             continue
@@ -98,6 +102,7 @@ def _robin_and_fluxes(domain: Domain) -> tuple[csc_array, np.ndarray, dict[str, 
             flux = channels.split(b.value)
         if h:
             robin += face.entries(h)
+            cooled += h * area
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area
     matrix = sum_entries(robin, space.size)
@@ -105,7 +110,7 @@ def _robin_and_fluxes(domain: Domain) -> tuple[csc_array, np.ndarray, dict[str, 
         if joint.contact.thermal_resistance:
             jumps = Interface.inside(space, joint.facets).mass()
             matrix = csc_array(matrix + jumps / joint.contact.thermal_resistance)
-    return matrix, loads, rows
+    return matrix, cooled, loads, rows
 
 
 def _given_values(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[dict[str, np.ndarray], csc_array], np.ndarray]:
@@ -141,6 +146,21 @@ def _contradiction(values: Sequence[Value], faces: Sequence[FaceIntegrals], unit
         highest[on], lowest[on] = np.maximum(highest[on], max(given)), np.minimum(lowest[on], min(given))
     count = np.sum([face.functions for face in faces], axis=0) if len(set(values)) > 1 else np.zeros(len(unit))
     return np.where((count > 1) & (unit == 1.0), np.maximum(highest, lowest) - np.minimum(highest, lowest), 0.0)
+
+
+def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> None:
+    """Sets the diagonal such that a uniform rise drives no heat but to the air (``cooled``, W/K), to the last digit.
+
+    Sums of large entries leave rounding there, which shows in the temperatures of layers in series.
+    """
+    stiffness.sort_indices()
+    columns = np.repeat(np.arange(stiffness.shape[1]), np.diff(stiffness.indptr))
+    on = np.flatnonzero((stiffness.indices == columns) & (unit[columns] == 1.0))
+    # The matrix is symmetric: its columns serve as rows.
+    sums, filled = np.zeros(len(unit), np.longdouble), np.flatnonzero(np.diff(stiffness.indptr))
+    products = stiffness.data.astype(np.longdouble) * unit[stiffness.indices]
+    sums[filled] = np.add.reduceat(products, stiffness.indptr[filled])
+    stiffness.data[on] = (stiffness.data[on] - (sums - cooled)[columns[on]]).astype(float)
 
 
 def robin_condition(domain: Domain, boundary: AnyBoundary) -> tuple[float, float]:
