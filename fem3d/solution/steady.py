@@ -55,8 +55,7 @@ class SteadyState:
     ----------
     heat, conductor : the problems; ``heat`` is linearized about the state where a law makes it nonlinear
     rise, source : (all dofs,), the rise (K), and the heat sources with the Joule heat (W) that cause it
-    joule, power, currents : the Joule heat by the labels of rows, and of all (W); the currents into electrodes and
-        probes (A)
+    joule, currents : the Joule heat by the labels of rows (W); the currents into electrodes and probes (A)
     potential, density : (functions,) in V, and the current density (3, rows of the conductor, points) in A/m2
     unsettled : relative error of the iteration, and by layers of laws that lie between the points of quadratures
     """
@@ -67,10 +66,14 @@ class SteadyState:
     source: np.ndarray
     joule: dict[Label, float] = field(default_factory=dict)
     currents: dict[str, float] = field(default_factory=dict)
-    power: float = 0.0
     potential: np.ndarray | None = None
     unsettled: float = 0.0
     density: np.ndarray = field(default_factory=lambda: np.zeros((3, 0, 0)))
+
+    @property
+    def power(self) -> float:
+        """All Joule heat (W)."""
+        return float(sum(self.joule.values()))
 
     @property
     def exact(self) -> HeatProblem:
@@ -155,8 +158,7 @@ def read_state(equations: Equations, point: Point, unsettled: float, tangent: Li
         problem.cache.update(solve_steady=near.solve_steady)
     else:
         rise = heat.refine_iteratively(rise, source)
-    power = float(sum(joule.values()))
-    return SteadyState(problem, c, rise, source, joule, currents, power, potential, unsettled, density=density)
+    return SteadyState(problem, c, rise, source, joule, currents, potential, unsettled, density)
 
 
 def solve_currents(heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
@@ -166,8 +168,8 @@ def solve_currents(heat: HeatProblem, conductor: Conductor | None) -> SteadyStat
         return SteadyState(heat, None, no_rise, heat.loads[0])
     cold = conductor.solve(no_rise, conductor.voltages[0])
     return SteadyState(
-        heat, conductor, no_rise, heat.loads[0], conductor.joule(cold.density, no_rise), cold.currents,
-        -float(conductor.on.flow(cold.density) @ cold.potential), cold.potential, density=cold.density,
+        heat, conductor, no_rise, heat.loads[0], conductor.joule(cold.density, no_rise), cold.currents, cold.potential,
+        density=cold.density,
     )  # fmt: skip
 
 
