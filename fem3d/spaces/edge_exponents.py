@@ -30,7 +30,7 @@ from fem3d.spaces.domain import Domain, box_domain
 from meshes import grid as grids
 from meshes.grading import Features
 from scenes import faces, physics
-from scenes.model import Scene, Value, bends
+from scenes.model import Scene, Value, bends, values
 
 AROUND_ONE = 0.05  # edges of an exponent nearer to 1, or above, are left to the degree, but for contradictions
 RESOLVED = 1e-3  # of the shortest edge: at a contact with a shorter length k R the rim counts as smooth: a choice
@@ -111,12 +111,17 @@ def _given(domain: Domain, kind: str) -> np.ndarray:
 
 
 def _passing(domain: Domain) -> np.ndarray:
-    """Return (facets,) which facets heat passes: by a given flux, or by convection from the Biot number `PASSES` on."""
+    """Return (facets,) which facets heat passes: by a given flux, or by convection from the Biot number `PASSES` on.
+
+    Laws of convection and radiation are taken at the hottest given temperature, or where a given flux passes at the
+    rise that it makes over the least extent."""
     mesh, scene = domain.space.mesh, domain.scene
     passing, extents = np.zeros(mesh.facets.shape[1], bool), np.ptp(mesh.p, axis=1)
     k = np.broadcast_to(domain.per_cell("thermal_conductivity"), (3, len(domain.body)))
     given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
     hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
+    fluxes = [abs(q) for b in scene.boundaries if b.kind == "heat_flux" for q in values(b.value)]
+    hottest += max(fluxes, default=0.0) * extents.min() / k.min()
     for b in scene.boundaries:
         if b.kind == "heat_flux":
             passing[domain.facets(b)] |= b.value != 0.0

@@ -104,10 +104,11 @@ def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(see
     assert invariants.compared(hard, less, 30.0)[0] > 1
 
 
-@pytest.mark.parametrize("seed", [33, 56000229])
-def test_errors_hold_where_a_flux_ends_and_where_the_temperature_changes_the_power(seed):
-    """A scene each: r log r at the rim of a flux, and heat flows that miss what the power misses."""
-    scene = random_scenes.boxes(seed)
+@pytest.mark.parametrize(("draw", "seed"), [("boxes", 33), ("boxes", 56000229), ("laws", 65001051)])
+def test_errors_hold_where_a_flux_ends_and_where_the_temperature_changes_the_power(draw, seed):
+    """A scene each: r log r at the rim of a flux; heat flows that miss what the power misses; and r log r where a face
+    that a flux makes hot radiates, beside a given temperature."""
+    scene = getattr(random_scenes, draw)(seed)
     assert broken(solve(scene).steady, solve(replace(scene, accuracy=scene.accuracy / 100)).steady) == []
 
 
