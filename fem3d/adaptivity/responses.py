@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import orth
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -63,9 +64,12 @@ def make_base(heat: HeatProblem, conductor: Conductor | None, hot: Sequence[HotS
 def search_hot_states(
     heat: HeatProblem, conductor: Conductor | None, shift: float, earliest: float, end: float, accuracy: float
 ) -> tuple[Base, list[HotState]]:
-    """Return the base with the currents and loads that heating brings, and their hot states: of a few instants of a
-    rough response, just before changes of the inputs and when errors hold again, the worst joins until the currents
-    and loads span the Joule heat of all: a load that is missing changes the flows at given temperatures most."""
+    """Return the base with the currents and loads that heating brings, and their hot states.
+
+    They are of a few instants of a rough response: just before changes of the inputs, and when errors hold again. A
+    round adds the worst, until the loads of all its instants are spanned; there are rounds until the currents and loads
+    span the Joule heat of all. A load that is missing changes the flows at given temperatures most.
+    """
     hot: list[HotState] = []
     base = make_base(heat, conductor, hot)
     if conductor is None or not conductor.warms or not conductor.voltages.any():
@@ -82,24 +86,31 @@ def search_hot_states(
         times = np.unique(np.minimum(times, answer.end))
         inputs = heat.inputs.at(times)
         currents = answer.reduced.currents(answer.trajectory(times)[0], inputs)
-        spanned = np.array([load / (np.abs(load).max() or 1.0) for load in base.loads]).T
-        worst, largest, size, power, missed = None, NEGLIGIBLE * accuracy, 1e-300, 1e-300, 0.0
+        states, loads, missing = list[HotState](), list[np.ndarray](), list[np.ndarray]()
         for rise, g, c in zip(answer.rises(times), inputs, currents, strict=True):
             voltage = g @ conductor.voltages
-            if not (voltage.any() and (conductor.resistivity(rise) > 0).all()):
-                continue
-            load = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
-            off = load - conductor.joule_load(combined_density(base.patterns, c), rise)
-            size, whole = max(size, float(np.abs(load).sum())), max(float(heat.unit @ load), 1e-300)
-            power, missed = max(power, whole), max(missed, abs(float(heat.unit @ off)) / np.sqrt(whole))
-            lacking = load - spanned @ np.linalg.lstsq(spanned, load)[0]
-            if (change := float(max(np.abs(off).sum(), np.abs(lacking).sum())) / size) > largest:
-                worst, largest = (heat.field(rise), g), change
-        base = replace(base, unseen=missed / np.sqrt(power))
-        if worst is None:
+            if voltage.any() and (conductor.resistivity(rise) > 0).all():
+                states.append((heat.field(rise), g))
+                loads.append(conductor.joule_load(conductor.solve(rise, voltage).density, rise))
+                missing.append(loads[-1] - conductor.joule_load(combined_density(base.patterns, c), rise))
+        if not states:
             break
-        hot.append(worst)
-        base = replace(make_base(heat, conductor, hot), unseen=base.unseen)  # until the next round, or for good
+        every, off = np.array(loads).T, np.array(missing).T
+        power = np.maximum(heat.unit @ every, 1e-300)
+        unseen = float((np.abs(heat.unit @ off) / np.sqrt(power)).max() / np.sqrt(power.max()))
+        spanned = orth(np.array([load / (np.abs(load).max() or 1.0) for load in base.loads]).T)
+        lacking, size = every - spanned @ (spanned.T @ every), max(float(np.abs(every).sum(axis=0).max()), 1e-300)
+        change, count = np.maximum(np.abs(off).sum(axis=0), np.abs(lacking).sum(axis=0)) / size, len(hot)
+        while change.max() > NEGLIGIBLE * accuracy:
+            worst = int(change.argmax())
+            hot.append(states[worst])
+            along = lacking[:, worst] / max(float(np.linalg.norm(lacking[:, worst])), 1e-300)
+            lacking = lacking - np.outer(along, along @ lacking)
+            lacking[:, worst] = 0.0
+            change = np.abs(lacking).sum(axis=0) / size
+        base = replace(base if len(hot) == count else make_base(heat, conductor, hot), unseen=unseen)
+        if len(hot) == count:
+            break
     return base, hot
 
 
