@@ -123,7 +123,7 @@ class FineResponse:
     answer, worse: the response, and the response in fewer fields or looser steps.
     generations: how many generations of Krylov fields the answer has; 0 at full order.
     times: (s) of the ``traces``, the outputs ``out`` and the comparison.
-    scales, gaps: of each trace its scale, and the error by fields, steps and quadratures.
+    scales, gaps: of each trace its scale, and the error by fields and steps.
     """
 
     answer: Response
@@ -198,8 +198,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
         response = FineResponse.compared(study, answer, whole, steady_out, 1 / 3)
         if response.converged(study.accuracy):
             break
-    missed = by_quadratures(study, answer)
-    return replace(response, gaps={name: gap + missed[name] for name, gap in response.gaps.items()})
+    return response
 
 
 def by_quadratures(study: Study, answer: FullResponse) -> dict[str, float]:
