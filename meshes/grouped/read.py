@@ -74,9 +74,7 @@ def _tagged(points: np.ndarray, blocks: list[Block], tags: list[int], names: dic
         free = not own and tag and alone[0] >= 2 and alone not in taken
         tagged.append((kind, nodes, (str(tag),) if free else own))
     present = {name for _, name in taken}
-    lost = (
-        "a physical group without cells (Mesh.SaveAll in format 2.2 drops physical groups: save without it, or in 4.1)"
-    )
+    lost = "a physical group without cells (Mesh.SaveAll in format 2.2 drops groups: save without it, or in 4.1)"
     return MeshData(points, tagged, {name: lost for name in names.values() if name not in present})
 
 
@@ -222,15 +220,16 @@ def _read_by_meshio(path: Path) -> MeshData:
         found = meshio.read(path, file_format="gmsh" if path.suffix.lower() == ".msh" else None)
     sets = {name: of for name, of in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))}
     names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
-    blocks, elementary = list[Block](), list[int]()
+    blocks, elementary, families = list[Block](), list[int](), getattr(found, "cell_tags", {})  # of MED
     for i, block in enumerate(found.cells):
         every = np.arange(len(block.data))
         inside = [np.isin(every, [] if of[i] is None else of[i]) for of in sets.values()]
-        tags = [found.cell_data[key][i] if key in found.cell_data else 0 * every for key in _TAGS]
+        tags = [found.cell_data[key][i] if key in found.cell_data else 0 * every for key in (*_TAGS, "cell_tags")]
         alike, which = np.unique(np.column_stack([*tags, *inside]).astype(int), axis=0, return_inverse=True)
         for k, (physical, *row) in enumerate(alike.tolist()):
-            own = [name for name, member in zip(sets, row[len(_TAGS) - 1 :], strict=True) if member]
+            own = [name for name, member in zip(sets, row[len(_TAGS) :], strict=True) if member]
             own += [names.get((dimension(block.type), physical), str(physical))] if physical else []
+            own += families.get(row[len(_TAGS) - 1], [])
             nodes = node_rows(np.arange(len(found.points)), np.asarray(block.data, int)[which.ravel() == k])
             blocks.append((block.type, nodes, tuple(own)))
             elementary.append(max(row[: len(_TAGS) - 1]))
@@ -242,7 +241,7 @@ def _kind(data: MeshData, path: Path) -> str:
     names = [kind for kind in kinds if dimension(kind) == 3]
     if not names:
         raise SceneError(
-            f"mesh.file: {quoted(path)} has no volume cells, but {' and '.join(kinds) or 'no cells'}: mesh the volumes "
+            f"mesh.file: {quoted(path)} has no volume cells, only {' and '.join(kinds) or 'points'}: mesh the volumes "
             "too, and save them with their physical groups"
         )
     if len(names) > 1 or names[0] not in KINDS:

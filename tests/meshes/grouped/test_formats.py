@@ -322,8 +322,20 @@ def test_binary_format_2_is_read(tmp_path):
     assert_solved(scene(tmp_path, "bar.msh"))
 
 
+def test_families_of_groups_are_read(tmp_path, monkeypatch):
+    """As meshio reads MED files, with h5py, which is no dependency: each cell has the number of its groups."""
+    (tmp_path / "bar.msh").write_text(gmsh_22(True, CELLS, NAMES), encoding="utf-8")
+    found = meshio.read(tmp_path / "bar.msh")
+    names = {tag: [name] for name, (tag, _) in found.field_data.items()}
+    found.cell_data, found.cell_sets, found.field_data = {"cell_tags": found.cell_data["gmsh:physical"]}, {}, {}
+    found.cell_tags = names
+    monkeypatch.setattr(meshio, "read", lambda *_, **__: found)
+    (tmp_path / "bar.med").touch()
+    assert_solved(scene(tmp_path, "bar.med"))
+
+
 GMSH_REFUSED = {
-    "SaveAll without groups": (gmsh_22(False, CELLS, NAMES), "Mesh.SaveAll in format 2.2 drops physical groups"),
+    "SaveAll without groups": (gmsh_22(False, CELLS, NAMES), "Mesh.SaveAll in format 2.2 drops groups"),
     "cut off": (gmsh_41(True, CELLS)[:-200], "its section $Elements is missing or ends early: save it again"),
     "too few numbers": (gmsh_41(True, CELLS).replace(b"3 1 4\n24", b"3 1 4\n99"), "cannot be read: it ends early"),
     "partitioned": (

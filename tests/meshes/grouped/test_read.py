@@ -161,7 +161,7 @@ def test_what_does_not_fit_is_refused_in_one_sentence(name, tmp_path):
 
 
 FILES: dict[str, tuple[Callable[[Any], list[Any]], str]] = {
-    "no volumes": (lambda cells: [b for b in cells if b.type == "quad"], "has no volume cells, but quad"),
+    "no volumes": (lambda cells: [b for b in cells if b.type == "quad"], "has no volume cells, only quad"),
     "mixed": (lambda cells: [cells[0], ("tetra", cells[0].data[:1, :4])], "is made of hexahedron and tetra cells"),
     "wedges": (lambda cells: [("wedge", cells[0].data[:1, :6])], "is made of wedge cells"),
 }
