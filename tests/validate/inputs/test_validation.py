@@ -178,14 +178,6 @@ def test_a_model_that_is_wrong_is_seen():
     assert not fitted(data, OXIDE).warnings()
 
 
-@pytest.mark.parametrize(("keys", "said"), [
-    (["pad_witdh"], "unknown key"), (["convection_coefficient"], "no number"),
-])  # fmt: skip
-def test_bad_keys_are_refused(keys, said):
-    with pytest.raises(SceneError, match=said):
-        keys_of(Sink(), keys)
-
-
 def test_fewer_points_than_unknowns_are_refused():
     data = fitting_data(Sink(), 0)
     few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})

@@ -247,14 +247,6 @@ def test_designs_that_melt_are_named(tmp_path, capsys):
     assert free["too_hot"] == "polysilicon"
 
 
-def test_slow_point_is_stopped():
-    task = Scope(load("sink"), steady=True, blame=False), 0, ["run.accuracy=1e-6", "sink.width=57um"]
-    with solver(2, None, 0.2) as solve_all:
-        (row,) = solve_all([task])
-    assert row["status"] == "timeout"
-    assert "more than 0.2 s" in row["because"]
-
-
 def test_an_open_verdict_is_solved_again_more_accurately():
     first = solve(Scope(load("sink", ["run.accuracy=1e-2"]), steady=True, blame=False), 0, [])
     size, error = abs(first["fig4_difference"]), first["fig4_u_num"]
