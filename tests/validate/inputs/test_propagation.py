@@ -194,35 +194,6 @@ def test_the_offset_of_a_centred_oxide_is_sampled_about_the_centre():
     assert abs(np.corrcoef(off, pad)[0, 1]) < 0.15
 
 
-WORDS = {"end_rise_K": "end rise"}
-
-
-def made(**slopes: tuple[float, float]) -> dict[str, Slopes]:
-    """The slopes (3D, 1D) of the end rise by keys."""
-    errors = {"fem3d": 1e-4, "reduced1d": 0.0}
-    return {
-        model: Slopes({"end_rise_K": 1.0}, {k: {"end_rise_K": Estimate(v[n], error)} for k, v in slopes.items()})
-        for n, (model, error) in enumerate(errors.items())
-    }
-
-
-def test_a_slope_is_judged_by_the_largest_of_its_quantity():
-    found = sensitivities.checks(Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)), WORDS)
-    verdicts = {check.id: check.verdict for check in found}
-    assert verdicts == {"slope_voltage": "agrees", "slope_width": "agrees", "slope_length": "differs"}
-    length = next(check for check in found if check.id == "slope_length")
-    assert (length.difference, length.u_num) == (pytest.approx(-0.125), pytest.approx(5e-5))
-    assert length.because == "end rise follows length by -0.750, in 3D by -0.500 % for each percent"
-    assert sensitivities.checks(Sink(tolerances={"slope": 0.5}), made(width=(2.0, 1.5)), WORDS)[0].verdict == "agrees"
-
-
-def test_a_slope_that_the_error_leaves_open_is_unresolved():
-    """0.2002 of 2, with relative errors of 1e-3: on either side of the tolerance of 10 %."""
-    found = made(width=(2.0, 2.0), length=(-0.5, -0.5 - 0.20002))
-    checks = sensitivities.checks(Sink(), found, WORDS)
-    assert [check.verdict for check in checks] == ["agrees", "unresolved"]
-
-
 def test_sensitivities_by_the_command(tmp_path, ran):
     summary, said = ran("sink --only 1d --sensitivities --set run.end_time=1ms")
     assert "anchor.pad_width" in said
