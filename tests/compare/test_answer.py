@@ -123,11 +123,8 @@ def test_who_is_to_blame_is_computed(settings):
 
 def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case):
     """To a hundredth of the difference: far below the third that decides who is to blame."""
-    from compare.blame import budget
-
-    sink = case.sink
     steady = replace(case.fem3d, traces=None)
-    fine, rough = (budget("paper", steady, Levels(sink, rough=rough)) for rough in (False, True))
+    fine, rough = (blame.budget("paper", steady, Levels(case.sink, rough=rough)) for rough in (False, True))
     for a, b in zip(fine.steady, rough.steady, strict=True):
         for part, other in zip(a.parts, b.parts, strict=True):
             assert abs(part.value - other.value) < 0.01 * abs(a.difference.value)

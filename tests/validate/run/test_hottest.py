@@ -1,13 +1,8 @@
 """A material hotter than the range of its data is reported on the terminal, in the summary and in the report."""
 
-import html
-import json
-import re
-from pathlib import Path
-
 import pytest
 
-from validate.cli import main
+from tests.validate.cli import page_text
 
 RUNS = {
     "solve bridge": (
@@ -22,23 +17,15 @@ RUNS = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("command", RUNS)
-def test_it_is_said_everywhere_and_only_where_it_is_so(command, capsys):
+def test_it_is_said_everywhere_and_only_where_it_is_so(command, ran, tmp_path):
     settings, said, when = RUNS[command]
     options = [part for setting in settings for part in ("--set", setting)]
-    assert main([*command.split(), "--no-figures", "--out", "hot", *options]) == 0
-    text = " ".join(capsys.readouterr().out.split())
-    summary = json.loads(Path("hot/summary.json").read_text(encoding="utf-8"))
+    summary, text = ran(command, *options)
     (warning,) = [w for w in summary["warnings"] if said in w]
     assert when in warning
     assert "oxide reaches" not in str(summary["warnings"])
-    report = html.unescape(re.sub(r"<[^>]+>", " ", Path("hot/report.html").read_text(encoding="utf-8"))).replace(
-        "\xa0", " "
-    )
-    for place in (text, report):
+    for place in (" ".join(text.split()), page_text(tmp_path / "run")):
         assert warning.partition(":")[0] in place
     # The same scene, cooler; how accurately it is solved stays.
-    accuracy = [part for setting in settings[1:] for part in ("--set", setting)]
-    assert main([*command.split(), "--no-figures", "--out", "cool", *accuracy]) == 0
-    assert not [
-        w for w in json.loads(Path("cool/summary.json").read_text(encoding="utf-8"))["warnings"] if "valid_to" in w
-    ]
+    summary, _ = ran(command, *options[2:])
+    assert not [w for w in summary["warnings"] if "valid_to" in w]
