@@ -17,6 +17,7 @@ from compare.kinds import KINDS
 from compare.options import Options, of_kind
 from compare.testing import assert_reduction_agrees, assert_traces_agree
 from scenes.errors import SceneError
+from scenes.loading import builtin_text
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.usefixtures("no_solver")
@@ -201,8 +202,6 @@ def test_a_free_scene():
 
 
 def test_any_scene_loads_by_its_name_or_file():
-    from scenes.loading import builtin_text
-
     assert type(scenes.load("bridge")) is type(scenes.load("plate"))
     for name in ("sink", "device", "bridge"):
         Path(f"{name}-2.toml").write_text(builtin_text(name), encoding="utf-8")

@@ -214,11 +214,8 @@ def mine(tmp_path):
 
 def test_a_parameter_is_fitted(mine):
     """Data of the paper's model at another conductivity of the oxide, without noise."""
-    sink, times = load(mine, scene_type=SINK), np.linspace(2e-4, 0.02, 40)
-    truth = varied(sink, "parameters.k", 0.9)
-    traces = solve(truth, times=times).over_time
-    data = Data("mine.csv", times, {"end_K": traces.values["end_K"]})
-    data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
+    sink = load(mine, scene_type=SINK)
+    data = known(measured(varied(sink, "parameters.k", 0.9), 0.0, times=FEWER), "0.05K")
     found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]))
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)

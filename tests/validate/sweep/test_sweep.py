@@ -19,6 +19,7 @@ import psutil
 import pytest
 from matplotlib.figure import Figure
 
+import compare
 from scenes.loading import builtin_text, load
 from tests.validate.report.test_figures import inside
 from validate.cli import main
@@ -82,9 +83,6 @@ def assert_same(found: Path, expected: Path) -> None:
 
 
 def test_the_table_has_what_single_runs_have(undisturbed):
-    import compare
-    from scenes import load
-
     rows = table(undisturbed)
     assert [row["sink.width"] for row in rows] == [w for w in ("6e-05", "0.0001", "0.00014") for _ in range(2)]
     assert {row["status"] for row in rows} == {"ok"}
