@@ -96,6 +96,12 @@ def test_no_time_in_common(case):
         evaluate(case.sink, made(case.fem3d, np.array([1.0, 2.0, 3.0])), case.fem3d)
 
 
+def test_a_declared_tolerance_holds(case):
+    data = made(case.fem3d, UNEVEN, 1.1)
+    loose = replace(case.sink, tolerances={"against_peak": 0.2})
+    assert evaluate(loose, data, case.fem3d)[0].verdict == "agrees"
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("no_solver")
 def test_the_command(case, monkeypatch, capsys, tmp_path):
