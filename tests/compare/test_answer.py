@@ -5,32 +5,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import compare
 from compare import blame
 from compare.kinds import KINDS
 from compare.options import Options
 from compare.outcome import Outcome
-from compare.pipeline import solve as answer
 from compare.verdict import Check
 from reduced1d.ladder.levels import Levels
-from scenes.loading import load
 from scenes.result import Estimate, Result, Traces, step
 from scenes.sink import Sink
 from tests.conftest import Case
 
 
-def outcome_of(
-    sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Options | None = None
-) -> Outcome[Sink]:
-    """The outcome of results, with its checks."""
+def told(sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Options | None = None) -> str:
+    """The answer to results."""
     given = {"fem3d": fem3d, "reduced1d": reduced1d}
     results = {name: result for name, result in given.items() if result is not None}
     outcome = Outcome(sink, options or Options(), results, plan=(step("blame", "by the ladder"),))
     outcome.checks = KINDS["sink"].checks(outcome)
-    return outcome
-
-
-def told(sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Options | None = None) -> str:
-    return KINDS["sink"].answer(outcome_of(sink, fem3d, reduced1d, options))
+    return KINDS["sink"].answer(outcome)
 
 
 def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> Result:
@@ -49,9 +42,7 @@ def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> 
 
 
 def test_what_agrees_is_bounded_and_nobody_is_blamed(case):
-    one = bent(case)
-    outcome = outcome_of(case.sink, case.fem3d, one)
-    found = KINDS["sink"].answer(outcome)
+    found = told(case.sink, case.fem3d, bent(case))
     assert found.startswith("The paper's 1D model is within 0.011 % of 3D at the peak and the ends")
     assert "blame" not in found
 
@@ -113,8 +104,7 @@ BLAMED = {
 
 @pytest.mark.parametrize("settings", BLAMED)
 def test_who_is_to_blame_is_computed(settings):
-    outcome = answer(load("sink", [*settings, "run.accuracy=1e-2"]), Options(figures=False))
-    found = outcome.answer
+    found = compare.run("sink", overrides=settings, accuracy=1e-2).answer
     for said in BLAMED[settings]:
         assert said in found
     # Nobody else is.
@@ -123,11 +113,8 @@ def test_who_is_to_blame_is_computed(settings):
 
 def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case):
     """To a hundredth of the difference: far below the third that decides who is to blame."""
-    from compare.blame import budget
-
-    sink = case.sink
     steady = replace(case.fem3d, traces=None)
-    fine, rough = (budget("paper", steady, Levels(sink, rough=rough)) for rough in (False, True))
+    fine, rough = (blame.budget("paper", steady, Levels(case.sink, rough=rough)) for rough in (False, True))
     for a, b in zip(fine.steady, rough.steady, strict=True):
         for part, other in zip(a.parts, b.parts, strict=True):
             assert abs(part.value - other.value) < 0.01 * abs(a.difference.value)

@@ -13,7 +13,6 @@ from compare.outcome import Outcome
 from compare.pipeline import solve as answer
 from compare.verdict import Check, judge
 from fem3d.runs import sink as sink_run
-from scenes.errors import SceneError
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from tests.conftest import RESISTANCE, Case, judged, stand_in
@@ -204,8 +203,3 @@ def test_a_wrong_inner_peak_is_seen(outcome):
     moved = Estimate(1.1 * steady["span2_peak_rise_K"].value, 0.0)
     other = replace(outcome.solved, steady={**steady, "span2_peak_rise_K": moved})
     assert evaluated(outcome, other, outcome.solved)["islands_peak_inner"].verdict == "differs"
-
-
-def test_what_is_made_of_one_span_is_refused_before_anything_is_solved():
-    with pytest.raises(SceneError, match="made for one span"):
-        answer(ROW, Options(reduction="plate"))

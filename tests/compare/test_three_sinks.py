@@ -11,15 +11,10 @@ from functools import cache
 import pytest
 
 import compare
-import scenes
 from compare.options import Options
-from compare.pipeline import solve
 from compare.verdict import Check
 from scenes.checks import DEFAULT_TOLERANCES
-from scenes.errors import NumericsError, RunawayError
-from scenes.loading import load
 from tests.conftest import judged
-from validate.cli import main
 
 SINKS = {
     "built-in": [],
@@ -39,8 +34,7 @@ COARSE, FINE = 1e-2, 1e-3
 
 @cache
 def checks_of(name: str, accuracy: float) -> dict[str, Check]:
-    found = solve(load("sink", [*SINKS[name], f"run.accuracy={accuracy}"]), Options(figures=False))
-    return {check.id: check for check in found.checks}
+    return compare.run("sink", overrides=[*SINKS[name], f"run.accuracy={accuracy}"]).checks
 
 
 @pytest.mark.parametrize("check", DEFAULT_TOLERANCES)
@@ -55,34 +49,19 @@ def test_the_verdict_is_the_declared_one(name, check):
     assert finer.u_num <= found.u_num
 
 
-def test_each_check_can_come_out_either_way():
-    """Both verdicts are declared: a check that ignores the sink could not have both. No sink loses energy."""
-    either = {check for check in DEFAULT_TOLERANCES if {check in found for found in DIFFER.values()} == {True, False}}
-    assert either == set(DEFAULT_TOLERANCES) - {"energy"}
-    sink = load("sink", [f"run.accuracy={COARSE}"])
-    found = solve(sink, Options(steady=True, only="3d")).solved
-    lossy = replace(found, details={**found.details, "energy_imbalance": 2e-8})
-    assert judged(sink, lossy, None, Options(only="3d", steady=True))["energy"].verdict == "differs"
+def test_lost_energy_is_detected():
+    run = compare.run("sink", accuracy=COARSE, steady=True, only="3d")
+    lossy = replace(run.fem3d, details={**run.fem3d.details, "energy_imbalance": 2e-8})
+    assert judged(run.scene, lossy, None, Options(only="3d", steady=True))["energy"].verdict == "differs"
 
 
 def test_a_thickness_at_the_end_of_its_range_is_solved():
     """The peak rises above the end as at any thickness: the power falls with it as the conductance does."""
-    found = compare.run(load("sink", ["sink.thickness=1nm", "run.accuracy=1e-2"]), steady=True)
+    found = compare.run("sink", overrides=["sink.thickness=1nm"], accuracy=1e-2, steady=True)
     peak = found.fem3d.steady["peak_rise_K"]
     assert peak.error < 1e-2 * peak.value
     end = found.fem3d.steady["end_rise_K"]
     assert peak.value - end.value == pytest.approx(1 / (8 * 6e-5 * 130), rel=1e-2)
-
-
-def test_where_3d_fails_the_command_says_so(capsys, tmp_path, monkeypatch):
-    def fails(*_: object) -> None:
-        raise NumericsError("it does not converge")
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("fem3d.runs.sink.solve", fails)
-    assert main(["sink", "--steady", "--no-figures", "--quiet"]) == 3
-    assert capsys.readouterr().err == "validate: it does not converge\n"
-    assert main(["sink", "--only", "1d", "--no-figures", "--quiet"]) == 0
 
 
 UNTUNED = {
@@ -129,19 +108,10 @@ def test_shares_of_assumptions_add_up(sink, reduction):
         assert split.difference.value == pytest.approx(difference, rel=1e-9)
 
 
-def test_runaway_names_the_model():
-    """At 4.2 V with a falling resistance the fin has a steady state; the parabola on the same anchor has none."""
-    falling = {"silicon.temperature_coefficient": "-1e-3", "drive.voltage": 4.2, "run.accuracy": 1e-2}
-    assert compare.run("sink", overrides=falling, reduction="fin", steady=True).reduced1d.steady
-    with pytest.raises(RunawayError):
-        compare.run("sink", overrides=falling, reduction="anchored", steady=True)
-
-
 @pytest.mark.long
 def test_plate_estimates_its_own_error():
     """For silicon of 10 um the neglected resistance across the layer is 0.1 %; the estimate is right within a half."""
-    sink = scenes.load("sink", ["sink.thickness=10um", "run.accuracy=1e-4"])
-    run = compare.run(sink, reduction="plate", steady=True)
+    run = compare.run("sink", overrides=["sink.thickness=10um"], accuracy=1e-4, reduction="plate", steady=True)
     name = "anchor_resistance_K_per_W"
     exact = run.fem3d.steady[name]
     off = abs(run.reduced1d.steady[name].value / exact.value - 1)

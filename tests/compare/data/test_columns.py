@@ -171,16 +171,3 @@ def test_columns_are_refused_in_a_sentence(case, tmp_path):
     with pytest.raises(SceneError, match=said) as caught:
         found(tmp_path, table(*columns), *told)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("time (hh:mm:ss),peak (K)\n00:00:01,293\n00:00:02,300\n00:00:03,305\n", "not 00:01:30"),
-        ("time (s),peak (K)\n00:00:01,293\n00:00:02,300\n00:00:03,305\n", "not 00:01:30"),
-        ('time (s),peak (mK)\n0,"1,293.5"\n1,"1,300.5"\n2,"1,305.5"\n', 'not "1,234.5"'),
-    ],
-)
-def test_form_of_numbers_that_is_not_read_is_named(text, said, tmp_path):
-    with pytest.raises(SceneError, match=said):
-        found(tmp_path, text)

@@ -2,13 +2,16 @@
 
 import shlex
 import struct
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from compare.data.read import read
+from compare.against import Data
 from scenes import load
 from scenes.errors import SceneError
+from tests.compare.data import found
 from validate.cli import main
 
 SCENE = """
@@ -47,6 +50,10 @@ def scene(tmp_path):
     path = tmp_path / "bar.toml"
     path.write_text(SCENE, encoding="utf-8")
     return path
+
+
+def taken(scene: Path, content: str | bytes, *columns: str, settings: Sequence[str] = ()) -> Data:
+    return found(scene.parent, content, *columns, scene=load(scene, settings))
 
 
 def rows(form: str, *columns: np.ndarray, end: str = "\n") -> str:
@@ -132,24 +139,21 @@ TRACES: dict[str, str | bytes] = {
 
 @pytest.mark.parametrize("kind", TRACES)
 def test_kind_of_file_is_read(kind, scene):
-    path, content = scene.with_name("data.txt"), TRACES[kind]
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    data = read(path, load(scene))
+    data = taken(scene, TRACES[kind])
     assert data.time == pytest.approx(TIMES, abs=1e-9)
     assert data.values["mid"] == pytest.approx(MID, abs=2e-5)
 
 
 def test_metadata_beside_the_rows_are_no_column(scene):
     """As old oscilloscopes of Tektronix write them: times and values are the fourth and the fifth column."""
-    path, beside = scene.with_name("data.csv"), ("Record Length,2500", "Source,CH1", "Scale,1e-3", *3 * [","])
-    path.write_text("".join(f"{b},,{t:.9g},{k:.9g},\n" for b, t, k in zip(beside, TIMES, MID, strict=True)))
-    data = read(path, load(scene), ["time (s)=4", "mid (K)=5"])
+    beside = "Record Length,2500", "Source,CH1", "Scale,1e-3", *3 * [","]
+    text = "".join(f"{b},,{t:.9g},{k:.9g},\n" for b, t, k in zip(beside, TIMES, MID, strict=True))
+    data = taken(scene, text, "time (s)=4", "mid (K)=5")
     assert data.time == pytest.approx(TIMES)
     assert data.values["mid"] == pytest.approx(MID)
-    path.write_text("Typ,T\n" + PAIRS, encoding="utf-8")  # names like a row of the types of thermocouples
-    assert read(path, load(scene), ["time (s)=Typ", "mid (K)=T"]).values["mid"] == pytest.approx(MID)
-    path.write_text("time;Type K\ns;degC\n" + CELSIUS, encoding="utf-8")
-    assert read(path, load(scene), ["mid=Type K"]).values["mid"] == pytest.approx(MID)
+    # names like a row of the types of thermocouples
+    assert taken(scene, "Typ,T\n" + PAIRS, "time (s)=Typ", "mid (K)=T").values["mid"] == pytest.approx(MID)
+    assert taken(scene, "time;Type K\ns;degC\n" + CELSIUS, "mid=Type K").values["mid"] == pytest.approx(MID)
 
 
 LTSPICE = "Title: * bar\nPlotname: Transient Analysis\nFlags: real forward\nNo. Variables: 3\nNo. Points: 6\n\
@@ -170,9 +174,7 @@ def test_raw_file_of_ltspice(kind, scene):
         "single": (header + "Binary:\n").encode("utf-16-le") + binary,
         "double": (header + "Binary:\n").encode() + binary,
     }  # fmt: skip
-    path = scene.with_name("data.raw")
-    path.write_bytes(content[kind])
-    data = read(path, load(scene), ["I=I(V1)"])
+    data = taken(scene, content[kind], "I=I(V1)")
     assert data.time == pytest.approx(TIMES)
     assert data.values["mid"] == pytest.approx(MID, abs=1e-4)
     assert data.values["I"] == pytest.approx(np.full(6, 0.1))
@@ -187,10 +189,9 @@ def test_raw_file_of_ltspice(kind, scene):
     ],
 )
 def test_raw_file_of_ltspice_is_refused(before, after, said, scene):
-    path = scene.with_name("data.raw")
-    path.write_text(LTSPICE.replace(before, after) + "Values:\n" + rows("0\t{:.9e}\n\t{:.9e}\n\t-1e-1", TIMES, MID))
+    text = LTSPICE.replace(before, after) + "Values:\n" + rows("0\t{:.9e}\n\t{:.9e}\n\t-1e-1", TIMES, MID)
     with pytest.raises(SceneError, match=said):
-        read(path, load(scene))
+        taken(scene, text)
 
 
 @pytest.mark.parametrize(("drive", "probe", "value", "turned"), [
@@ -200,12 +201,10 @@ def test_raw_file_of_ltspice_is_refused(before, after, said, scene):
 def test_current_has_the_sign_that_the_drive_gives(drive, probe, value, turned, scene):
     """A current enters the bar at the electrode of the larger voltage and leaves at the other, or where it is given;
     the voltage of the electrode beside a given current gives no sign."""
-    path = scene.with_name("data.csv")
     if drive == "current":
         given = put(SCENE, ('voltage = "Vapp"', 'current = "0.1 A"'), ("voltage = 0}", 'voltage = "5 V"}'))
         scene.write_text(given, encoding="utf-8")
-    path.write_text(f"time (s),{probe} (mA)\n" + rows("{:.9g}," + str(1e3 * value), TIMES), encoding="utf-8")
-    data = read(path, load(scene))
+    data = taken(scene, f"time (s),{probe} (mA)\n" + rows("{:.9g}," + str(1e3 * value), TIMES))
     assert data.values[probe] == pytest.approx(np.full(6, -value if turned else value))
     assert ("sign turned to that of the voltage" in data.said) == turned
 
@@ -223,53 +222,34 @@ FIRST, THIRD = PAIRS.splitlines()[0], PAIRS.splitlines()[2]
 @pytest.mark.parametrize(("unit", "first"), [("K", 0), ("degC", 3)])
 def test_temperatures_of_a_scene_that_cools_are_absolute(unit, first, scene):
     """The last ones are below half of the initial temperature; what starts there, or has degrees, is no rise."""
-    cooling, path = 293.15 + 506.85 * np.exp(-TIMES / 3.5e-5), scene.with_name("data.csv")
+    cooling = 293.15 + 506.85 * np.exp(-TIMES / 3.5e-5)
     written = rows("{:.9g},{:.9g}", TIMES[first:], cooling[first:] - 273.15 * (unit == "degC"))
-    path.write_text(f"time (s),mid ({unit})\n{written}", encoding="utf-8")
-    data = read(path, load(scene, ["scene.initial_temperature=800"]))
+    data = taken(scene, f"time (s),mid ({unit})\n{written}", settings=["scene.initial_temperature=800"])
     assert data.values["mid"] == pytest.approx(cooling[first:], abs=2e-5)
 
 
-@pytest.mark.parametrize(
-    ("change", "kept", "said"),
-    [
-        (lambda t: put(t, (THIRD, "1e-05,#N/A")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (THIRD, "1e-05,NaN")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (FIRST, "0,OVLD")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (FIRST, "0,+9.91E37")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (FIRST, "0,OPEN")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (THIRD, "1e-05,-∞")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (FIRST, "0,0")), [1, 2, 3, 4, 5], "1 placeholder rows of zeros"),
-        (lambda t: put(t, (FIRST, "0,-999")), [1, 2, 3, 4, 5], "1 of 6 rows are left out"),
-        (lambda t: put(t, (THIRD, f"{THIRD}\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
-        (lambda t: put(t, (THIRD, f"1e-05,293.15\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
-    ],
-    ids=[
-        "#N/A",
-        "NaN",
-        "overload",
-        "NaN of SCPI",
-        "word",
-        "infinity",
-        "placeholder",
-        "below 0 K",
-        "event",
-        "jump at an event",
-    ],
-)
-def test_rows_that_are_left_out(change, kept, said, scene):
-    path = scene.with_name("data.csv")
-    path.write_text(change("time (s),mid (K)\n" + PAIRS), encoding="utf-8")
-    data = read(path, load(scene))
-    assert data.time == pytest.approx(TIMES[list(kept)])
-    assert data.values["mid"] == pytest.approx(MID[list(kept)])
-    assert said in data.said
+LEFT_OUT = {
+    "#N/A": (THIRD, "1e-05,#N/A"), "NaN": (THIRD, "1e-05,NaN"), "overload": (FIRST, "0,OVLD"),
+    "NaN of SCPI": (FIRST, "0,+9.91E37"), "word": (FIRST, "0,OPEN"), "infinity": (THIRD, "1e-05,-\N{INFINITY}"),
+    "placeholder": (FIRST, "0,0"), "below 0 K": (FIRST, "0,-999"), "event": (THIRD, f"{THIRD}\n{THIRD}"),
+    "jump at an event": (THIRD, f"1e-05,293.15\n{THIRD}"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", LEFT_OUT)
+def test_rows_that_are_left_out(kind, scene):
+    row, written = LEFT_OUT[kind]
+    data = taken(scene, put("time (s),mid (K)\n" + PAIRS, (row, written)))
+    twice = THIRD in written
+    kept = np.arange(6) if twice else np.delete(np.arange(6), 0 if row == FIRST else 2)
+    assert data.time == pytest.approx(TIMES[kept])
+    assert data.values["mid"] == pytest.approx(MID[kept])
+    said = "1 placeholder rows of zeros" if kind == "placeholder" else "1 of 6 rows are left out"
+    assert ("1 of them twice, the second row is taken" if twice else said) in data.said
 
 
 def test_zeros_in_degrees_before_the_start_are_placeholders(scene):
-    path = scene.with_name("data.csv")
-    path.write_text("time (s),mid (degC)\n0,0\n" + rows("{:.9g},{:.9g}", TIMES[1:], MID[1:] - 273.15))
-    data = read(path, load(scene))
+    data = taken(scene, "time (s),mid (degC)\n0,0\n" + rows("{:.9g},{:.9g}", TIMES[1:], MID[1:] - 273.15))
     assert data.values["mid"] == pytest.approx(MID[1:])
     assert "1 placeholder rows of zeros" in data.said
 
@@ -297,45 +277,47 @@ STEADY = {
 }  # fmt: skip
 
 
+REST = ["run.steady=true"]
+
+
 @pytest.mark.parametrize("kind", STEADY)
 def test_steady_values(kind, scene):
-    path = scene.with_name("data.txt")
-    path.write_text(STEADY[kind], encoding="utf-8")
-    data = read(path, load(scene, ["run.steady=true"]))
+    data = taken(scene, STEADY[kind], settings=REST)
     assert data.at_rest
     assert data.values["mid"] == pytest.approx([305.5728])
     assert data.values["quarter"] == pytest.approx([302.4623])
     assert data.values.get("I", np.array([0.09917895])) == pytest.approx([0.09917895])
 
 
-def test_table_of_one_value_and_a_curve_with_gaps(scene):
-    path, steady = scene.with_name("data.txt"), load(scene, ["run.steady=true"])
-    path.write_text(COMSOL + "% Temperature (K), Point: (50, 5, 5)\n305.5728\n", encoding="utf-8")
-    assert read(path, steady).values["mid"] == pytest.approx([305.5728])
-    path.write_text("U (V),mid (K)\nNaN,305\n0.1,305.5728\n0.05,#N/A\n", encoding="utf-8")
-    assert read(path, steady, ["Vapp curve=U (V)"]).values["mid"] == pytest.approx([305.5728])
+DC = "Title: bar\nPlotname: {}\nFlags: real\nNo. Variables: 3\nNo. Points: {}\nVariables:\n\t0\tv(v-sweep)\tvoltage\n\
+\t1\tv(mid)\tvoltage\n\t2\ti(v1)\tcurrent\nValues:\n0 0.1\n305.5728\n-0.09917895\n"
+CURVES = {
+    "one value": (COMSOL + "% Temperature (K), Point: (50, 5, 5)\n305.5728\n", [], [305.5728]),
+    "gaps": ("U (V),mid (K)\nNaN,305\n0.1,305.5728\n0.05,#N/A\n", ["Vapp curve=U (V)"], [305.5728]),
+    "operating point of ngspice": (DC.format("Operating Point", 1), ["I=i(v1)"], [305.5728]),
+    "DC analysis of ngspice": (
+        DC.format("DC transfer characteristic", 2) + "1 0.2\n340\n-0.18\n", ["Vapp curve=v(v-sweep)"], [305.5728, 340],
+    ),
+    "wrdata of a DC analysis": (
+        "v-sweep v(mid) v-sweep i(v1)\n0.1 305.5728 0.1 -0.09917895\n0.2 340 0.2 -0.18\n", ["Vapp curve=v-sweep"],
+        [305.5728, 340],
+    ),
+}  # fmt: skip
 
 
-def test_steady_analyses_of_ngspice(scene):
-    path, steady = scene.with_name("data.raw"), load(scene, ["run.steady=true"])
-    header = "Title: bar\nPlotname: {}\nFlags: real\nNo. Variables: 3\nNo. Points: {}\nVariables:\n"
-    header += "\t0\tv(v-sweep)\tvoltage\n\t1\tv(mid)\tvoltage\n\t2\ti(v1)\tcurrent\nValues:\n"
-    point = "0 0.1\n305.5728\n-0.09917895\n"
-    path.write_text(header.format("Operating Point", 1) + point, encoding="utf-8")
-    assert read(path, steady, ["I=i(v1)"]).values["I"] == pytest.approx([0.09917895])
-    path.write_text(header.format("DC transfer characteristic", 2) + point + "1 0.2\n340\n-0.18\n", encoding="utf-8")
-    assert read(path, steady, ["Vapp curve=v(v-sweep)"]).values["mid"] == pytest.approx([305.5728, 340])
-    path.write_text("v-sweep v(mid) v-sweep i(v1)\n0.1 305.5728 0.1 -0.09917895\n0.2 340 0.2 -0.18\n", encoding="utf-8")
-    assert read(path, steady, ["Vapp curve=v-sweep"]).values["mid"] == pytest.approx([305.5728, 340])
+@pytest.mark.parametrize("kind", CURVES)
+def test_steady_values_and_curves_by_column(kind, scene):
+    text, columns, mid = CURVES[kind]
+    data = taken(scene, text, *columns, settings=REST)
+    assert data.values["mid"] == pytest.approx(mid)
+    assert data.values.get("I", np.array([0.09917895])) == pytest.approx([0.09917895])
 
 
 def test_steady_rows_of_unknown_states_are_refused(scene):
-    path = scene.with_name("data.csv")
-    path.write_text("U (V),mid (K)\n0.05,296\n0.1,305.6\n", encoding="utf-8")
-    steady = load(scene, ["run.steady=true"])
+    text = "U (V),mid (K)\n0.05,296\n0.1,305.6\n"
     with pytest.raises(SceneError, match=r"2 rows where the scene has one steady state.*KEY=COLUMN"):
-        read(path, steady)
-    assert read(path, steady, ["Vapp=U (V)"]).values["mid"] == pytest.approx([305.6])
+        taken(scene, text, settings=REST)
+    assert taken(scene, text, "Vapp=U (V)", settings=REST).values["mid"] == pytest.approx([305.6])
 
 
 @pytest.mark.parametrize(
@@ -347,6 +329,8 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
         (COMSOL + "% x  y  z  T (K) @ t=0  T (K) @ t=1\n0 0 0 293 294\n", "spreadsheet.*: export a table"),
         (COMSOL + "% Time (s)  mid (K) @ V0=1  mid (K) @ V0=2\n0 293 294\n", "runs beside one another"),
         ('time (ms),mid (K)\n"0.0",293\n"1,000.0",294\n"2,000.0",295\n', "not 00:01:30 or .1,234.5.*: there are"),
+        ("time (hh:mm:ss),mid (K)\n00:00:01,293\n00:00:02,300\n00:00:03,305\n", "not 00:01:30"),
+        ("time (s),mid (K)\n00:00:01,293\n00:00:02,300\n00:00:03,305\n", "not 00:01:30"),
         ("time\tV(mid)\nStep Information: V=50m  (Step: 1/2)\n0\t293\n1e-6\t294\n", "several runs, from .step"),
         ("a, b\nc, d\n", "has no rows of numbers"),
         ('"time (s)","T (K), Point: (1.2.3, 0, 0)"\n' + PAIRS, r'Point: \(1.2.3, 0, 0\)" is called as no quantity'),
@@ -359,10 +343,8 @@ def test_steady_rows_of_unknown_states_are_refused(scene):
     ],
 )
 def test_cause_and_cure_of_what_cannot_be_read(text, said, scene):
-    path = scene.with_name("data.txt")
-    path.write_text(text, encoding="utf-8")
     with pytest.raises(SceneError, match=said) as caught:
-        read(path, load(scene, ["run.steady=true"] if "parsec" in text else []))
+        taken(scene, text, settings=REST * ("parsec" in text))
     assert "\n" not in str(caught.value)
 
 
@@ -385,8 +367,7 @@ def test_curve_over_a_parameter_is_solved_row_by_row(scene, ran):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_curve_of_currents_has_the_sign_of_each_voltage(sign, scene):
-    path = scene.with_name("curve.csv")
-    path.write_text(f"V (V),I (A)\n-0.2,{-0.2 * sign}\n-0.1,{-0.1 * sign}\n0.1,{0.1 * sign}\n", encoding="utf-8")
-    data = read(path, load(scene, ["run.steady=true"]), ["Vapp curve=V (V)"])
+    text = f"V (V),I (A)\n-0.2,{-0.2 * sign}\n-0.1,{-0.1 * sign}\n0.1,{0.1 * sign}\n"
+    data = taken(scene, text, "Vapp curve=V (V)", settings=REST)
     assert data.values["I"] == pytest.approx([-0.2, -0.1, 0.1])
     assert ("sign turned" in data.said) == (sign < 0)

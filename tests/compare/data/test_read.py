@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.data.read import read
 from scenes.errors import SceneError
 from tests.compare.data import SINK, found
 
@@ -83,7 +82,7 @@ def below(name: str = "V0 (V)", factor: float = 1.0, volts: tuple[float, ...] = 
 )
 def test_the_run_of_the_scene_is_taken(text, volts, tmp_path):
     """At each of the three voltages; the first block would be 4 and 16 times off."""
-    data = found(tmp_path, text, sink=replace(SINK, voltage=volts))
+    data = found(tmp_path, text, scene=replace(SINK, voltage=volts))
     assert data.time == pytest.approx(TIMES)
     assert data.values["peak_K"] == pytest.approx(peak(volts))
     assert "drive.voltage" in data.report["run"]
@@ -133,13 +132,12 @@ def test_times_that_repeat_or_step_back_are_not_merged(second, tmp_path):
 
 
 def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n", encoding="utf-8")
-    data = read(path, SINK)
+    text = "time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n"
+    data = found(tmp_path, text)
     assert len(data.time) == 3
     assert "varies over time" in data.report["left_out"]["voltage (V)"]
     with pytest.raises(SceneError, match="varies over time"):
-        read(path, SINK, ("voltage=voltage (V)",))
+        found(tmp_path, text, "voltage=voltage (V)")
 
 
 def test_a_column_without_numbers_in_the_run_is_left_out(tmp_path):

@@ -1,16 +1,12 @@
 """The network as a model: judged like any other, with errors, and without code that a scene could bring."""
 
 import json
-import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-import compare
 from compare import pipeline
 from compare.blame import REST, network_budget
-from compare.course import bends
 from compare.options import Options
 from fem3d.runs.scene import solve as solve_3d
 from reduced1d.network import solve
@@ -19,27 +15,6 @@ from scenes.errors import RunawayError, SceneError
 from scenes.model import MeshScene, Scene
 from tests.reduced1d.network.scenes import COLD, at, box, flat, material, over, scene
 from validate.cli import main
-
-
-def test_the_bridge_is_judged():
-    found = compare.solve("bridge", model="network")
-    checks = found.checks
-    assert set(checks) == {"middle", "beam mean", "current", "heat to the substrate", "quarter"}
-    for check in checks.values():
-        # By hand, 0.5 % of the 3D value, and far more certain.
-        assert check.verdict == "agrees"
-        assert abs(check.difference) < 5e-3
-        assert check.u_num < 1e-3
-    assert checks["middle"].difference > checks["middle"].u_num
-
-
-def test_rows_just_before_a_jump_bend_nothing():
-    """3D has a row a billionth of the run before a jump: no straight line there is off by the jump."""
-    time = np.array([0.0, 1.0, 2.0, 2.0 + 4e-9, 3.0, 4.0])
-    values = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
-    assert bends(time, values).max() == 0.0
-    assert math.isfinite(bends(time, values).sum())
-    assert bends(np.delete(time, 2), np.delete(values, 2)).max() > 0.1
 
 
 def test_a_network_without_an_answer_leaves_what_3d_found(steady, monkeypatch, capsys):

@@ -13,7 +13,6 @@ from compare.slopes import own_model
 from reduced1d.ladder import solve
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.loading import from_dict
-from validate.cli import main
 
 OF_ONE = ("fig4", "fig6_peak", "fig6_end", "fig7_current")
 
@@ -83,15 +82,11 @@ def test_a_spike_between_two_rows_of_3d_is_found():
     assert "Not counted, as the chosen model does not use them: eq12, eq13" in said
 
 
-def test_a_table_of_values(tmp_path, capsys):
-    """Traces in a CSV, and rows in the steady state."""
+def test_a_table_of_values(tmp_path):
     (tmp_path / "rest.csv").write_text("peak_rise_K, 20 K\n", encoding="utf-8")
-    given = ["sink", "--reduction", str(tmp_path / "rest.csv"), "--steady", "--accuracy", "1e-2", "--no-figures"]
-    assert main([*given, "--out", str(tmp_path / "a")]) == 0
-    summary = json.loads((tmp_path / "a" / "summary.json").read_text(encoding="utf-8"))
-    check = next(check for check in summary["checks"] if check["id"] == "fig4")
-    assert check["predicted"] == 20.0
-    assert "rest.csv is 1.6" in capsys.readouterr().out
+    run = compare.run("sink", reduction=str(tmp_path / "rest.csv"), steady=True, accuracy=1e-2)
+    assert run.check("fig4").predicted == 20.0
+    assert "rest.csv is 1.6" in run.answer
 
 
 @pytest.mark.long

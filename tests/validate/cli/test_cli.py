@@ -63,7 +63,9 @@ def test_exit_status_of_the_checks(arguments, capsys):
 @pytest.mark.parametrize("given", ["-2e-3 --voltage 9", "-1e-3 --voltage 60 --reduction plate"])
 def test_runaway(given, capsys, tmp_path):
     assert sink("--only", "1d", "--set", *f"silicon.temperature_coefficient={given}".split()) == 3
-    assert "thermal runaway" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "thermal runaway" in said
+    assert "fault" not in said
     assert list(tmp_path.iterdir()) == []
 
 

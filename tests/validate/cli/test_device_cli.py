@@ -20,7 +20,7 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import load
 from statespace.result import QUANTITIES
-from tests.validate.cli import summary
+from tests.validate.cli import page_text, summary
 from validate.cli import main
 from validate.report.figures import device_figures as drawn
 
@@ -121,8 +121,7 @@ def test_extremes_are_told_in_words_and_in_columns_apart(settings, capsys):
     # Name, before, after, peak, at and up to two times, each a number with its unit or a word.
     cell = r"\s+(?:-?[\d.]+(?:e[+-]\d+)? \w+|never)"
     assert all(re.fullmatch(rf"  [a-z ]+?(?:{cell}){{4,6}}", row) for row in rows), rows
-    page = Path("one/report.html").read_text(encoding="utf-8")
-    assert EXTREMES[settings].split(",")[0] in page.replace("&nbsp;", " ").replace("&#x27;", "'")
+    assert EXTREMES[settings].split(",")[0] in page_text("one")
 
 
 def test_the_whole_run_answers_the_designers_questions_in_text_summary_and_report(capsys):

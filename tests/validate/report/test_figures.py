@@ -14,7 +14,6 @@ from compare.pipeline import solve
 from scenes.loading import load, load_free
 from scenes.model import Box, Contact, Scene
 from scenes.sink import SILICON
-from validate.cli import main
 from validate.report.figures.drawing import field_figure, new_figure
 from validate.report.figures.scene_figures import traces
 from validate.report.output import field_of
@@ -35,16 +34,6 @@ def test_a_long_title_is_in_lines():
     assert inside(figure)
     figure.texts[0].set_text(title)
     assert not inside(figure)
-
-
-@pytest.mark.long
-def test_a_picture_without_solving(tmp_path):
-    from matplotlib.image import imread
-
-    file = tmp_path / "bridge.png"
-    assert main(["view", "bridge", "--set", "parameters.w=40um", "--screenshot", str(file), "--size", "800x600"]) == 0
-    assert imread(file).shape[1] == 800
-    assert len(np.unique(imread(file).reshape(-1, 4), axis=0)) > 20
 
 
 def test_window_shows_all_parts():

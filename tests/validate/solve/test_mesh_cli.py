@@ -85,12 +85,3 @@ def test_wire(capsys):
     lower = written.points[written.cells[0].data].mean(axis=1)[:, 2] < 10e-6
     assert source == pytest.approx(joule + 1e12 * lower, rel=2e-3)
     assert written.field_data == {"material_metal": np.array([0])}
-
-
-def test_bad_input_is_one_sentence(capsys):
-    assert main(["solve", "wire.toml", "--no-figures", "--set", "boundary.cold.group=rim"]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert '= "rim" is no group of the mesh: the surface groups are ' in err
-    assert len(err.splitlines()) == 1
-    assert not Path("results").exists()

@@ -68,18 +68,6 @@ def test_a_summary_that_somebody_changed_is_said(text, tmp_path):
         assert len(store.rows) == 0
 
 
-def test_the_folder_is_of_one_sweep_and_one_process(tmp_path):
-    folder = tmp_path / "s"
-    with Store(folder, SUMMARY) as store:
-        fill(store, 1)
-        with pytest.raises(SceneError, match="in use by another"), Store(folder, SUMMARY):
-            pass
-    with pytest.raises(SceneError, match="holds another sweep"), Store(folder, {**SUMMARY, "vary": {}}):
-        pass
-    with Store(folder, {**SUMMARY, "vary": {}}, fresh=True) as store:
-        assert len(store.rows) == 0
-
-
 SINK = load("sink")
 
 

@@ -1,4 +1,4 @@
-"""The second path against closed forms, the product against the second path on one mesh and over time, and the
+"""The second path at a contact, the product against the second path on one mesh and over time, and the
 refinement of an L-shaped conductor."""
 
 from dataclasses import replace
@@ -6,8 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.polynomial import legendre
-from scipy.optimize import brentq
 
 from benchmarks import sdirk
 from fem3d.runs.scene import solve
@@ -22,31 +20,6 @@ from validate.verify.second_path import SecondPath
 
 ROOM = 293.0
 PLAIN = replace(SILICON, temperature_coefficient=0.0)
-FALLING = PowerLaw(130.0, 293.0, -1.3)
-
-
-@pytest.mark.long
-def test_the_hottest_place_of_a_conductor_is_kohlrausch_s():
-    volts, silicon = 5.0, replace(SILICON, thermal_conductivity=FALLING)
-
-    def missing(hottest):
-        """Kohlrausch, Annalen der Physik 306, 132, 1900: the integral of k rho dT up to the hottest place is V^2/8."""
-        T, weights = legendre.leggauss(40)
-        T = ROOM + (hottest - ROOM) * (1 + T) / 2
-        rho = 6e-5 * (1 + SILICON.temperature_coefficient * (T - ROOM))
-        return float((weights * FALLING(T) * rho).sum()) * (hottest - ROOM) / 2 - volts**2 / 8
-
-    expected = brentq(missing, ROOM, 5000.0, xtol=1e-11, rtol=1e-14)
-    errors = []
-    for intervals in (8, 16):
-        ends = [end(side, kind, value) for side, given in ((0, volts), (1, 0.0))
-                for kind, value in (("voltage", given), ("temperature", ROOM))]  # fmt: skip
-        scene = bar(silicon, *ends)
-        path = SecondPath(scene, bar_grid(scene, intervals, 2), 4)
-        middle = np.abs(path.basis.doflocs[1] - BAR[1] / 2).argmin()
-        errors.append(abs(path.steady()[0, middle] - expected))
-    assert errors[1] < 2e-6 * (expected - ROOM)
-    assert errors[0] > 10 * errors[1]  # quadratic elements are of order 4 at their corners
 
 
 def halves(resistance, electrical=None, **material):
