@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
+FIGURES = tuple(f"figure{number}" for number in range(9, 14))
+"""The figures of a device."""
 SAMPLES = 10, 100_000  # Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name.
 
 Given = Mapping[str, Any]
@@ -168,11 +170,10 @@ def _export(given: Any, scene: Any, values: Given) -> Export:
 
 def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
     """Figures of a device in their order: 9 or "figure9"."""
-    known = [f"figure{number}" for number in range(9, 14)]
     wanted = {f"figure{str(name).removeprefix('figure')}" for name in given}
-    if unknown := sorted(wanted - set(known)):
-        raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(known)}")
-    return tuple(name for name in known if name in wanted)
+    if unknown := sorted(wanted - set(FIGURES)):
+        raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(FIGURES)}")
+    return tuple(name for name in FIGURES if name in wanted)
 
 
 def _limit(dimension: str, given: Any, scene: Any, _: Given) -> float:

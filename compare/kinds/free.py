@@ -28,7 +28,7 @@ from scenes.result import Estimate, Result, Step, step
 
 
 class FreeKind(Kind[AnyScene]):
-    name, traces, field = "free", "a column for each probe", "heat"
+    name = "free"
 
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
@@ -137,17 +137,10 @@ class FreeKind(Kind[AnyScene]):
 
     def absent(self, scene: AnyScene, options: Options) -> dict[str, str]:
         file = "" if scene.model is None or chosen_model(scene, options.model) else scene.model.file
-        return super().absent(scene, options) | {
+        return {
             "traces": f"{STEADY} (run.steady)" * scene.steady,
             "heat": "no temperature is solved for" * (not physics.heat(scene)),
             "1D": f"{file} is a program, which runs with --model scene" * bool(file),
-        }
-
-    def figures(self, scene: AnyScene) -> dict[str, tuple[str, ...]]:
-        when = "steady" if scene.steady else "hottest moment's"
-        return {
-            "figure_field": (f"the {when} temperature field, rendered off screen", "heat"),
-            "figure_traces": ("every probe against time", "traces"),
         }
 
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:

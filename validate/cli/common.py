@@ -109,7 +109,7 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     folder = named or folder_of_run(kind, chosen, scene, overrides if kind == FREE else arguments.set)
     planned = None
     if arguments.explain or arguments.dry_run:
-        from compare.pipeline import plan
+        from validate.report.output import plan
 
         planned = plan(scene, options)
         show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))
