@@ -3,26 +3,20 @@
 A row needs no other change than itself, unless an analysis reads its value (``options.NAME``).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from scenes import units
 from scenes.errors import SceneError, printable, quoted
 from scenes.keys import ACCURACY
 from scenes.kinds import Quantity
-from scenes.uncertain import Uncertain
 from scenes.uncertain import read as read_uncertain
 from scenes.units import TIME
-
-if TYPE_CHECKING:
-    from compare.against import Data
 
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
@@ -135,13 +129,7 @@ def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
     return {"reduction": name, "model": model}
 
 
-def _uncertain(given: Sequence[str], scene: Any, values: Given) -> Uncertain:
-    """Standard uncertainties, KEY=U, and in Python also correlations, KEY,KEY=R."""
-    pairs = [text for text in given if "," in text.partition("=")[0]]
-    return read_uncertain(scene, [text for text in given if text not in pairs], [*values.get("correlated", ()), *pairs])
-
-
-def _data(given: Any, scene: Any, values: Given) -> Data:
+def _data(given: Any, scene: Any, values: Given) -> Any:
     """The user's own data, read before anything is solved."""
     from compare.data.read import read
 
@@ -216,7 +204,8 @@ TABLE = (
            (SINK,), excludes=["--only 1d"]),
     Option("--sensitivities", "how the models follow each key: d ln quantity / d ln key, 1D against 3D"),
     Option("--uncertain KEY=U ...", "the standard uncertainty of a key, such as sink.width=0.1um or drive.voltage=1%%; "
-           "or materials, for the scene's table of them", read=_uncertain),
+           "or materials, for the scene's table of them",
+           read=lambda given, scene, values: read_uncertain(scene, given, values.get("correlated", ()))),
     Option("--correlated KEY,KEY=R ...", "the correlation of two uncertain keys: pad_width,oxide_width=0.9",
            needs=["--uncertain"]),
     Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
@@ -270,7 +259,7 @@ class Options(SimpleNamespace):
             raise TypeError(f"no option {', '.join(sorted(unknown))}")
         super().__init__(**defaults | values)
 
-    def but(self, **changes: Any) -> Options:
+    def but(self, **changes: Any) -> "Options":
         """Return these options with some changed."""
         return Options(**vars(self) | changes)
 

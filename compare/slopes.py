@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from compare.models.model import Model, make_question
+from compare.quantities import AT_REST
 from compare.verdict import PAPER
 from scenes.device import Device
 from scenes.errors import NumericsError, SceneError
@@ -62,9 +63,8 @@ class Slopes:
 
     def moved(self, result: Result, key: str, step: float) -> Result:
         """A result as it is, to first order, with one key larger by a relative step; NaN without a slope."""
-        at_rest = np.array([np.inf])
         steady = {
-            name: Estimate(e.value + step * float(self.at(key, name, at_rest)[0]), e.error)
+            name: Estimate(e.value + step * float(self.at(key, name, AT_REST)[0]), e.error)
             for name, e in result.steady.items()
         }
         traces = result.traces

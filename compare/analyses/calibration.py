@@ -9,8 +9,6 @@ steps. The fit ends where no step follows, or where the step is within the uncer
 keys by the errors of S. The uncertainties include the step that is left.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

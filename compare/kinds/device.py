@@ -1,7 +1,5 @@
 """The device: the whole sensor with its controllers, in 1D and in 3D, and the paper's claims about it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
