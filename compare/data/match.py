@@ -4,8 +4,6 @@
 for each parameter; the run has the scene's parameters.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from compare import quantities
-from compare.data.columns import Column, find_times, refusing, split_unit
+from compare.data.columns import Column, find_times, plain_name, refusing, split_unit
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import values as values_of
 from scenes.parameters import SECTION
@@ -59,14 +57,12 @@ class Target:
 
     def _find_quantity(self, column: Column) -> str:
         """The quantity that a column is called as, also as v(NAME), "NAME rise" or in traces.csv; or ""."""
-
-        def plain(name: str) -> str:
-            return re.sub(r"[\s_]+", " ", name).strip().lower()
-
-        node = re.sub(r"^[vi]\((.*)\)$|^(.*)#branch$", r"\1\2", column.name, flags=re.IGNORECASE)
-        spellings = {plain(text) for text in (column.name, column.plain, node)}
-        spellings |= {re.sub(r"^fem3d | rise$", "", text) for text in spellings}
-        found = [name for word, name in self.quantities.names.items() if {plain(word), plain(name)} & spellings]
+        if column.plain in self.quantities.names:
+            return self.quantities.names[column.plain]
+        texts = {plain_name(text) for text in (column.name, column.plain)}
+        texts |= {re.sub("^fem3d_|_rise$", "", text) for text in texts}
+        names = self.quantities.names.items()
+        found = [name for word, name in names if {plain_name(word), plain_name(name)} & texts]
         return found[0] if len(found) == 1 else self._find_point(column)
 
     def _find_point(self, column: Column) -> str:
