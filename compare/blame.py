@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.sink_checks import from_first
 from compare.verdict import Check, part, share
 from scenes.checks import FIRST_TIME
 from scenes.formats import difference_text, percent, quantity, signed
@@ -182,7 +181,7 @@ def budget(start: str, fem3d: Result, levels: Levels, progress: Callable[[str], 
         results.append(solve(levels, rung, at is None, at))
     results.append(fem3d)
     phrases = {rung.blame: f"the {rung.blame}, as {rung.says}" for rung in ladder}
-    times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
+    times = None if at is None or at[-1] <= FIRST_TIME else np.unique(np.maximum(at, FIRST_TIME))
     steady, transient = [], []
     for name in WHERE.values():
         entry, estimates = OF_A_SINK[name], [result.steady[OF_A_SINK[name].steady] for result in results]

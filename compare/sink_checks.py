@@ -89,18 +89,13 @@ def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Check | None:
     return compared(title, unit_of(key), outcome.reduced.steady[key], outcome.solved.steady[key])
 
 
-def from_first(time: np.ndarray) -> np.ndarray:
-    """Return the times (s) from 10 us on, with that one."""
-    return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
-
-
 def courses(
     title: str, one: tuple[Result, str], three: tuple[Result, str], scale: Estimate, relative_to: str, sink: Sink,
     **more: Any,
 ) -> Check:  # fmt: skip
     """Compare traces, each by result and name, at their largest distance from 10 us on."""
     unit, a, b = unit_of(three[1]), (one[0].over_time, one[1]), (three[0].over_time, three[1])
-    times = from_first(np.union1d(a[0].time, b[0].time))
+    times = np.unique(np.maximum(np.concatenate([a[0].time, b[0].time]), FIRST_TIME))
     base, scale = sink.plain.room_temperature * (unit == "K"), Estimate(abs(scale.value), scale.error)
     return compare_courses(title, unit, a, b, times, scale, relative_to, base, **more)
 

@@ -178,11 +178,20 @@ def field_of(outcome: Outcome[Any]) -> Field:
     if outcome.solved.traces is None:
         kelvins, when = fields.steady, "steady"
     else:
-        from compare import hottest
+        from compare.hottest import moments
 
-        time, above = hottest.farthest(fields, hottest.moments(outcome.solved.traces), scene.initial_temperature)
+        time, above = farthest(fields, moments(outcome.solved.traces), scene.initial_temperature)
         kelvins = fields.at(np.array([time]))[0]
         when = f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
     coldest = float(kelvins.min())
     title = f"{scene.name}: temperature, {when} ("
     return Field(*cells, kelvins - coldest, title, "z", "temperature (K)", coldest)
+
+
+def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:
+    """The time (s) at which the field is farthest from its ``initial`` temperature (K) anywhere, and whether above."""
+    from compare.hottest import snapshots
+
+    ends = [(time, float(T.max()) - initial, initial - float(T.min())) for time, T in snapshots(fields, times)]
+    time, above, below = max(ends, key=lambda each: max(each[1:]))
+    return time, above >= below

@@ -12,6 +12,7 @@ import pytest
 from compare import hottest
 from scenes.model import Material
 from validate.cli import main
+from validate.report.output import farthest
 
 RUNS = {
     "solve bridge": (["boundary.left electrode.voltage=100V"], "polysilicon reaches", "in the steady state"),
@@ -40,9 +41,8 @@ def test_it_is_said_everywhere_and_only_where_it_is_so(command, capsys):
     # The same scene, cooler; how accurately it is solved stays.
     accuracy = [part for setting in settings[1:] for part in ("--set", setting)]
     assert main([*command.split(), "--no-figures", "--out", "cool", *accuracy]) == 0
-    assert not [
-        w for w in json.loads(Path("cool/summary.json").read_text(encoding="utf-8"))["warnings"] if "valid_to" in w
-    ]
+    summary = json.loads(Path("cool/summary.json").read_text(encoding="utf-8"))
+    assert not [warning for warning in summary["warnings"] if "valid_to" in warning]
 
 
 def test_the_hottest_place_and_moment_of_each_material():
@@ -57,5 +57,5 @@ def test_the_hottest_place_and_moment_of_each_material():
     assert reached == [(hot[0], 400.0, None), (hot[1], 550.0, 0.5)]
     (said,) = hottest.warnings(reached)
     assert said.startswith("a reaches 400 K in the steady state, past the 399 K")
-    assert hottest.farthest(fields, np.linspace(0, 1, 41), 300.0) == (0.5, True)
-    assert hottest.farthest(fields, np.array([0.0, 1.0]), 500.0) == (0.0, False)
+    assert farthest(fields, np.linspace(0, 1, 41), 300.0) == (0.5, True)
+    assert farthest(fields, np.array([0.0, 1.0]), 500.0) == (0.0, False)
