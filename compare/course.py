@@ -88,9 +88,7 @@ def _fit(time: np.ndarray, y: np.ndarray, m: np.ndarray) -> tuple[float, float]:
 
 
 def overshoot(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarray:
-    """Return (n,): how far a curve may exceed each of its points before the next one; zero of fewer than 3 points."""
-    if len(time) < 3:
-        return np.zeros(len(time))
+    """Return (n,): how far a curve may exceed each of its 3 or more points before the next one."""
     error = np.pad(bends(time, values, kinks), 1)
     return np.maximum(error[:-1], error[1:])
 
