@@ -207,10 +207,7 @@ class _Trial:
 
 
 class _Problem:
-    """The residuals of a scene by its keys, at the times of the data at which errors of its ``result`` hold.
-
-    Raises SceneError for data of fewer points than keys.
-    """
+    """The residuals of a scene by its keys, at the times of the data at which errors of its ``result`` hold."""
 
     def __init__(self, scene: Any, data: Data, keys: Sequence[str], result: Result) -> None:
         self._scene, self._keys = scene, keys

@@ -182,10 +182,7 @@ def count_runs(time: np.ndarray) -> int:
 
 
 def _choose(parameters: Sequence[Column], rows: np.ndarray, target: Target) -> tuple[np.ndarray, str]:
-    """At which of some rows all parameters are the scene's to the digits of a table, and the run in words.
-
-    Raises SceneError where there is no such row.
-    """
+    """At which of some rows all parameters are the scene's to the digits of a table, and the run in words."""
     said = []
     for p in parameters:
         value = target.numbers[p.role].value
@@ -202,10 +199,7 @@ def _choose(parameters: Sequence[Column], rows: np.ndarray, target: Target) -> t
 
 
 def _keep_one(time: np.ndarray, rows: np.ndarray, steady: bool) -> tuple[np.ndarray, str]:
-    """The rows of one run at ascending times, or the last one for the steady state, and a note.
-
-    Raises SceneError for rows of several runs or states.
-    """
+    """The rows of one run at ascending times, or the last one for the steady state, and a note."""
     kept = np.flatnonzero(rows)
     last, note = kept == kept[-1:], f"the last of {len(kept)} rows with numbers is taken for the steady state"
     if not steady:
