@@ -22,8 +22,6 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, numbers
 
-ByKey = dict[str, dict[str, Estimate]]
-
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
@@ -41,7 +39,7 @@ class Slopes:
     """
 
     sizes: dict[str, float]
-    relative: ByKey
+    relative: dict[str, dict[str, Estimate]]
     shift: dict[str, dict[str, float]] = field(default_factory=dict)
     steady: bool = True
     times: np.ndarray = field(default_factory=lambda: np.empty(0))

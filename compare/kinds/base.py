@@ -24,16 +24,14 @@ class Kind(ABC, Generic[S]):
     """A kind of scene: how to solve, compare and report its scenes. Instances have no state.
 
     The kinds are the sink, the device and free scenes; a new one is entered in `compare.kinds.KINDS`. Abstract methods
-    must be overridden and the name set; the others have defaults.
+    must be overridden; the others have defaults.
 
     Attributes
     ----------
-    name : as the scenes' ``kind``
     shown : quantities that tables on a terminal have room for; empty: the first ones
     step : largest relative step of a key for `nearby`; the uncertainty of the key where that is smaller
     """
 
-    name: ClassVar[str]
     shown: ClassVar[tuple[str, ...]] = ()
     step: ClassVar[float] = 1e-4
 
@@ -156,7 +154,7 @@ class Kind(ABC, Generic[S]):
 
     def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
         """Return time_s and <model>_<quantity>_<unit> for traces.csv, as far as all models go; temperatures in kelvin,
-        every 1D model "reduced1d". None without a transient."""
+        every 1D model "reduced1d". Empty without a transient."""
         results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
         traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
         if not traces:

@@ -27,7 +27,6 @@ LATE = ("figure11", "figure12", "figure13")
 
 
 class DeviceKind(Kind[Device]):
-    name = "device"
     shown = ("sink_power_W", "sensor_power_W", "sensor_V")
     step = 0.1  # A run is nonlinear: a key is moved by its own uncertainty (GUM 5.1.3, note 2), at most by this.
 

@@ -28,8 +28,6 @@ from scenes.result import Estimate, Result, Step, step
 
 
 class FreeKind(Kind[AnyScene]):
-    name = "free"
-
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
 

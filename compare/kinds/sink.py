@@ -24,7 +24,6 @@ QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.va
 
 
 class SinkKind(Kind[Sink]):
-    name = "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
 
     def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
