@@ -107,8 +107,7 @@ def compare(scene: Any, data: Data, results: Sequence[Result], key: str, like: R
         if key == "current_A" and scale != first:
             scale, called = scale - first, "final change"
     else:
-        rises = ours if data.at_rest else fem3d.over_time.values[key][catalogue.sure(fem3d.over_time.time)]
-        scale = float(max(rises - base, key=abs))
+        scale = float(max(ours - base, key=abs)) if data.at_rest else catalogue.largest(key)
     said = (
         f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(p - off, unit)}, "
         f"{signed(off, unit)} of a {called} of {quantity(scale, unit)}"

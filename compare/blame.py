@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.sink_checks import from_first
 from compare.verdict import Check, part, share
 from scenes.checks import FIRST_TIME
 from scenes.formats import difference_text, percent, quantity, signed
-from scenes.model import UNITS, AnyScene, Scene
+from scenes.model import UNITS, Scene
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK
 
@@ -182,7 +181,7 @@ def budget(start: str, fem3d: Result, levels: Levels, progress: Callable[[str], 
         results.append(solve(levels, rung, at is None, at))
     results.append(fem3d)
     phrases = {rung.blame: f"the {rung.blame}, as {rung.says}" for rung in ladder}
-    times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
+    times = None if at is None or at[-1] <= FIRST_TIME else np.unique(np.maximum(at, FIRST_TIME))
     steady, transient = [], []
     for name in WHERE.values():
         entry, estimates = OF_A_SINK[name], [result.steady[OF_A_SINK[name].steady] for result in results]
@@ -215,7 +214,7 @@ def causes(claims: Sequence[Check], budget: Budget | None) -> str:
     return f"; {', '.join(phrases)}" if phrases else ""
 
 
-def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
+def network_budget(given: Scene, fem3d: Result, network: Result) -> Budget:
     """Compute the budget of a network's steady differences from 3D.
 
     3D is solved once more on its first mesh, with probes of the mean temperatures and flows at all joints.
@@ -224,8 +223,7 @@ def network_budget(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     from reduced1d.network.lines import layout
     from reduced1d.network.solution import places, solve
 
-    of_boxes: Any = given
-    scene: Scene = replace(of_boxes, steady=True, output_times=())
+    scene = replace(given, steady=True, output_times=())
     shape = layout(scene)
     joints = places(shape)
     probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}

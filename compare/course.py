@@ -18,50 +18,50 @@ import numpy as np
 
 from compare.verdict import COVERS, Check, share
 from scenes.formats import percent, quantity, signed
-from scenes.result import Estimate
+from scenes.result import Estimate, Traces
 
 
-class Course:
-    """Both courses (times,) above the base of their scale, and how far their distance may be larger between times.
+def compare_courses(
+    title: str, unit: str, one: tuple[Traces, str], three: tuple[Traces, str], times: np.ndarray, scale: Estimate,
+    relative_to: str, base: float = 0.0, sure: np.ndarray | slice = slice(None), error: float = 0.0,
+    own: bool = False, note: str = "",
+) -> Check:  # fmt: skip
+    """Compare a trace of a model with a trace of 3D, each with its name, where they are furthest apart.
 
-    Only the ``sure`` ones of the times are compared. A model with ``kinks`` meets 3D that is straight between times.
+    Values count from a ``base``. The distance is that at the ``sure`` ones of some times (s), relative to a scale. To
+    the errors of both traces an ``error`` is added, and how far the distance may be larger between times. The user's
+    ``own`` model may have kinks, where 3D is straight; it is described by size, shift and shape.
     """
+    y, m = (np.interp(times, ascending(traces.time), traces.values[name]) - base for traces, name in (three, one))
+    beyond = overshoot(times, m if own else np.abs(m - y), own)
+    time, y, m, beyond = (each[sure] for each in (times, y, m, beyond))
+    i = int(np.argmax(np.abs(m - y)))
+    p, found, off, when = (float(each[i]) for each in (m, y, m - y, time))
+    error += sum(traces.errors[name] for traces, name in (one, three))
+    error += float((np.abs(m - y) + beyond).max()) - abs(off)  # at this row, or where another may exceed it
+    note = _describe(time, y, m, abs(scale.value)) if own else note
+    part = share(Estimate(off, error), scale)
+    reason = f"{quantity(p, unit)} against {quantity(found, unit)} in 3D at {quantity(when, 's', 3)}, "
+    reason += signed(off, unit) + f"; {note}" * bool(note)
+    return Check(title, p, found, unit, part.value, part.error, reason, when, relative_to=relative_to)
 
-    def __init__(
-        self, time: np.ndarray, fem3d: np.ndarray, model: np.ndarray, sure: np.ndarray | slice = slice(None),
-        kinks: bool = False,
-    ) -> None:  # fmt: skip
-        beyond = overshoot(time, model if kinks else np.abs(model - fem3d), kinks)
-        self.time, self.fem3d, self.model, self.beyond = (each[sure] for each in (time, fem3d, model, beyond))
 
-    def comparison(self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: str) -> Check:
-        """Compare at the largest distance, relative to a scale; ``error`` bounds that of both courses."""
-        off_by = self.model - self.fem3d
-        i = int(np.argmax(np.abs(off_by)))
-        p, m, off, time = (float(each[i]) for each in (self.model, self.fem3d, off_by, self.time))
-        beyond = float((np.abs(off_by) + self.beyond).max()) - abs(off)  # at this row, or where another may exceed it
-        part = share(Estimate(off, error + beyond), scale)
-        reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D at {quantity(time, 's', 3)}, "
-        reason += signed(off, unit) + f"; {note}" * bool(note)
-        return Check(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
+def _describe(time: np.ndarray, y: np.ndarray, m: np.ndarray, scale: float) -> str:
+    """Return "it is 38 us late; shifted by that it is within 1.5 %" of a model m; empty where no change helps.
 
-    def change(self, scale: float) -> str:
-        """Return "it is 38 us late; shifted by that it is within 1.5 %"; empty where no change helps.
-
-        Distances are relative to a ``scale``. A change is stated where it leaves less than half of the distance.
-        """
-        time, y, m, least = self.time, self.fem3d, self.model, 0.005  # Smaller changes of size are none.
-        if len(time) < 5 or not scale or min(np.ptp(y), np.ptp(m)) < least * scale:
-            return ""
-        size, shift = _fit(time, y, m)
-        distances = m - y, m - _size(y, m) * y, m - size * np.interp(time - shift, time, y)
-        whole, sized, shape = (float(np.abs(each).max()) / scale for each in distances)
-        by_size = f"it is {percent(abs(size - 1))} {'high' if size > 1 else 'low'} throughout"
-        by_size *= abs(size - 1) > least
-        if shift and shape <= sized / 2:
-            by_time = f"it is {quantity(abs(shift), 's', 2)} {'late' if shift > 0 else 'early'}"
-            return f"{' and '.join(filter(None, (by_time, by_size)))}; shifted by that it is within {percent(shape)}"
-        return f"{by_size}, and apart from that within {percent(sized)}" if by_size and sized < whole / 2 else ""
+    Distances are relative to a ``scale``. A change is stated where it leaves less than half of the distance.
+    """
+    least = 0.005  # Smaller changes of size are none.
+    if len(time) < 5 or not scale or min(np.ptp(y), np.ptp(m)) < least * scale:
+        return ""
+    size, shift = _fit(time, y, m)
+    distances = m - y, m - _size(y, m) * y, m - size * np.interp(time - shift, time, y)
+    whole, sized, shape = (float(np.abs(each).max()) / scale for each in distances)
+    by_size = f"it is {percent(abs(size - 1))} {'high' if size > 1 else 'low'} throughout" * (abs(size - 1) > least)
+    if shift and shape <= sized / 2:
+        by_time = f"it is {quantity(abs(shift), 's', 2)} {'late' if shift > 0 else 'early'}"
+        return f"{' and '.join(filter(None, (by_time, by_size)))}; shifted by that it is within {percent(shape)}"
+    return f"{by_size}, and apart from that within {percent(sized)}" if by_size and sized < whole / 2 else ""
 
 
 def _size(y: np.ndarray, m: np.ndarray) -> float:
@@ -88,9 +88,7 @@ def _fit(time: np.ndarray, y: np.ndarray, m: np.ndarray) -> tuple[float, float]:
 
 
 def overshoot(time: np.ndarray, values: np.ndarray, kinks: bool = False) -> np.ndarray:
-    """Return (n,): how far a curve may exceed each of its points before the next one; zero of fewer than 3 points."""
-    if len(time) < 3:
-        return np.zeros(len(time))
+    """Return (n,): how far a curve may exceed each of its 3 or more points before the next one."""
     error = np.pad(bends(time, values, kinks), 1)
     return np.maximum(error[:-1], error[1:])
 

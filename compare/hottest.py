@@ -57,7 +57,7 @@ def of_fields(
     if ceiling is not None and ceiling <= limits[lowest]:
         return [Hottest(lowest, ceiling)]
     at = {m: np.unique(fields.cells[fields.material == fields.material_names.index(m.name)]) for m in limits}
-    states = chain([(None, fields.steady)] if fields.has_steady else [], _snapshots(fields, times))
+    states = chain([(None, fields.steady)] if fields.has_steady else [], snapshots(fields, times))
     found = [[Hottest(m, float(T[at[m]].max(initial=-np.inf)), time) for m in limits] for time, T in states]
     return [max(each, key=lambda hottest: hottest.top) for each in zip(*found, strict=True)]
 
@@ -96,14 +96,7 @@ def moments(traces: Traces | None) -> np.ndarray:
     return np.asarray(np.unique(traces.time[np.concatenate([rows, ends])]))
 
 
-def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:
-    """The time (s) at which the field is farthest from its ``initial`` temperature (K) anywhere, and whether above."""
-    ends = [(time, float(T.max()) - initial, initial - float(T.min())) for time, T in _snapshots(fields, times)]
-    time, above, below = max(ends, key=lambda each: max(each[1:]))
-    return time, above >= below
-
-
-def _snapshots(fields: Any, times: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
+def snapshots(fields: Any, times: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
     """Yield times and their fields, a few of which are computed together to bound the memory."""
     for some in np.array_split(times, len(times) // 16 + 1):
         yield from zip(some.tolist(), fields.at(some) if len(some) else (), strict=True)

@@ -3,29 +3,25 @@
 A row needs no other change than itself, unless an analysis reads its value (``options.NAME``).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from scenes import units
 from scenes.errors import SceneError, printable, quoted
 from scenes.keys import ACCURACY
 from scenes.kinds import Quantity
-from scenes.uncertain import Uncertain
 from scenes.uncertain import read as read_uncertain
 from scenes.units import TIME
 
-if TYPE_CHECKING:
-    from compare.against import Data
-
 SINK, DEVICE, FREE = "sink", "device", "free"
 ALL = (SINK, DEVICE, FREE)
+FIGURES = tuple(f"figure{number}" for number in range(9, 14))
+"""The figures of a device."""
 SAMPLES = 10, 100_000  # Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name.
 
 Given = Mapping[str, Any]
@@ -133,13 +129,7 @@ def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
     return {"reduction": name, "model": model}
 
 
-def _uncertain(given: Sequence[str], scene: Any, values: Given) -> Uncertain:
-    """Standard uncertainties, KEY=U, and in Python also correlations, KEY,KEY=R."""
-    pairs = [text for text in given if "," in text.partition("=")[0]]
-    return read_uncertain(scene, [text for text in given if text not in pairs], [*values.get("correlated", ()), *pairs])
-
-
-def _data(given: Any, scene: Any, values: Given) -> Data:
+def _data(given: Any, scene: Any, values: Given) -> Any:
     """The user's own data, read before anything is solved."""
     from compare.data.read import read
 
@@ -168,11 +158,10 @@ def _export(given: Any, scene: Any, values: Given) -> Export:
 
 def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
     """Figures of a device in their order: 9 or "figure9"."""
-    known = [f"figure{number}" for number in range(9, 14)]
     wanted = {f"figure{str(name).removeprefix('figure')}" for name in given}
-    if unknown := sorted(wanted - set(known)):
-        raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(known)}")
-    return tuple(name for name in known if name in wanted)
+    if unknown := sorted(wanted - set(FIGURES)):
+        raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(FIGURES)}")
+    return tuple(name for name in FIGURES if name in wanted)
 
 
 def _limit(dimension: str, given: Any, scene: Any, _: Given) -> float:
@@ -215,7 +204,8 @@ TABLE = (
            (SINK,), excludes=["--only 1d"]),
     Option("--sensitivities", "how the models follow each key: d ln quantity / d ln key, 1D against 3D"),
     Option("--uncertain KEY=U ...", "the standard uncertainty of a key, such as sink.width=0.1um or drive.voltage=1%%; "
-           "or materials, for the scene's table of them", read=_uncertain),
+           "or materials, for the scene's table of them",
+           read=lambda given, scene, values: read_uncertain(scene, given, values.get("correlated", ()))),
     Option("--correlated KEY,KEY=R ...", "the correlation of two uncertain keys: pad_width,oxide_width=0.9",
            needs=["--uncertain"]),
     Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
@@ -269,7 +259,7 @@ class Options(SimpleNamespace):
             raise TypeError(f"no option {', '.join(sorted(unknown))}")
         super().__init__(**defaults | values)
 
-    def but(self, **changes: Any) -> Options:
+    def but(self, **changes: Any) -> "Options":
         """Return these options with some changed."""
         return Options(**vars(self) | changes)
 

@@ -103,25 +103,6 @@ class Outcome(Generic[S_co]):
         runs: Solved = self.solved.details["solved"]
         return runs
 
-    @property
-    def contrary(self) -> list[Check]:
-        """The checks that contradict the scene: a declared verdict, or a tolerance that the scene itself sets.
-
-        With --strict every undeclared check is expected to agree, and "unresolved" is a contradiction. An equation that
-        the chosen model does not use contradicts nothing.
-        """
-        strict, scene = self.options.strict, self.scene
-
-        def contradicts(check: Check) -> bool:
-            if not check.own or (check.verdict == "unresolved" and not strict):
-                return False
-            if strict or check.expected is not None:
-                return check.verdict != (check.expected or "agrees")
-            declared = "slope" if check.id.startswith("slope_") else check.id
-            return declared in scene.tolerances and check.verdict == "differs"
-
-        return [check for check in self.checks if contradicts(check)]
-
     def warn(self, *texts: str) -> None:
         self.warnings = (*self.warnings, *filter(None, texts))
 

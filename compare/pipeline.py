@@ -20,11 +20,10 @@ PLUGINS: dict[str, Callable[..., Any]] = {}
 
 
 def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
-    """Return the steps of a run before it is solved, or of an ``outcome``. Raises SceneError."""
+    """Return the steps of a run before it is solved, or of an ``outcome``, but for files. Raises SceneError."""
     kind = kind_of(scene)
     kind.refuse(scene, options)
-    analyses = [analysis.plan(scene, options) for analysis in chosen(options)]
-    return (*kind.steps(scene, options, outcome), *analyses, *kind.outputs(scene, options))
+    return (*kind.steps(scene, options, outcome), *(analysis.plan(scene, options) for analysis in chosen(options)))
 
 
 def solve(scene: Any, options: Options, progress: Progress | None = None, answer: bool = True) -> Outcome[Any]:

@@ -53,6 +53,12 @@ class Quantities:
         """Name the scale of a quantity: a rise or a value."""
         return "rise" if self.units[name] == "K" else "value"
 
+    def largest(self, name: str) -> float:
+        """Return the largest rise or value of a 3D trace, with its sign, at times at which errors hold."""
+        assert self.traces is not None
+        rises = self.traces.values[name][self.sure(self.traces.time)] - self.base(name)
+        return float(max(rises, key=abs))
+
     def word(self, name: str) -> str:
         """Return the user's word for a quantity."""
         return next(word for word, each in self.names.items() if each == name)

@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-from compare.course import Course
+from compare.course import compare_courses
 from compare.outcome import Outcome
 from compare.verdict import PAPER, Check, Definition, compared, part, share, spread, unit_of
 from reduced1d import equations
@@ -88,23 +89,15 @@ def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Check | None:
     return compared(title, unit_of(key), outcome.reduced.steady[key], outcome.solved.steady[key])
 
 
-def from_first(time: np.ndarray) -> np.ndarray:
-    """Return the times (s) from 10 us on, with that one."""
-    return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
-
-
 def courses(
-    title: str, predicted: tuple[Result, str], measured: tuple[Result, str], scale: Estimate, relative_to: str,
-    sink: Sink, note: str = "", error: float = 0.0,
+    title: str, one: tuple[Result, str], three: tuple[Result, str], scale: Estimate, relative_to: str, sink: Sink,
+    **more: Any,
 ) -> Check:  # fmt: skip
-    """Compare traces, each by result and name, at their largest distance; ``error`` adds to their own errors."""
-    unit, both = unit_of(measured[1]), [(result.over_time, name) for result, name in (predicted, measured)]
-    time = from_first(np.union1d(both[0][0].time, both[1][0].time))
-    base = sink.plain.room_temperature if unit == "K" else 0.0
-    p, m = (np.interp(time, traces.time, traces.values[name]) - base for traces, name in both)
-    error += sum(traces.errors[name] for traces, name in both)
-    scale = Estimate(abs(scale.value), scale.error)
-    return Course(time, m, p).comparison(title, unit, error, scale, relative_to, note)
+    """Compare traces, each by result and name, at their largest distance from 10 us on."""
+    unit, a, b = unit_of(three[1]), (one[0].over_time, one[1]), (three[0].over_time, three[1])
+    times = np.unique(np.maximum(np.concatenate([a[0].time, b[0].time]), FIRST_TIME))
+    base, scale = sink.plain.room_temperature * (unit == "K"), Estimate(abs(scale.value), scale.error)
+    return compare_courses(title, unit, a, b, times, scale, relative_to, base, **more)
 
 
 def over_time(
@@ -178,7 +171,7 @@ def equivalent(late: bool, outcome: Outcome[Sink]) -> Check | None:
             one, other = ((result, f"{name}_K") for result, name in (one, other))
             error = sink.accuracy * (abs(a.value) + abs(b.value))  # of straight lines between each one's own times
             whole = "the second one's final value"
-            made.append(courses(f"{title}, trace", one, other, b, whole, sink, note, error))
+            made.append(courses(f"{title}, trace", one, other, b, whole, sink, note=note, error=error))
     return max(made, key=lambda check: abs(check.difference))
 
 

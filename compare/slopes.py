@@ -13,18 +13,14 @@ from typing import Any
 import numpy as np
 
 from compare.models.model import Model, make_question
+from compare.quantities import AT_REST
 from compare.verdict import PAPER
+from reduced1d.differences import Solve, Table, follow, of_device, of_ladder
 from scenes.device import Device
-from scenes.errors import NumericsError, SceneError
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, numbers
-
-ByKey = dict[str, dict[str, Estimate]]
-Course = dict[str, dict[str, Any]]
-Solve = Callable[[Any, Any], Mapping[str, Any]]
-"""The quantities of a scene at times (s), (times,) each; for None one number each in the steady state."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +39,11 @@ class Slopes:
     """
 
     sizes: dict[str, float]
-    relative: ByKey
+    relative: dict[str, dict[str, Estimate]]
     shift: dict[str, dict[str, float]] = field(default_factory=dict)
     steady: bool = True
     times: np.ndarray = field(default_factory=lambda: np.empty(0))
-    traces: Course = field(default_factory=dict)
+    traces: Table = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     profile: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -62,9 +58,8 @@ class Slopes:
 
     def moved(self, result: Result, key: str, step: float) -> Result:
         """A result as it is, to first order, with one key larger by a relative step; NaN without a slope."""
-        at_rest = np.array([np.inf])
         steady = {
-            name: Estimate(e.value + step * float(self.at(key, name, at_rest)[0]), e.error)
+            name: Estimate(e.value + step * float(self.at(key, name, AT_REST)[0]), e.error)
             for name, e in result.steady.items()
         }
         traces = result.traces
@@ -134,25 +129,13 @@ def sink_1d(sink: Sink, result: Result, times: np.ndarray | None, keys: Sequence
 
     Traces, at times (s), have slopes in the paper's model only, as another one costs a plate for each key.
     """
-    from reduced1d import ladder
-
-    def solve(changed: Sink, times: np.ndarray | None) -> Mapping[str, Any]:
-        found = ladder.solve(changed, result.model, steady_only=times is None, times=times)
-        return {n: e.value for n, e in found.steady.items()} if times is None else found.over_time.values
-
     over_time = result.model == PAPER and result.traces is not None
-    return in_1d(solve, sink, result, keys or numbers(sink), times if over_time else None)
+    return in_1d(of_ladder(result.model), sink, result, keys or numbers(sink), times if over_time else None)
 
 
 def device_1d(device: Device, result: Result) -> Slopes:
     """Return the slopes of the device's steady state in 1D."""
-    from reduced1d.device.lumped import steady
-
-    def solve(changed: Device, times: None) -> dict[str, float]:
-        state = steady(changed)
-        return {name: getattr(state, name) for name in result.steady}
-
-    return in_1d(solve, device, result, numbers(device), None)
+    return in_1d(of_device(result.steady), device, result, numbers(device), None)
 
 
 def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result) -> Slopes:
@@ -194,29 +177,3 @@ def in_1d(
     sizes, times = {name: size for name, size in values.items() if size}, np.empty(0) if times is None else times
     relative = {k: {n: Estimate(float(by[n] / sizes[n]), 0.0) for n in by if n in sizes} for k, by in changes.items()}
     return Slopes(sizes, relative, shifts(scene, chosen, steady), steady, times, traces, left_out)
-
-
-def follow(
-    solve: Solve, scene: Any, keys: Iterable[str], times: np.ndarray | None, h: float = 1e-3
-) -> tuple[Course, dict[str, str]]:
-    """Return d Q / d ln key by key and quantity, each (times,) or one number in the steady state; and by key why there
-    is none.
-
-    ``times`` (s) end with the run. Central differences over relative steps h and 2h, of order h^4, bear the noise of a
-    model. If a slope jumps by s at the value itself, the second difference over h is s h + c h^2, and 2 s h + 4 c h^2
-    over 2h; there is no slope where s is a tenth of the value. A network jumps where another side of a box becomes its
-    longest.
-    """
-    slopes, left_out, base = Course(), dict[str, str](), solve(scene, times)
-    for key in keys:
-        try:
-            far_less, less, more, far_more = (solve(neighbour(scene, key, n * h), times) for n in (-2, -1, 1, 2))
-        except (NumericsError, SceneError) as error:
-            left_out[key] = f"the 1D model has no answer beside it ({error})"
-            continue
-        bends = {n: 4 * (more[n] + less[n]) - far_more[n] - far_less[n] - 6 * value for n, value in base.items()}
-        if any(np.abs(bend).max() > 2 * h * 0.1 * np.abs(base[n]).max() for n, bend in bends.items()):
-            left_out[key] = "the 1D model is not differentiable at this value"
-            continue
-        slopes[key] = {n: (8 * (more[n] - less[n]) - (far_more[n] - far_less[n])) / (12 * h) for n in base}
-    return slopes, left_out

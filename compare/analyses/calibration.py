@@ -9,8 +9,6 @@ steps. The fit ends where no step follows, or where the step is within the uncer
 keys by the errors of S. The uncertainties include the step that is left.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -209,10 +207,7 @@ class _Trial:
 
 
 class _Problem:
-    """The residuals of a scene by its keys, at the times of the data at which errors of its ``result`` hold.
-
-    Raises SceneError for data of fewer points than keys.
-    """
+    """The residuals of a scene by its keys, at the times of the data at which errors of its ``result`` hold."""
 
     def __init__(self, scene: Any, data: Data, keys: Sequence[str], result: Result) -> None:
         self._scene, self._keys = scene, keys

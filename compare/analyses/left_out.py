@@ -35,11 +35,6 @@ class Effect:
     changed: dict[str, Any]
     changes: dict[str, Estimate] = field(default_factory=dict)
 
-    @property
-    def largest(self) -> float:
-        """The size of the change of the peak."""
-        return abs(self.changes["peak_rise_K"].value) if self.changes else math.inf
-
 
 def effects(sink: Sink) -> dict[str, Effect]:
     """Return the effects by their names in summary.json.
@@ -98,9 +93,7 @@ class LeftOutStudy(Analysis[LeftOut]):
     def run(self, outcome: Outcome[Any], progress: Progress) -> LeftOut:
         from fem3d.runs.sink import solve
 
-        sink, found, skipped = outcome.scene, dict[str, Effect](), dict[str, str]()
-        progress("without what is left out")
-        without = solve(sink, transient=False).steady
+        sink, without, found, skipped = outcome.scene, outcome.solved.steady, dict[str, Effect](), dict[str, str]()
 
         def add(name: str, effect: Effect) -> None:
             progress(f"with what is left out: {name}")
@@ -120,7 +113,8 @@ class LeftOutStudy(Analysis[LeftOut]):
             else:
                 add(name, effect)
         # By the change of the peak; a runaway is the largest of all.
-        found = dict(sorted(found.items(), key=lambda each: -each[1].largest))
+        size = {n: abs(e.changes["peak_rise_K"].value) if e.changes else math.inf for n, e in found.items()}
+        found = {name: found[name] for name in sorted(found, key=lambda name: -size[name])}
         if len(found) > 1:
             everything = {key: value for each in found.values() for key, value in each.changed.items()}
             add("together", Effect(f"{', '.join(found)} at once", "", everything))

@@ -89,9 +89,9 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
 def followed_keys(scene: Any, table: ByKey, names: Iterable[str]) -> list[str]:
     """Return the keys that a quantity follows, the largest slope first, without keys made of parameters."""
     made, sizes = made_of_parameters(scene), dict[str, float]()
-    for key in table.keys() - made:
+    for key in (key for key in table if key not in made):
         sizes[key] = max((abs(s.value) for name in names for s in table[key].get(name, {}).values()), default=0.0)
-    return sorted((key for key in table if sizes.get(key, 0.0) > NONE), key=lambda key: -sizes[key])
+    return sorted((key for key, size in sizes.items() if size > NONE), key=lambda key: -sizes[key])
 
 
 def checks(scene: Any, slopes: AllSlopes, names: Mapping[str, str]) -> tuple[Check, ...]:

@@ -1,7 +1,5 @@
 """Columns of numbers: a name, the unit that stands with the name, and the values."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -123,6 +121,12 @@ def split_unit(header: str) -> tuple[str, Unit | None]:
         if unit := find_unit(match[match.lastindex or 0]):
             return " ".join(f"{header[: match.start()]} {header[match.end() :]}".split()), unit
     return header, None
+
+
+def plain_name(name: str) -> str:
+    """Return the name of a probe, a column, a node or a variable in small letters, without v( ), signs and blanks."""
+    bare = re.sub(r"^[vi]\((.*)\)$", r"\1", name.strip().lower()).removesuffix("#branch")
+    return re.sub(r"\W+", "_", bare)
 
 
 def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:

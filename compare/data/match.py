@@ -4,8 +4,6 @@
 for each parameter; the run has the scene's parameters.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from compare import quantities
-from compare.data.columns import Column, find_times, refusing, split_unit
+from compare.data.columns import Column, find_times, plain_name, refusing, split_unit
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import values as values_of
 from scenes.parameters import SECTION
@@ -59,14 +57,12 @@ class Target:
 
     def _find_quantity(self, column: Column) -> str:
         """The quantity that a column is called as, also as v(NAME), "NAME rise" or in traces.csv; or ""."""
-
-        def plain(name: str) -> str:
-            return re.sub(r"[\s_]+", " ", name).strip().lower()
-
-        node = re.sub(r"^[vi]\((.*)\)$|^(.*)#branch$", r"\1\2", column.name, flags=re.IGNORECASE)
-        spellings = {plain(text) for text in (column.name, column.plain, node)}
-        spellings |= {re.sub(r"^fem3d | rise$", "", text) for text in spellings}
-        found = [name for word, name in self.quantities.names.items() if {plain(word), plain(name)} & spellings]
+        if column.plain in self.quantities.names:
+            return self.quantities.names[column.plain]
+        texts = {plain_name(text) for text in (column.name, column.plain)}
+        texts |= {re.sub("^fem3d_|_rise$", "", text) for text in texts}
+        names = self.quantities.names.items()
+        found = [name for word, name in names if {plain_name(word), plain_name(name)} & texts]
         return found[0] if len(found) == 1 else self._find_point(column)
 
     def _find_point(self, column: Column) -> str:
@@ -186,10 +182,7 @@ def count_runs(time: np.ndarray) -> int:
 
 
 def _choose(parameters: Sequence[Column], rows: np.ndarray, target: Target) -> tuple[np.ndarray, str]:
-    """At which of some rows all parameters are the scene's to the digits of a table, and the run in words.
-
-    Raises SceneError where there is no such row.
-    """
+    """At which of some rows all parameters are the scene's to the digits of a table, and the run in words."""
     said = []
     for p in parameters:
         value = target.numbers[p.role].value
@@ -206,10 +199,7 @@ def _choose(parameters: Sequence[Column], rows: np.ndarray, target: Target) -> t
 
 
 def _keep_one(time: np.ndarray, rows: np.ndarray, steady: bool) -> tuple[np.ndarray, str]:
-    """The rows of one run at ascending times, or the last one for the steady state, and a note.
-
-    Raises SceneError for rows of several runs or states.
-    """
+    """The rows of one run at ascending times, or the last one for the steady state, and a note."""
     kept = np.flatnonzero(rows)
     last, note = kept == kept[-1:], f"the last of {len(kept)} rows with numbers is taken for the steady state"
     if not steady:

@@ -5,8 +5,6 @@ or "Binary:" with the numbers point by point (Berkeley spice3). LTspice writes i
 the time as single precision, and marks times of interpolated points with a minus sign.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Read a user's own data from a file of another program: columns, the run of the scene, quantities, uncertainties."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

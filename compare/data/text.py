@@ -5,8 +5,6 @@ below their names. Rows that start with "#" or "%" are remarks; the last remark 
 Without names the first column is the time, in s.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter

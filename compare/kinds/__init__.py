@@ -6,8 +6,9 @@ from compare.kinds.base import Kind
 from compare.kinds.device import DeviceKind
 from compare.kinds.free import FreeKind
 from compare.kinds.sink import SinkKind
+from compare.options import DEVICE, FREE, SINK
 
-KINDS: dict[str, Kind[Any]] = {kind.name: kind for kind in (SinkKind(), DeviceKind(), FreeKind())}
+KINDS: dict[str, Kind[Any]] = {SINK: SinkKind(), DEVICE: DeviceKind(), FREE: FreeKind()}
 
 
 def kind_of(scene: Any) -> Kind[Any]:

@@ -24,21 +24,15 @@ class Kind(ABC, Generic[S]):
     """A kind of scene: how to solve, compare and report its scenes. Instances have no state.
 
     The kinds are the sink, the device and free scenes; a new one is entered in `compare.kinds.KINDS`. Abstract methods
-    must be overridden and name and traces set; the others have defaults.
+    must be overridden; the others have defaults.
 
     Attributes
     ----------
-    name : as the scenes' ``kind``
     shown : quantities that tables on a terminal have room for; empty: the first ones
-    traces : the columns or rows of traces.csv
-    field : the need of field files, as in `absent`; empty where there are none
     step : largest relative step of a key for `nearby`; the uncertainty of the key where that is smaller
     """
 
-    name: ClassVar[str]
     shown: ClassVar[tuple[str, ...]] = ()
-    traces: ClassVar[str]
-    field: ClassVar[str] = ""
     step: ClassVar[float] = 1e-4
 
     @abstractmethod
@@ -64,17 +58,14 @@ class Kind(ABC, Generic[S]):
         own ``of_models``."""
         return {}
 
+    @abstractmethod
     def absent(self, scene: S, options: Options) -> dict[str, str]:
         """Return by need of checks, figures and files why this run lacks the needed thing; empty where it does not."""
-        return {
-            "fields": "not asked for (--fields)" * (not options.fields),
-            "figures": "no figures were asked for" * (not options.figures),
-        }
 
     def skipped(self, scene: S, options: Options) -> dict[str, str]:
         """Return the checks that a run cannot make, each with the reason."""
         absent = self.absent(scene, options)
-        reasons = {name: _lack(absent, *needs) for name, (_, needs) in self.definitions(scene, options).items()}
+        reasons = {name: lack(absent, *needs) for name, (_, needs) in self.definitions(scene, options).items()}
         return {name: why for name, why in reasons.items() if why}
 
     def made(self, scene: S, options: Options) -> tuple[str, ...]:
@@ -139,24 +130,12 @@ class Kind(ABC, Generic[S]):
     def steps(self, scene: S, options: Options, outcome: Outcome[S] | None = None) -> list[Step]:
         """The plan of models and checks, as carried out where there is an outcome."""
         absent = self.absent(scene, options)
-        no_3d, no_1d = (_lack(absent, model) for model in ("3D", "1D"))
+        no_3d, no_1d = (lack(absent, model) for model in ("3D", "1D"))
         carried_out = () if outcome is None or no_3d else outcome.solved.details.get("plan", ())
         lines = [step("3D model", "", no_3d)] if no_3d else [*(carried_out or self.plan_3d(scene, options))]
         described = "" if no_1d else self.describe_1d(scene, options)
         lines += [step("1D model", described, no_1d)] * bool(described or no_1d)
         return lines + self.check_steps(scene, options)
-
-    @abstractmethod
-    def figures(self, scene: S) -> Mapping[str, tuple[str, ...]]:
-        """Return the content of each figure and its needs of a run, by its name."""
-
-    def outputs(self, scene: S, options: Options) -> list[Step]:
-        """The plan of figures and files."""
-        figures, absent = self.figures(scene), self.absent(scene, options)
-        lines = [step(name, shows, _lack(absent, "figures", *needs)) for name, (shows, *needs) in figures.items()]
-        lines.append(step("traces.csv", self.traces, _lack(absent, "traces")))
-        fields = step("field files", "fem3d.pvd with its .vtu files", _lack(absent, "fields", self.field))
-        return lines + [fields] * bool(self.field)
 
     def exported(self, scene: S, options: Options) -> AnyScene | None:
         """Return the scene, of boxes or on a mesh, that a compact model is made of; None for a kind with its own
@@ -175,7 +154,7 @@ class Kind(ABC, Generic[S]):
 
     def columns(self, outcome: Outcome[S]) -> dict[str, NDArray[np.float64]]:
         """Return time_s and <model>_<quantity>_<unit> for traces.csv, as far as all models go; temperatures in kelvin,
-        every 1D model "reduced1d". None without a transient."""
+        every 1D model "reduced1d". Empty without a transient."""
         results = {"fem3d": outcome.fem3d, "reduced1d": outcome.reduced1d}
         traces = {name: each.traces for name, each in results.items() if each is not None and each.traces is not None}
         if not traces:
@@ -188,6 +167,6 @@ class Kind(ABC, Generic[S]):
         return columns
 
 
-def _lack(absent: Mapping[str, str], *needs: str) -> str:
+def lack(absent: Mapping[str, str], *needs: str) -> str:
     """Return why the first of some needs is absent; empty where none is."""
     return next(filter(None, map(absent.get, needs)), "")

@@ -1,14 +1,12 @@
 """The device: the whole sensor with its controllers, in 1D and in 3D, and the paper's claims about it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from compare import hottest
 from compare.kinds.base import Kind
-from compare.options import Options
+from compare.options import FIGURES, Options
 from compare.outcome import Outcome, Progress
 from compare.slopes import Slopes, device_1d
 from compare.verdict import Definition
@@ -24,21 +22,12 @@ OF_A_DEVICE = {
     "polymer_flux_W": ("heat into polymer", "W"),
 }  # fmt: skip
 """Words and units of the device's quantities."""
-DEVICE_FIGURES = {
-    "figure9": "power of sink and sensor against time",
-    "figure10": "heat flow into the polymer against time",
-    "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
-    "figure12": "the sensor's power after outer steps from -80 to +20 K",
-    "figure13": "the steady power of the sensor against the outer temperature",
-}
 LATE = ("figure11", "figure12", "figure13")
 """The figures that need runs of their own, which the paper's scheme does not make."""
 
 
 class DeviceKind(Kind[Device]):
-    name = "device"
     shown = ("sink_power_W", "sensor_power_W", "sensor_V")
-    traces = "a row per controller sample"
     step = 0.1  # A run is nonlinear: a key is moved by its own uncertainty (GUM 5.1.3, note 2), at most by this.
 
     def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
@@ -104,8 +93,8 @@ class DeviceKind(Kind[Device]):
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
         only = f"only {', '.join(options.about)} asked for" * bool(options.about)
         late = "they need nine more runs, and the accurate scheme for them" * (options.scheme == "paper")
-        figures = {name: late * (name in LATE) or only * (name not in options.about) for name in DEVICE_FIGURES}
-        return super().absent(scene, options) | figures | {
+        figures = {name: late * (name in LATE) or only * (name not in options.about) for name in FIGURES}
+        return figures | {
             "3D": "not asked for (--3d)" * (not options.in_3d),
             "all figures": only,
             "designer": only or "the accurate scheme answers them" * (options.scheme == "paper"),
@@ -144,9 +133,6 @@ class DeviceKind(Kind[Device]):
         idle = self.absent(scene, options).get("designer", "")
         designer = step("designer's questions", "largest gains, range and resolution", idle)
         return [*super().check_steps(scene, options), designer]
-
-    def figures(self, scene: Device) -> dict[str, tuple[str, ...]]:
-        return {name: (shows, name) for name, shows in DEVICE_FIGURES.items()}
 
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
         """Return the compact model with its controllers, of 3D where it was solved, else of 1D."""

@@ -12,24 +12,22 @@ from typing import Any
 import numpy as np
 
 from compare.blame import answer
-from compare.course import Course, ascending
+from compare.course import ascending, compare_courses
 from compare.kinds.base import STEADY, Kind
 from compare.models import chosen_model
 from compare.models.model import make_question
 from compare.options import Options
 from compare.outcome import Outcome, Progress
-from compare.quantities import Quantities, of
+from compare.quantities import of
 from compare.slopes import Slopes, in_3d, own_model
 from compare.verdict import Check, compared
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, quoted
 from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
-from scenes.result import Estimate, Result, Step, Traces, step
+from scenes.result import Estimate, Result, Step, step
 
 
 class FreeKind(Kind[AnyScene]):
-    name, traces, field = "free", "a column for each probe", "heat"
-
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
 
@@ -84,12 +82,17 @@ class FreeKind(Kind[AnyScene]):
             return made
         catalogue = of(outcome.scene, fem3d)
         for name, unit in catalogue.units.items():
+            base, whole = catalogue.base(name), catalogue.whole(name)
             if name in model.steady and name in fem3d.steady:
-                base, whole = catalogue.base(name), f"the 3D {catalogue.whole(name)}"
                 one, three = (replace(r.steady[name], value=r.steady[name].value - base) for r in (model, fem3d))
-                made[name] = compared(name, unit, one, three, relative_to=whole)
+                made[name] = compared(name, unit, one, three, relative_to=f"the 3D {whole}")
             if model.traces is not None and fem3d.traces is not None and name in model.traces.values:
-                made[f"{name}{OVER_TIME}"] = _over_time(name, catalogue, fem3d.traces, model.traces)
+                scale, whole = Estimate(catalogue.largest(name), fem3d.traces.errors[name]), f"the largest 3D {whole}"
+                one_course, in_3d_course, time = (model.traces, name), (fem3d.traces, name), model.traces.time
+                made[f"{name}{OVER_TIME}"] = compare_courses(
+                    f"{name}, trace", unit, one_course, in_3d_course, time, scale, whole, base, catalogue.sure(time),
+                    own=True,
+                )  # fmt: skip
         return made
 
     def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
@@ -132,17 +135,10 @@ class FreeKind(Kind[AnyScene]):
 
     def absent(self, scene: AnyScene, options: Options) -> dict[str, str]:
         file = "" if scene.model is None or chosen_model(scene, options.model) else scene.model.file
-        return super().absent(scene, options) | {
+        return {
             "traces": f"{STEADY} (run.steady)" * scene.steady,
             "heat": "no temperature is solved for" * (not physics.heat(scene)),
             "1D": f"{file} is a program, which runs with --model scene" * bool(file),
-        }
-
-    def figures(self, scene: AnyScene) -> dict[str, tuple[str, ...]]:
-        when = "steady" if scene.steady else "hottest moment's"
-        return {
-            "figure_field": (f"the {when} temperature field, rendered off screen", "heat"),
-            "figure_traces": ("every probe against time", "traces"),
         }
 
     def exported(self, scene: AnyScene, options: Options) -> AnyScene:
@@ -170,14 +166,3 @@ def probed(scene: AnyScene) -> AnyScene:
     """The scene, or where it has no probes with the mean temperature of every part as one."""
     means: Any = scene.means()
     return scene if scene.probes else replace(scene, probes=means)
-
-
-def _over_time(name: str, catalogue: Quantities, in_3d: Traces, in_1d: Traces) -> Check:
-    """Compare at the largest difference over time, at the times at which 3D's error bound holds."""
-    time, base = in_1d.time, catalogue.base(name)
-    three, one = np.interp(time, ascending(in_3d.time), in_3d.values[name]) - base, in_1d.values[name] - base
-    course, rows = Course(time, three, one, catalogue.sure(time), kinks=True), three[in_3d.sure(time)]
-    scale = Estimate(float(rows[np.argmax(np.abs(rows))]), in_3d.errors[name])
-    error, whole = in_3d.errors[name] + in_1d.errors[name], f"the largest 3D {catalogue.whole(name)}"
-    note = course.change(abs(scale.value))
-    return course.comparison(f"{name}, trace", catalogue.units[name], error, scale, whole, note)

@@ -20,19 +20,11 @@ from scenes.result import Result, Step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers
 
-FIGURES: dict[str, tuple[str, ...]] = {
-    "figure4": ("the steady 3D temperature field, rendered off screen", "3D"),
-    "figure5": ("the rise along the beam and eq 9's parabola", "3D"),
-    "figure6": ("rises against time", "traces"),
-    "figure7": ("current against time", "traces"),
-}
 QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
 
 
 class SinkKind(Kind[Sink]):
-    name = "sink"
     shown = ("peak_rise_K", "end_rise_K", "current_A")
-    traces, field = "every quantity against time", "3D"
 
     def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
         return QUANTITIES
@@ -89,7 +81,7 @@ class SinkKind(Kind[Sink]):
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
         early = not options.steady and scene.end_time <= FIRST_TIME
-        return super().absent(scene, options) | {
+        return {
             "3D": "only the 1D model was asked for" * (options.only == "1d"),
             "one conductivity": "the paper's equations take one conductivity" * several,
             "traces": STEADY * bool(options.steady),
@@ -133,9 +125,6 @@ class SinkKind(Kind[Sink]):
 
     def describe_1d(self, scene: Sink, options: Options) -> str:
         return options.reduction if options.model else f"{options.reduction}, {ladder.describe(options.reduction)}"
-
-    def figures(self, scene: Sink) -> Mapping[str, tuple[str, ...]]:
-        return {name: needs for name, needs in FIGURES.items() if scene.spans == 1 or name != "figure5"}
 
     def exported(self, scene: Sink, options: Options) -> AnyScene:
         if scene.emissivity:

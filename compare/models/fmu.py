@@ -52,9 +52,8 @@ class Fmu:
         """Run the FMU to ends that are ten times later each, and return the end of the longest run that rests.
 
         A run rests where the outputs moved, and then stayed for as long again, to a millionth of the change; this does
-        not depend on a scale of time.
-        All ends are tried, because an FMU may move again. A run that fails has too long steps and ends the series.
-        Raises SceneError where no run rests.
+        not depend on a scale of time. All ends are tried, because an FMU may move again. A run that fails has too long
+        steps and ends the series.
         """
         rested: Traces | None = None
         failure, last, until = "", 0.0, monotonic() + LONGEST / 10

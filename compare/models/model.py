@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.course import ascending
-from compare.data.columns import Column, refusing
+from compare.data.columns import Column, plain_name, refusing
 from compare.verdict import unit_of
 from scenes.errors import SceneError, listed, quoted, unknown
 from scenes.expressions import Measure, measured
@@ -207,12 +207,6 @@ def find_file(given: str, folder: str, example: str) -> Path:
     return path
 
 
-def plain_name(name: str) -> str:
-    """Return the name of a probe, a node or a variable in small letters, without v( ), signs and blanks."""
-    bare = re.sub(r"^[vi]\((.*)\)$", r"\1", name.strip().lower()).removesuffix("#branch")
-    return re.sub(r"\W+", "_", bare)
-
-
 def match_outputs(
     noun: str, outputs: Mapping[str, str], wanted: Mapping[str, str], own: Mapping[str, Column]
 ) -> dict[str, str]:
@@ -222,7 +216,7 @@ def match_outputs(
     one; ``noun`` is the kind of its names.
     """
     plain = {plain_name(name): name for name in own}
-    alike = {probe: plain[plain_name(probe)] for probe in wanted if plain_name(probe) in plain}
+    alike = {p: p if p in own else plain[plain_name(p)] for p in wanted if plain_name(p) in plain}
     found = alike | {probe: name for probe, name in outputs.items() if probe in wanted}
     for probe, name in found.items():
         if name not in own:

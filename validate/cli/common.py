@@ -109,13 +109,14 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     folder = named or folder_of_run(kind, chosen, scene, overrides if kind == FREE else arguments.set)
     planned = None
     if arguments.explain or arguments.dry_run:
-        from compare.pipeline import plan
+        from validate.report.output import plan
 
         planned = plan(scene, options)
         show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     if arguments.dry_run:
         return FINE
     from compare.outcome import Progress
+    from validate.report.checks import contrary
     from validate.report.output import run as write
 
     with progress(arguments.quiet) as say:
@@ -139,7 +140,7 @@ def run(kind: str, arguments: argparse.Namespace) -> int:
     if outcome.failure is not None:
         kept = f"{outcome.failure}; what 3D found is kept"
         return complain(kept, BAD_INPUT if isinstance(outcome.failure, SceneError) else NUMERICS)
-    return DIFFERS if outcome.contrary else FINE
+    return DIFFERS if contrary(outcome) else FINE
 
 
 def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> str:

@@ -24,6 +24,25 @@ def without_slopes(checks: Sequence[Check]) -> list[Check]:
     return [check for check in checks if not check.id.startswith("slope_")]
 
 
+def contrary(outcome: Outcome[Any]) -> list[Check]:
+    """Return the checks that contradict the scene: a declared verdict, or a tolerance that the scene itself sets.
+
+    With --strict every undeclared check is expected to agree, and "unresolved" is a contradiction. An equation that
+    the chosen model does not use contradicts nothing.
+    """
+    strict, tolerances = outcome.options.strict, outcome.scene.tolerances
+
+    def contradicts(check: Check) -> bool:
+        if not check.own or (check.verdict == "unresolved" and not strict):
+            return False
+        if strict or check.expected is not None:
+            return check.verdict != (check.expected or "agrees")
+        declared = "slope" if check.id.startswith("slope_") else check.id
+        return declared in tolerances and check.verdict == "differs"
+
+    return [check for check in outcome.checks if contradicts(check)]
+
+
 def counted(outcome: Outcome[Any], of: str = "") -> str:
     """Count the checks that differ, and compare with the declared verdicts; empty without checks."""
     counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
@@ -31,8 +50,8 @@ def counted(outcome: Outcome[Any], of: str = "") -> str:
         return ""
     said = f"{of}{counts['differs']} of {total} checks differ"
     said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
-    if contrary := outcome.contrary:
-        return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
+    if against := contrary(outcome):
+        return f"{said}; not as expected: {', '.join(check.id for check in against)}."
     return said + ", as the scene declares" * (outcome.scene.expected_to_differ is not None) + "."
 
 
@@ -41,7 +60,7 @@ def checked(outcome: Outcome[Any], style: Style) -> list[Section]:
     checks = sorted(without_slopes(outcome.checks), key=lambda check: check.id not in OF_THE_REDUCTION)
     if not checks:
         return []
-    against = {check.id for check in outcome.contrary if check.expected not in (None, check.verdict)}
+    against = {check.id for check in contrary(outcome) if check.expected not in (None, check.verdict)}
     declared = {c.id: f"the scene declares that it {c.expected} (checks.expect_differs)" for c in checks}
     reasons = {c.id: "; ".join(filter(None, (declared[c.id] * (c.id in against), c.because))) for c in checks}
     rows, short = [], all(len(check.id) < 20 for check in checks)

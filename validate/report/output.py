@@ -16,9 +16,10 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes import physics
 from scenes.formats import sink_text
-from scenes.result import noted, step
+from scenes.result import Step, noted, step
 from scenes.units import TIME
 from validate.folder import MODEL, RUN, Folder
+from validate.report.figures import FIGURES, outputs
 from validate.report.figures.render import Field, Renderer
 
 if TYPE_CHECKING:
@@ -26,13 +27,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-FIGURES = {
-    "figure5": "scene_figures.profile", "figure6": "scene_figures.rises", "figure7": "scene_figures.current",
-    "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
-    "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
-    "figure_traces": "scene_figures.traces",
-}  # fmt: skip
-"""By file name the function in `validate.report.figures` that draws it."""
+def plan(scene: Any, options: Options) -> tuple[Step, ...]:
+    """Return the steps of a run before it is solved. Raises SceneError."""
+    from compare import pipeline
+
+    return (*pipeline.plan(scene, options), *outputs(scene, options))
 
 
 def run(
@@ -51,6 +50,7 @@ def run(
         from compare.pipeline import solve
 
         outcome = solve(scene, options, progress)
+        outcome.plan = (*outcome.plan, *outputs(outcome.scene, outcome.options))
         tell(outcome)
         progress("writing the results")
         write(outcome, folder.partial, renderer, progress)
@@ -76,13 +76,13 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
 
     from compare.kinds import kind_of
 
-    kind, written = kind_of(outcome.scene), list[str]()
+    written = list[str]()
     done = [line.step for line in outcome.plan if line.state == "done"]
     field = field_of(outcome) if draws_field(outcome.scene, outcome.options) else None
     if field is not None:
         renderer.send(field)
     with progress.stage("files"):
-        tables = {"traces.csv": kind.columns(outcome), "sensitivities.csv": {}}
+        tables = {"traces.csv": kind_of(outcome.scene).columns(outcome), "sensitivities.csv": {}}
         if outcome.options.sensitivities:
             followed = {name: found for name, found in outcome.slopes.items() if name != "single" and found.traces}
             for model, slopes in followed.items():
@@ -105,7 +105,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
 
         with progress.stage("figures"), style():
             drawn = []
-            for name in (name for name in kind.figures(outcome.scene) if name in done):
+            for name in done:
                 if figure := draw(name, outcome):
                     drawn += save(figure, folder, name)
             if field is not None:
@@ -136,10 +136,10 @@ def write_columns(file: TextIO, columns: Mapping[str, np.ndarray], missing: str 
 
 
 def draw(name: str, outcome: Outcome[Any]) -> Figure | None:
-    """Draw a figure by its file name; return None for an unknown name."""
-    if name not in FIGURES:
+    """Draw a figure by its file name; return None for another name, or a picture of a field."""
+    if name not in FIGURES or not FIGURES[name].function:
         return None
-    module, _, function = FIGURES[name].partition(".")
+    module, _, function = FIGURES[name].function.partition(".")
     figure: Figure | None = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
     return figure
 
@@ -178,11 +178,20 @@ def field_of(outcome: Outcome[Any]) -> Field:
     if outcome.solved.traces is None:
         kelvins, when = fields.steady, "steady"
     else:
-        from compare import hottest
+        from compare.hottest import moments
 
-        time, above = hottest.farthest(fields, hottest.moments(outcome.solved.traces), scene.initial_temperature)
+        time, above = farthest(fields, moments(outcome.solved.traces), scene.initial_temperature)
         kelvins = fields.at(np.array([time]))[0]
         when = f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
     coldest = float(kelvins.min())
     title = f"{scene.name}: temperature, {when} ("
     return Field(*cells, kelvins - coldest, title, "z", "temperature (K)", coldest)
+
+
+def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:
+    """The time (s) at which the field is farthest from its ``initial`` temperature (K) anywhere, and whether above."""
+    from compare.hottest import snapshots
+
+    ends = [(time, float(T.max()) - initial, initial - float(T.min())) for time, T in snapshots(fields, times)]
+    time, above, below = max(ends, key=lambda each: max(each[1:]))
+    return time, above >= below

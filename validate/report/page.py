@@ -10,9 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from compare.kinds.device import DEVICE_FIGURES
 from compare.kinds.device import OF_A_DEVICE as DEVICE
-from compare.kinds.sink import FIGURES
 from compare.kinds.sink import QUANTITIES as SINK
 from compare.outcome import Outcome
 from compare.report import Row, Section, Style, Table
@@ -22,15 +20,15 @@ from scenes.loading import type_of_file
 from scenes.parameters import SECTION
 from scenes.schema import nest
 from validate.report import views
+from validate.report.figures import FIGURES
 from validate.report.text import MARKS, headline
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
 _PICTURES = ("figure4", "figure_field")
 """Figures that are a picture of the field."""
-_CAPTIONS = {name: shows for name, (shows, *_) in FIGURES.items()} | DEVICE_FIGURES | {
-    "figure_traces": "every probe against time", "figure_map": "the difference over two keys",
-    "figure_lines": "every check or probe over the varied keys",
+_CAPTIONS = {name: each.shows for name, each in FIGURES.items()} | {
+    "figure_map": "the difference over two keys", "figure_lines": "every check or probe over the varied keys",
 }  # fmt: skip
 _NAMED = SINK | DEVICE
 _UNITS = {

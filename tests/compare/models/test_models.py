@@ -109,6 +109,14 @@ def test_a_rise_in_place_of_a_temperature_is_a_warning(scene, text, lowest, tmp_
     assert f'rise.csv has {lowest} for "tip", and absolute kelvins are compared: add the' in " ".join(said)
 
 
+def test_probes_whose_names_differ_by_a_sign_are_told_apart(steady, tmp_path):
+    scene = steady.read_text(encoding="utf-8").replace('"tip"', '"bar-1"').replace('"bar mean"', '"bar+1"')
+    steady.write_text(scene, encoding="utf-8")
+    (tmp_path / "both.csv").write_text("bar-1, 400 K\nbar+1, 366 K\n", encoding="utf-8")
+    checks = judged(load(steady), str(tmp_path / "both.csv"))
+    assert (checks["bar-1"].predicted, checks["bar+1"].predicted) == (100, 66)
+
+
 def test_a_declared_difference_is_no_surprise(steady, model, tmp_path):
     out = ["--out", str(tmp_path / "o"), "--no-figures", "--quiet"]
     asked = ["solve", str(steady), "--model", f"{model}:bar", *out]

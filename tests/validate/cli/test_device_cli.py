@@ -13,8 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from compare.kinds.device import DEVICE_FIGURES as FIGURES
-from compare.options import Options
+from compare.options import FIGURES, Options
 from compare.pipeline import solve
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
