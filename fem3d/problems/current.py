@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array, eye_array, hstack
+from scipy.sparse import csc_array, csr_array, diags_array, eye_array, hstack
 
 from fem3d.problems.cholesky import Factors, Ordering, Solver
 from fem3d.problems.gmres import MOST_GMRES, solve_by_gmres
@@ -148,10 +148,11 @@ class Conductor:
         return self.law is not None or bool(self.warm.any())
 
     @cached_property
-    def _basis(self) -> csc_array:
-        """P: (functions, unknowns)."""
+    def _basis(self) -> tuple[csc_array, csr_array]:
+        """P: (functions, unknowns), and its transpose, by which currents are tested."""
         units = np.array([t.unit for t in self.terminals]).reshape(-1, self.space.size)
-        return csc_array(hstack([eye_array(self.space.size, format="csc")[:, self.free], csc_array(units.T)]))
+        basis = csc_array(hstack([eye_array(self.space.size, format="csc")[:, self.free], csc_array(units.T)]))
+        return basis, basis.T
 
     @cached_property
     def _leak(self) -> np.ndarray:
@@ -172,17 +173,17 @@ class Conductor:
 
     def expanded(self, unknowns: np.ndarray) -> np.ndarray:
         """The potential (..., functions) of unknowns, zero where a voltage is given."""
-        return (self._basis @ unknowns.T).T
+        return (self._basis[0] @ unknowns.T).T
 
     def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
         """(unknowns,): the currents of charges (functions,), and by the resistances of terminals."""
-        return self._basis.T @ charge + self._leak * unknowns
+        return self._basis[1] @ charge + self._leak * unknowns
 
     def system(self, matrix: csc_array) -> csc_array:
         """(unknowns, unknowns): a matrix (functions, functions) with the terminals and their resistances."""
         if not self.terminals:
             return submatrix(matrix, self.free)
-        return add(congruent(matrix, self._basis), diags_array(self._leak, format="csc"))
+        return add(congruent(matrix, self._basis[0]), diags_array(self._leak, format="csc"))
 
     def _solver(self, matrix: csc_array) -> Solver:
         entities = self.space.entity[self.free]
@@ -220,7 +221,7 @@ class Conductor:
     def respond(self, charge: np.ndarray) -> np.ndarray:
         """(..., functions): the potentials of the cold conductor for charges (..., functions), all given voltages and
         currents being zero. Terminals get the charges tested with their unit functions."""
-        return self.expanded(self.solve_cold((self._basis.T @ charge.T).T))
+        return self.expanded(self.solve_cold((self._basis[1] @ charge.T).T))
 
     @property
     def cold_potentials(self) -> np.ndarray:
@@ -228,7 +229,7 @@ class Conductor:
 
         def solved(voltage: np.ndarray) -> np.ndarray:
             given = self.given(voltage)
-            currents = self.load(voltage) - self._basis.T @ (self.matrix @ given)
+            currents = self.load(voltage) - self._basis[1] @ (self.matrix @ given)
             return given + self.expanded(self.solve_cold(currents)) if voltage.any() else given
 
         return self.cache.get_or_make("cold_potentials", lambda: np.array([*map(solved, self.voltages)]))
@@ -283,7 +284,7 @@ class Conductor:
             return precondition(self.packed(self.on.flow(self.on.gradient(self.expanded(x)) / resistivity), x))
 
         if guess is None:
-            unknowns = precondition(self.load(voltage) - self._basis.T @ (self.matrix @ given))
+            unknowns = precondition(self.load(voltage) - self._basis[1] @ (self.matrix @ given))
         else:
             unknowns = self.unknowns(guess)
         potential = given + self.expanded(unknowns)

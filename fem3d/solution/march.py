@@ -192,11 +192,12 @@ class March:
         Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
         where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
         """
+        # Before a time that is hard to reach steps grow slowly, also with given ends.
         heat, steps, trials, before = self._heat, list[CubicStep](), 0, end
         state = _State(np.zeros(heat.size), np.zeros(heat.size))
         for time, stop in pairwise([0.0, *heat.inputs.knots(end).tolist(), end]):
             state, euler, second = self._pass_knot(state, time, stop - time, before, earliest)
-            length, last_error = euler or second, 0.0
+            length, last_error, hard = euler or second, 0.0, 0.0
             while time < stop:
                 trials = count_step(trials, time)
                 ends = [each for each in ends if each > time * (1 + 1e-12)]
@@ -210,7 +211,7 @@ class March:
                     step, new, error = (self._euler if euler else self._step)(state, time, taken)
                 except NumericsError:
                     # Newton's method, a potential or a factorization fails.
-                    self._linearization, length = None, taken / 4 if fresh else taken
+                    self._linearization, length, hard = None, taken / 4 if fresh else taken, max(hard, time + taken)
                     continue
                 error = 0.0 if ends else error
                 if error <= 1.0:
@@ -222,7 +223,7 @@ class March:
                 if error <= 1.0 and not euler:
                     # A step that a stop cuts short is no reason against a longer step before it.
                     before, last_error = max(grown, length) if at_stop else grown, error
-                length, euler = end if ends else second if euler else grown, 0.0
+                length, euler = end if ends and time >= hard else second if euler else grown, 0.0
         return FullResponse(heat, self._conductor, steps)
 
     def _pass_knot(
