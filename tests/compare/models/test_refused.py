@@ -125,15 +125,9 @@ def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> 
 
 
 @pytest.mark.usefixtures("here", "in_this_process")
-@pytest.mark.parametrize(("given", "why"), REFUSED)
-def test_what_is_no_model_is_one_sentence(given, why, capsys):
-    refused(["--model", given], why, capsys)
-
-
-@pytest.mark.usefixtures("here", "in_this_process")
-@pytest.mark.parametrize(("given", "why"), FAILED)
-def test_where_a_model_fails_what_3d_found_is_kept(given, why, capsys):
-    refused(["--model", given], why, capsys, kept=True)
+@pytest.mark.parametrize(("given", "why", "kept"), [(*each, each in FAILED) for each in REFUSED + FAILED])
+def test_what_is_no_model_and_where_one_fails_is_one_sentence(given, why, kept, capsys):
+    refused(["--model", given], why, capsys, kept)
 
 
 @pytest.mark.usefixtures("here")
