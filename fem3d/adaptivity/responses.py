@@ -67,8 +67,8 @@ def search_hot_states(
     """Return the base with the currents and loads that heating brings, and their hot states.
 
     They are of a few instants of a rough response: just before changes of the inputs, and when errors hold again. A
-    round adds the worst, until the loads of all its instants are spanned; there are rounds until the currents and loads
-    span the Joule heat of all. A load that is missing changes the flows at given temperatures most.
+    round adds the worst, until the loads of all its instants are spanned as well as its response is right. Rounds end
+    when currents and loads span the Joule heat of all; a load that is missing changes flows at given temperatures most.
     """
     hot: list[HotState] = []
     base = make_base(heat, conductor, hot)
@@ -101,7 +101,8 @@ def search_hot_states(
         spanned = orth(np.array([load / (np.abs(load).max() or 1.0) for load in base.loads]).T)
         lacking, size = every - spanned @ (spanned.T @ every), max(float(np.abs(every).sum(axis=0).max()), 1e-300)
         change, count = np.maximum(np.abs(off).sum(axis=0), np.abs(lacking).sum(axis=0)) / size, len(hot)
-        while change.max() > NEGLIGIBLE * accuracy:
+        least = max(NEGLIGIBLE * accuracy, float(change.max()) ** 2)  # the rough response is wrong by the square
+        while change.max() > least:
             worst = int(change.argmax())
             hot.append(states[worst])
             along = lacking[:, worst] / max(float(np.linalg.norm(lacking[:, worst])), 1e-300)

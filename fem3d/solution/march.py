@@ -192,12 +192,11 @@ class March:
         Raises RunawayInTimeError where the heating runs away, at the latest above `newton.HOTTEST`; BeyondLawError
         where the heat vanishes with the resistivity; NumericsError where no step is short enough or they are too many.
         """
-        # Before a time that is hard to reach steps grow slowly, also with given ends.
         heat, steps, trials, before = self._heat, list[CubicStep](), 0, end
         state = _State(np.zeros(heat.size), np.zeros(heat.size))
         for time, stop in pairwise([0.0, *heat.inputs.knots(end).tolist(), end]):
             state, euler, second = self._pass_knot(state, time, stop - time, before, earliest)
-            length, last_error, hard = euler or second, 0.0, 0.0
+            length, last_error, hard = euler or second, 0.0, 0.0  # up to a time that is hard to reach steps grow slowly
             while time < stop:
                 trials = count_step(trials, time)
                 ends = [each for each in ends if each > time * (1 + 1e-12)]
