@@ -80,11 +80,11 @@ def bound_response(
         raise CoarseMeshError("the mesh is too coarse for a response in each of its spaces") from failure
     errors, goals = _errors(study, problems, estimator, fine, low, steady_errors)
     answer, scales, most = fine.answer, fine.scales, np.inf if as_it_is else (1 - ROW_SHARE) * study.accuracy
-    relative = {name: error / scales[name] for name, error in errors.items()}
-    if isinstance(answer, FullResponse) and max(relative.values()) <= most:  # else a finer mesh follows
+    fits = all(error <= most * scales[name] for name, error in errors.items())  # else a finer mesh follows
+    if fits and isinstance(answer, FullResponse):
         missed = responses.by_quadratures(study, answer)
         errors = {name: error + missed[name] for name, error in errors.items()}
-        relative = {name: error / scales[name] for name, error in errors.items()}
+    relative = {name: error / scales[name] for name, error in errors.items()}
     accepted = max(relative.values()) <= most
     made = BoundedResponse(fine.times, fine.traces, errors, accepted, answer, fine.generations, goals, relative, scales)
     if not accepted:

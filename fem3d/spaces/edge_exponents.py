@@ -113,8 +113,8 @@ def _given(domain: Domain, kind: str) -> np.ndarray:
 def _passing(domain: Domain) -> np.ndarray:
     """Return (facets,) which facets heat passes: by a given flux, or by convection from the Biot number `PASSES` on.
 
-    Laws of convection and radiation are taken at the hottest given temperature, or where a given flux passes at the
-    rise that it makes over the least extent."""
+    Radiation and laws of convection are taken at the hottest given temperature plus a rise: that of the largest given
+    flux across the least extent."""
     mesh, scene = domain.space.mesh, domain.scene
     passing, extents = np.zeros(mesh.facets.shape[1], bool), np.ptp(mesh.p, axis=1)
     k = np.broadcast_to(domain.per_cell("thermal_conductivity"), (3, len(domain.body)))

@@ -62,7 +62,7 @@ class History:
             rises = model.heat.fixed @ x
             if self.steps:
                 rises = rises + model.heat.free @ interpolate(self.steps, times)
-        # Rises at times beside one another differ little, for which the iteration is short.
+        # The iteration is short for rises that differ little, as at adjacent times; 8 to 64 at a time take as long.
         parts = np.array_split(np.arange(len(times)), len(times) // 32 + 1)
         return rises, np.hstack([model.potentials(rises[:, p], x[:, p]) for p in parts]), x
 

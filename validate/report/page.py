@@ -25,7 +25,7 @@ from validate.report.text import MARKS, headline
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
-_PICTURES = ("figure4", "figure_field")
+_PICTURES = tuple(name for name, each in FIGURES.items() if not each.function)
 """Figures that are a picture of the field."""
 _CAPTIONS = {name: each.shows for name, each in FIGURES.items()} | {
     "figure_map": "the difference over two keys", "figure_lines": "every check or probe over the varied keys",
