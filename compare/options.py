@@ -143,12 +143,12 @@ def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
 
 
 def _export(given: Any, scene: Any, values: Given) -> Export:
-    """The accuracy is the scene's, or of a device twice that: half is the solution's, half the model's own."""
+    """The accuracy is twice the solution's: half is the solution's, half the model's own."""
     if not str(given).strip():
         raise SceneError('--export "" names no folder: give one, such as my-model')
     of_device, wanted, states = scene.kind == DEVICE, values.get("model_accuracy"), values.get("states")
     solved = scene.accuracy_3d if of_device and values.get("in_3d") else scene.accuracy
-    accuracy = solved * (1 + of_device)
+    accuracy = 2 * solved
     if wanted is not None:
         accuracy = ACCURACY.read("--model-accuracy", wanted) or accuracy
         if of_device and accuracy < solved:
@@ -225,8 +225,8 @@ TABLE = (
            excludes=["--only 1d", "--scheme paper", "--meter"]),
     Option("--states N", "with --export, how many states the model has (default: as few as --model-accuracy takes)",
            needs=["--export"], excludes=["--model-accuracy"], in_name=""),
-    Option("--model-accuracy A", "with --export, the relative accuracy of the model (default: the scene's; of a "
-           "device twice the run's)", needs=["--export"], in_name=""),
+    Option("--model-accuracy A", "with --export, the relative accuracy of the model (default: twice the run's)",
+           needs=["--export"], in_name=""),
     Option("--fields", "write the 3D temperature fields (fem3d.pvd with .vtu files)", (SINK, FREE),
            excludes=["--only 1d"]),
     Option("--field-times T,T...", "with --fields, times to store beside the usual ones: 0.1ms,2ms", (SINK,),
