@@ -283,7 +283,7 @@ class Conductor:
         def product(x: np.ndarray) -> np.ndarray:
             return precondition(self.packed(self.on.flow(self.on.gradient(self.expanded(x)) / resistivity), x))
 
-        if guess is None:
+        if guess is None or not voltage.any():
             unknowns = precondition(self.load(voltage) - self._basis[1] @ (self.matrix @ given))
         else:
             unknowns = self.unknowns(guess)

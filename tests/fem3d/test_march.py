@@ -18,7 +18,7 @@ from scenes.errors import NumericsError
 from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.sink import SILICON
-from tests.fem3d import BAR, bar, bar_grid, end, off, problem
+from tests.fem3d import BAR, bar, bar_grid, end, gap, off, problem
 
 FALLING = PowerLaw(130.0, 293.0, -1.3)
 SLOWEST = BAR[1] ** 2 * SILICON.heat_capacity / (np.pi**2 * 130.0)
@@ -98,6 +98,23 @@ def test_response_is_that_of_radau(name):
         assert apart[-1] < 20 * tolerance
     assert np.abs(exact).max() > 50.0
     assert apart[1] < apart[0] / 5**2
+
+
+def test_heat_ends_with_a_voltage_that_is_switched_off():
+    """No potential is left to decay until it underflows: no step was short enough then."""
+    off_at = Schedule((SLOWEST / 2, SLOWEST / 2), (1.0, 0.0))
+    ends = [end(side, "temperature", 293.0) for side in (0, 1)]
+    heated = bar(
+        replace(SILICON, thermal_conductivity=FALLING), *ends, end(0, "voltage", 0.0), end(1, "voltage", off_at)
+    )
+    inlet = Probe("current", (0.0, BAR[1], 0.0), BAR, "current")
+    scene = replace(
+        heated, probes=(*heated.probes, inlet), steady=False, end_time=3 * SLOWEST, output_times=(2 * SLOWEST,),
+        accuracy=0.05,
+    )  # fmt: skip
+    found = solve(scene)
+    assert found.over_time.values["current"][-1] == 0
+    assert gap(found, solve(replace(scene, accuracy=0.02)), (SLOWEST / 4, SLOWEST, 2 * SLOWEST)) <= 1
 
 
 def test_steps_have_a_budget(monkeypatch):
