@@ -74,10 +74,11 @@ def _blocks(text: str) -> list[_Block]:
         if line.startswith("**") or not line.strip():
             continue
         fields = [word.strip() for word in line.split(",")]
+        open_line = open_line and not re.match(r"\s*[*\d]", line)
         if line.lstrip().startswith("*") or open_line:
             if not open_line:
                 blocks.append(_Block(number, " ".join(fields.pop(0).lstrip("* ").upper().split())))
-            # A line of options that ends in a comma goes on.
+            # A line of options that ends in a comma goes on, but not into data.
             open_line = line.rstrip().endswith(",")
             for word in filter(None, fields):
                 key, _, value = word.partition("=")
@@ -194,9 +195,8 @@ def _faces(
             return []
         for number in _resolved([name], sets, scope):
             kind, nodes = elements.get(number, ("", []))
-            form = kind.rstrip("0123456789")
-            if form in _FACES:
-                face, corners = _FACES[form]
+            if form := _FACES.get(kind.rstrip("0123456789")):
+                face, corners = form
                 faces.append((face, [nodes[i] for i in corners[int(label[1]) - 1]]))
     return faces
 

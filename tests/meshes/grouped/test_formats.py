@@ -207,6 +207,7 @@ def instance(part: str, assembled: str = "", motion: str = "") -> str:
 
 ABAQUS = {
     "flat": nodes() + elements() + ENDS,
+    "a comma behind options": nodes() + elements().replace("metal", "metal,") + ENDS,
     "blank coordinates": nodes().replace("1, 0.0, 0.0, 0.0", "1", 1) + elements() + ENDS,
     "heat transfer elements": nodes() + elements("DC3D8E") + ENDS,
     "small letters": (nodes() + elements() + ENDS).lower(),
