@@ -201,7 +201,7 @@ def _load(path: Path) -> MeshData:
         data = path.read_bytes()
         if text_format := _TEXT_FORMATS.get(path.suffix.lower()):
             return text_format(data.decode("utf-8-sig", "replace"))
-        return read_gmsh(data) if re.search(rb"\$MeshFormat\s+4\.1\s", data) else _read_by_meshio(path)
+        return read_gmsh(data) if re.search(rb"\$MeshFormat\s+4\.1\s", data) else _read_by_meshio(path, data)
     except MeshFileError as error:
         why = printable(str(error), 400)
     except ModuleNotFoundError as error:
@@ -211,11 +211,11 @@ def _load(path: Path) -> MeshData:
     raise SceneError(f"mesh.file: {quoted(path)} cannot be read: {why}")
 
 
-def _read_by_meshio(path: Path) -> MeshData:
+def _read_by_meshio(path: Path, data: bytes) -> MeshData:
     import meshio
 
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
-        found = meshio.read(path, file_format="gmsh" if path.suffix.lower() == ".msh" else None)
+        found = meshio.read(path, file_format="gmsh" if b"$MeshFormat" in data else None)
     if re.search(r"cells\s+that\s+meshio\s+cannot\s+handle", said.getvalue()):
         raise MeshFileError("it has cells such as VTK's voxels, which are not read: give tetrahedra or hexahedra")
     sets = {name: of for name, of in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))}
