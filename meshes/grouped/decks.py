@@ -258,7 +258,7 @@ def _cards(text: str) -> list[_Card]:
     for number, raw in enumerate(lines):
         line = raw.split("$")[0].expandtabs(8).rstrip()
         if number != begin and (wrong := re.match(r"\s*(INCLUDE|BEGIN)\b", line)):
-            raise MeshFileError(f"line {number + 1} has {wrong[1]}: write all nodes and cells here, in one bulk data")
+            raise MeshFileError(f"line {number + 1} has {wrong[1]}: put all files and superelements into one bulk data")
         if number <= begin or not line:
             continue
         if line.startswith("ENDDATA"):

@@ -159,7 +159,7 @@ def test_nastran_forms_are_read(form, tmp_path):
 
 
 NASTRAN_REFUSED = {
-    "include": (deck("INCLUDE 'nodes.bdf'\n"), "line 4 has INCLUDE: write all nodes and cells here"),
+    "include": (deck("INCLUDE 'nodes.bdf'\n"), "line 4 has INCLUDE: put all files and superelements"),
     "another system": (deck(grids(4)), "GRID 1 has coordinate system 4: export the nodes in the basic system"),
     "another default system": (deck(small("GRDSET", "", 4)), "GRDSET has coordinate system 4"),
     "some middle nodes": (deck(cells=small("CTETRA", 7, 1, 1, 2, 3, 5, 6)), "CTETRA 7 has 5 nodes: give 4 or 10"),
@@ -170,7 +170,7 @@ NASTRAN_REFUSED = {
         "= *1 is not read: write each node",
     ),
     "a pyramid of OptiStruct": (deck(cells=solids() + small("CPYRA", 7, 1, 1, 5, 7, 3, 9)), "CPYRA 7 is not read"),
-    "superelements": (deck(cells=solids() + "BEGIN SUPER=1\n" + grids(at=2 * POINTS)), "has BEGIN: write all nodes"),
+    "superelements": (deck(cells=solids() + "BEGIN SUPER=1\n" + grids(at=2 * POINTS)), "has BEGIN: put all files"),
     "no node": (deck(grids(at=POINTS[:-1])), "a cell has node 20, which is not in the file"),
     "no cells": (deck(cells=""), "it has no GRID, or no cell such as CTETRA or CHEXA"),
     "wedges": (deck(cells=small("CPENTA", 7, 1, 1, 2, 3, 5, 6, 7)), "is made of wedge cells"),
