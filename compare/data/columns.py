@@ -133,7 +133,7 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
     """Return the column of a header: "Temperature (degC), Point 1", "peak [K]", "V(mid)"."""
     name = " ".join(header.split())
     if _VECTOR.match(name):
-        return Column(name, find_unit(unit or ("V" if name[0] in "vV" else "A")), values, spice=True)
+        return Column(name, find_unit(unit or ("V" if name[:2] in ("v(", "V(") else "A")), values, spice=True)
     if unit and find_unit(unit) is None:
         name += f" ({unit})"
     own = split_unit(name)[1]  # in brackets it counts before a row of units

@@ -47,7 +47,7 @@ def read(data: bytes, plot: str = "transient") -> tuple[str, list[Column]]:
         else:
             following = data.find(b"Title:", head.end())
             start = len(data) if following < 0 else following
-            values = _read_values(data[head.end() : start].decode("latin-1"), width)
+            values = _read_values(data[head.end() : start].decode("latin-1"), width, int(points))
         names.append(fields.get("Plotname", ""))
         if not re.search(plot, names[-1].lower()):
             continue
@@ -74,9 +74,9 @@ def _with_plain_headers(data: bytes) -> bytes:
     return data[:at].decode("utf-16-le", "replace").encode("latin-1", "replace") + data[at:]
 
 
-def _read_values(text: str, width: int) -> np.ndarray:
-    """(points, width): numbers of a text, without the number of the point before its first value."""
-    cells = text.replace(",", " ").split()
+def _read_values(text: str, width: int, points: int) -> np.ndarray:
+    """(points, width): numbers of a text, without the number of the point before its first value and what follows."""
+    cells = text.replace(",", " ").split()[: points * (width + 1)]
     try:
         values = np.array([float(cell) for k, cell in enumerate(cells) if k % (width + 1)])
     except ValueError:

@@ -110,16 +110,16 @@ def _read_pairs(lines: Sequence[str]) -> list[Column]:
 
 def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, int, np.ndarray]:
     """Separator, decimal mark, number of columns, and the columns of texts, by some 400 rows: most numbers win."""
-    tried = []
+    tried, sample = [], [line for _, line in lines[:: len(lines) // 400 + 1]]
     for separator, mark in _DIALECTS:
-        sample = (_split(line, separator) for _, line in lines[:: len(lines) // 400 + 1])
-        parsed = ([parse_number(cell, mark) for cell in cells] for cells in sample)
+        parsed = ([parse_number(cell, mark) for cell in _split(line, separator)] for line in sample)
         rows = [row for row in parsed if any(map(isfinite, row))]
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         table = np.array([row for row in rows if len(row) == width]).reshape(-1, max(width, 1))
         texts, numbers = np.isinf(table).sum(axis=0), np.isfinite(table).sum(axis=0)
         of_texts = (texts > numbers) | ((texts > 0) & (2 * numbers < len(table)))  # remarks beside a few first rows
-        tried.append((numbers.sum(), -texts.sum(), width, (separator, mark, width, of_texts)))
+        whole = table[~np.isinf(table[:, ~of_texts]).any(axis=1)]
+        tried.append((np.isfinite(whole).sum(), -np.isinf(whole).sum(), width, (separator, mark, width, of_texts)))
     return max(tried, key=lambda each: each[:3])[-1]
 
 

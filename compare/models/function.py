@@ -38,7 +38,7 @@ def _answer(call: Callable[..., object], file: str, question: Question) -> Trace
     rows, values = AT_REST if times is None else times, dict[str, np.ndarray]()
     for name, value in given.items():
         array: np.ndarray = np.ma.asarray(None)
-        with suppress(TypeError, ValueError):  # of lists of unequal length
+        with suppress(Exception):  # of lists of unequal length, and of tensors with gradients
             array = np.ma.asarray(value)
         if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == rows.shape):
             needed = "one real number" if times is None else f"{len(rows)} real numbers, one for each time"

@@ -74,10 +74,11 @@ def _blocks(text: str) -> list[_Block]:
         if line.startswith("**") or not line.strip():
             continue
         fields = [word.strip() for word in line.split(",")]
+        open_line = open_line and not re.match(r"\s*[*\d]", line)
         if line.lstrip().startswith("*") or open_line:
             if not open_line:
                 blocks.append(_Block(number, " ".join(fields.pop(0).lstrip("* ").upper().split())))
-            # A line of options that ends in a comma goes on.
+            # A line of options that ends in a comma goes on, but not into data.
             open_line = line.rstrip().endswith(",")
             for word in filter(None, fields):
                 key, _, value = word.partition("=")
@@ -113,7 +114,7 @@ def read_abaqus(text: str) -> MeshData:
         elif keyword == "NODE" and scope == "part":
             if options.get("SYSTEM", "R").upper() != "R":
                 raise MeshFileError(f"{where} with SYSTEM: write the nodes in rectangular coordinates")
-            at = {int(row[0]): (*row[1:4], "0", "0")[:3] for row in block.rows}
+            at = {int(row[0]): (*row[1:4], "0", "0", "0")[:3] for row in block.rows}
             nodes |= {n: [float(x.upper().replace("D", "E") or 0) for x in own] for n, own in at.items()}
         elif keyword == "ELEMENT" and scope == "part":
             added = _elements(block)
@@ -166,7 +167,7 @@ def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
     kind = (_VOLUMES if match["volume"] else _SURFACES).get(count)
     words = list(map(int, block.words))
     if kind is None or len(words) % (count + 1):
-        raise MeshFileError(f"the data of an *ELEMENT block do not fit TYPE={form}")
+        raise MeshFileError(f"line {block.line} has *ELEMENT, TYPE={form}: give each its number and {count} nodes")
     return {words[i]: (kind, words[i + 1 : i + 1 + count]) for i in range(0, len(words), count + 1)}
 
 
@@ -194,9 +195,8 @@ def _faces(
             return []
         for number in _resolved([name], sets, scope):
             kind, nodes = elements.get(number, ("", []))
-            form = kind.rstrip("0123456789")
-            if form in _FACES:
-                face, corners = _FACES[form]
+            if form := _FACES.get(kind.rstrip("0123456789")):
+                face, corners = form
                 faces.append((face, [nodes[i] for i in corners[int(label[1]) - 1]]))
     return faces
 
@@ -219,7 +219,7 @@ def read_nastran(text: str) -> MeshData:
             kind = (_VOLUMES if card.name in _SOLIDS else _SURFACES)[len(corners)]
             corners = [corners[i] for i in _HEXAHEDRON20] if kind == "hexahedron20" else corners
             elements.append((kind, corners, [str(card.integer(2) if card.field(2) else card.integer(1))]))
-        elif re.match("=|BEGIN|C(HEX|TET|PEN|PYR|IF)", card.name):
+        elif re.match("=|C(HEX|TET|PEN|PYR|IF)", card.name):
             raise MeshFileError(f"{called} is not read: write each node as a GRID and each cell as a CTETRA or CHEXA")
     if not nodes or not elements:
         raise MeshFileError("it has no GRID, or no cell such as CTETRA or CHEXA: export nodes and elements")
@@ -257,8 +257,8 @@ def _cards(text: str) -> list[_Card]:
     begin = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\b", line)), -1)
     for number, raw in enumerate(lines):
         line = raw.split("$")[0].expandtabs(8).rstrip()
-        if line.lstrip().startswith("INCLUDE"):
-            raise MeshFileError(f"line {number + 1} has an INCLUDE: put the included file in its place")
+        if number != begin and (wrong := re.match(r"\s*(INCLUDE|BEGIN)\b", line)):
+            raise MeshFileError(f"line {number + 1} has {wrong[1]}: put all files and superelements into one bulk data")
         if number <= begin or not line:
             continue
         if line.startswith("ENDDATA"):

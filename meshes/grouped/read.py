@@ -196,14 +196,12 @@ def _load(path: Path) -> MeshData:
         check_regular(path, f"mesh.file: {quoted(path)}")
     if not path.is_file():
         raise SceneError(f"mesh.file: {quoted(path)} is no file: give the path of a mesh, relative to the scene file")
-    text_format = _TEXT_FORMATS.get(path.suffix.lower())
-    why = "it is damaged, or of another format: give a Gmsh (.msh, format 4.1), Nastran (.bdf) or Abaqus (.inp) mesh"
+    why = "it is damaged or of another format: give a Gmsh 4.1 (.msh), Nastran (.bdf), Abaqus (.inp) or VTK (.vtu) mesh"
     try:
         data = path.read_bytes()
-        if text_format:
+        if text_format := _TEXT_FORMATS.get(path.suffix.lower()):
             return text_format(data.decode("utf-8-sig", "replace"))
-        of_format_41 = data.startswith(b"$MeshFormat") and data.split(maxsplit=2)[1:2] == [b"4.1"]
-        return read_gmsh(data) if of_format_41 else _read_by_meshio(path)
+        return read_gmsh(data) if re.search(rb"\$MeshFormat\s+4\.1\s", data) else _read_by_meshio(path, data)
     except MeshFileError as error:
         why = printable(str(error), 400)
     except ModuleNotFoundError as error:
@@ -213,11 +211,13 @@ def _load(path: Path) -> MeshData:
     raise SceneError(f"mesh.file: {quoted(path)} cannot be read: {why}")
 
 
-def _read_by_meshio(path: Path) -> MeshData:
+def _read_by_meshio(path: Path, data: bytes) -> MeshData:
     import meshio
 
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        found = meshio.read(path, file_format="gmsh" if path.suffix.lower() == ".msh" else None)
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
+        found = meshio.read(path, file_format="gmsh" if b"$MeshFormat" in data else None)
+    if re.search(r"cells\s+that\s+meshio\s+cannot\s+handle", said.getvalue()):
+        raise MeshFileError("it has cells such as VTK's voxels, which are not read: give tetrahedra or hexahedra")
     sets = {name: of for name, of in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))}
     names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
     blocks, elementary, families = list[Block](), list[int](), getattr(found, "cell_tags", {})  # of MED

@@ -90,6 +90,8 @@ TRACES: dict[str, str | bytes] = {
     "units between names and remarks": "time,mid,state\nms,K,\n,mean,\n" + rows("{:.9g},{:.9g},ok", 1e3 * TIMES, MID),
     "LabVIEW": "Y_Unit_Label\tDeg. C\nX_Dimension\tTime\nX_Value\tmid (Deg. C)\tComment\n"
     + rows("{:.9g}\t{:.9g}", TIMES, MID - 273.15),
+    "LabVIEW with decimal commas": "X0\t0,0E+0\t0,0E+0\nDelta_X\t5,0E-5\t5,0E-5\nX_Value\tmid (K)\n"
+    + comma(rows("{:.9f}\t{:.9f}", TIMES, MID)),
     "Fluent": '"report-file"\n"Time Step" "mid" "flow-time"\n("Time Step" "mid" "flow-time")\n'
     + rows("{:.0f} {:.9g} {:.9g}", np.arange(6), MID, TIMES),
     "metadata like a list": "DSO,1234,Waveform\nSegments,1,x\n#1,30-Nov-2026 10:00,0\ntime (s),mid (K)\n" + PAIRS,

@@ -24,7 +24,7 @@ def raw(kind: str) -> bytes:
         body += f"{k}\t\t{point[0]:.15e}\n" + "".join(f"\t{value:.15e}\n" for value in point[1:]) + "\n"
     if kind == "after another":
         other = HEADER.format(name="Operating Point").replace("No. Points: 3", "No. Points: 1")
-        return f"{other}Values:\n0\t\t0\n\t1\n\t1\n\t1\n\n".encode() + head + body.encode()
+        return f"{other}Values:\n0\t\t0\n\t1\n\t1\n\t1\n\n".encode() + head + body.encode() + b"R,{v},d_{v}\n1,2,3\n"
     return head + body.encode()
 
 

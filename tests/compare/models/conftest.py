@@ -98,6 +98,7 @@ leaves = lambda scene, times: sys.exit(3)
 other = lambda scene, times: {"tipp": 1.0}
 shape = lambda scene, times: {"tip": [1.0, 2.0]}
 ragged = lambda scene, times: {"tip": [1.0, [2.0]]}
+tensor = lambda scene, times: {"tip": type("Tensor", (), {"__array__": lambda *_: 1 / 0})()}
 empty = lambda scene, times: {"tip": float("nan")}
 yes = lambda scene, times: {"tip": True}
 tuple_ = lambda scene, times: (1.0, 2.0)

@@ -61,6 +61,7 @@ FAILED = [
     ("lumped.py:other", 'did you mean "tip"'),
     ("lumped.py:shape", "give one real number"),
     ("lumped.py:ragged", "give one real number"),
+    ("lumped.py:tensor", "give one real number"),
     ("lumped.py:empty", "is not a finite number"),
     ("lumped.py:masked", "is not a finite number"),
     ("lumped.py:alone", "2 were given"),

@@ -159,7 +159,7 @@ def test_nastran_forms_are_read(form, tmp_path):
 
 
 NASTRAN_REFUSED = {
-    "include": (deck("INCLUDE 'nodes.bdf'\n"), "line 4 has an INCLUDE: put the included file in its place"),
+    "include": (deck("INCLUDE 'nodes.bdf'\n"), "line 4 has INCLUDE: put all files and superelements"),
     "another system": (deck(grids(4)), "GRID 1 has coordinate system 4: export the nodes in the basic system"),
     "another default system": (deck(small("GRDSET", "", 4)), "GRDSET has coordinate system 4"),
     "some middle nodes": (deck(cells=small("CTETRA", 7, 1, 1, 2, 3, 5, 6)), "CTETRA 7 has 5 nodes: give 4 or 10"),
@@ -170,7 +170,7 @@ NASTRAN_REFUSED = {
         "= *1 is not read: write each node",
     ),
     "a pyramid of OptiStruct": (deck(cells=solids() + small("CPYRA", 7, 1, 1, 5, 7, 3, 9)), "CPYRA 7 is not read"),
-    "superelements": (deck(cells=solids() + "BEGIN SUPER=1\n" + grids(at=2 * POINTS)), "BEGIN SU PER=1 is not read"),
+    "superelements": (deck(cells=solids() + "BEGIN SUPER=1\n" + grids(at=2 * POINTS)), "has BEGIN: put all files"),
     "no node": (deck(grids(at=POINTS[:-1])), "a cell has node 20, which is not in the file"),
     "no cells": (deck(cells=""), "it has no GRID, or no cell such as CTETRA or CHEXA"),
     "wedges": (deck(cells=small("CPENTA", 7, 1, 1, 2, 3, 5, 6, 7)), "is made of wedge cells"),
@@ -207,6 +207,8 @@ def instance(part: str, assembled: str = "", motion: str = "") -> str:
 
 ABAQUS = {
     "flat": nodes() + elements() + ENDS,
+    "a comma behind options": nodes() + elements().replace("metal", "metal,") + ENDS,
+    "blank coordinates": nodes().replace("1, 0.0, 0.0, 0.0", "1", 1) + elements() + ENDS,
     "heat transfer elements": nodes() + elements("DC3D8E") + ENDS,
     "small letters": (nodes() + elements() + ENDS).lower(),
     "sets": nodes() + elements(elset="") + ENDS + "*ELSET, ELSET=a, GENERATE\n1, 3, 2\n*ELSET, ELSET=b\n2, 4\n"
@@ -249,7 +251,7 @@ ABAQUS_REFUSED = {
         nodes() + elements() + ENDS.replace("left", "l") + "*SURFACE, NAME=left\nl, SPOS\n",
         '"left" is a set of nodes, shells or whole cells (give a *SURFACE of faces S1, S2, ...)',
     ),
-    "short element": (nodes() + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", "do not fit TYPE=C3D8"),
+    "short element": (nodes() + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", "line 22 has *ELEMENT, TYPE=C3D8: give each its"),
     "no cells": (nodes(), "it has no *NODE, or no *ELEMENT of a solid"),
 }
 
@@ -298,6 +300,7 @@ GMSH: dict[str, tuple[str | bytes, dict[str, str]]] = {
     "4.1": (gmsh_41(True, CELLS), {}),
     "4.1 in binary": (gmsh_41(True, CELLS, binary=True), {}),
     "4.1 with SaveAll": (gmsh_41(True, CURVES + CELLS), {}),
+    "4.1 with SaveAll below a comment": (b"$Comments\na bar\n$EndComments\n" + gmsh_41(True, CURVES + CELLS), {}),
     "4.1 without physical groups": (gmsh_41(False, CURVES + CELLS), PROPERTIES),
     "a volume in no physical group": (
         gmsh_22(True, [(4, 1, TETRAHEDRA[:12]), (4, 9, TETRAHEDRA[12:]), *CELLS[1:]], NAMES),
@@ -316,10 +319,10 @@ def test_gmsh_forms_are_read(form, tmp_path):
     assert_solved(write(tmp_path, "bar.msh", content, **names))
 
 
-def test_binary_format_2_is_read(tmp_path):
+def test_binary_format_2_is_read_under_any_name(tmp_path):
     (tmp_path / "text.msh").write_text(gmsh_22(True, CELLS, NAMES), encoding="utf-8")
-    meshio.read(tmp_path / "text.msh").write(tmp_path / "bar.msh", file_format="gmsh22", binary=True)
-    assert_solved(scene(tmp_path, "bar.msh"))
+    meshio.read(tmp_path / "text.msh").write(tmp_path / "bar.msh2", file_format="gmsh22", binary=True)
+    assert_solved(scene(tmp_path, "bar.msh2"))
 
 
 def test_families_of_groups_are_read(tmp_path, monkeypatch):
@@ -342,7 +345,7 @@ GMSH_REFUSED = {
         gmsh_41(True, CELLS) + b"$PartitionedEntities\n$EndPartitionedEntities\n",
         "it is partitioned: save it whole",
     ),
-    "parametric": (gmsh_22(True, CELLS).replace("Nodes", "ParametricNodes"), "give a Gmsh (.msh, format 4.1)"),
+    "parametric": (gmsh_22(True, CELLS).replace("Nodes", "ParametricNodes"), "give a Gmsh 4.1 (.msh)"),
     "unknown cells": (gmsh_41(True, CELLS).replace(b"3 1 4\n", b"3 1 140\n"), "it has cells of Gmsh's type 140"),
 }
 REFUSED: dict[str, Any] = {"bdf": NASTRAN_REFUSED, "inp": ABAQUS_REFUSED, "msh": GMSH_REFUSED}
@@ -405,6 +408,16 @@ def test_tags_in_a_vtk_file_of_gmsh_are_groups(tmp_path):
     mesh = meshio.Mesh(POINTS, cells, cell_data={"CellEntityIds": tags})
     mesh.write(tmp_path / "bar.vtk", file_format="vtk42")
     assert_solved(scene(tmp_path, "bar.vtk", **PROPERTIES))
+
+
+def test_a_mesh_with_voxels_is_refused(tmp_path, capsys):
+    """Beside the tetrahedra, voxels would be lost."""
+    cells = [("tetra", np.array(TETRAHEDRA) - 1), ("hexahedron", np.array(HEXAHEDRA) - 1)]
+    meshio.Mesh(POINTS, cells).write(tmp_path / "bar.vtu", binary=False)
+    text = (tmp_path / "bar.vtu").read_text(encoding="utf-8")
+    (tmp_path / "bar.vtu").write_text(text.replace("\n12", "\n11"), encoding="utf-8")
+    capsys.readouterr()
+    assert "cells such as VTK's voxels, which are not read" in refusal(scene(tmp_path, "bar.vtu"), capsys)
 
 
 def test_a_vtk_file_without_all_nodes_or_without_groups_is_refused(tmp_path, capsys):
