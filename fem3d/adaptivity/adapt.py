@@ -60,8 +60,7 @@ def adapt(
     and otherwise NumericsError, for example after `MOST_LEVELS` meshes.
     """
     search = Refinement(study, with_steady, with_transient, progress)
-    mesh = mesh or Bricks.of(study, over_time=not with_steady)
-    mesh = mesh.begin()
+    mesh = (mesh or Bricks.of(study, over_time=not with_steady)).begin()
     for number in range(1, MOST_LEVELS + 1):
         finer: Mesh | None
         try:
@@ -104,7 +103,6 @@ class Refinement:
     ----------
     limit, change : largest drive with a steady state on the last mesh, and its change from the mesh before
     ran_away : whether a transient ran away on an earlier mesh
-    generations : Krylov generations of the last transient without a steady state
     """
 
     study: Study
@@ -114,7 +112,6 @@ class Refinement:
     limit: float | None = None
     change: float = np.inf
     ran_away: bool = False
-    generations: int = 0
 
     @property
     def tolerance(self) -> float:
@@ -147,10 +144,7 @@ class Refinement:
                 lower = problems.heats[-2], problems.conductors[-2]
                 low, hot = responses.search_hot_states(*lower, shift, study.earliest, study.end, study.accuracy)
                 bases = [responses.make_base(problems.heat, problems.conductor, hot), low]
-        response = bound_response(study, problems, bases, shift, mesh.estimator, level, self.generations, mesh.last)
-        if level is None:
-            self.generations = response.generations
-        return response
+        return bound_response(study, problems, bases, shift, mesh.estimator, level, mesh.last)
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
         """Refine the mesh for the state just below the limit. None if the limit is accurate and the drive exceeds it by

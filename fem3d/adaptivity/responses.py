@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import orth
@@ -36,7 +37,7 @@ FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the fir
 KNOTS = 12  # bends and jumps, at most, with 6 times of comparison each: a choice, as many as the run has without them
 # On 18 random scenes true errors sooner are up to 2.4 times (from 0.03 on) and 100 times (from 0.001 on) the bounds.
 SOON = 0.1  # part of the first time of interest for which errors do not hold after a jump of a drive but a temperature
-ROUNDS = 5  # of searches for hot instants, and of halving steps at full order
+ROUNDS = 5  # of searches for hot instants, and of shorter steps
 # A response is kept up to this fraction of the time t at which the heating runs away. The rise approaches its last
 # value like (1 - time / t)^(1/2), so that its error there is about three times the error of t.
 BEFORE = 0.95
@@ -152,21 +153,25 @@ class FineResponse:
         return max(self.gaps[name] / self.scales[name] for name in self.gaps) <= LOOSER * TIME_SHARE * accuracy
 
 
-def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int) -> FineResponse:
-    """Solve a linear problem in as many fields as the accuracy requires; arguments of `trace_errors.bound_response`."""
-    accuracy, end = study.accuracy, study.end
-    space = Krylov(base, shift)
-    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 4))
-    states, stopped = 0, np.inf
+def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | None) -> FineResponse:
+    """Solve a linear problem in as many fields and steps as the accuracy needs; arguments as of `bound_response`."""
+    accuracy, end, space, stopped = study.accuracy, study.end, Krylov(base, shift), np.inf
+    count, tolerance = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 4), TIME_SHARE * accuracy
+    project = lru_cache(1)(lambda count: base.project(space.fields(count)))
     while True:
-        reduced = base.project(space.fields(count))
+        reduced = project(count)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
         # In so short a time diffusion is negligible: all generations coincide, and dropping some shows no error.
         dropped = dropped if dropped < reduced.states else 0
         try:
-            answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
-            fewer = transient.march(base, reduced, end, LOOSER * TIME_SHARE * accuracy, dropped)
+            answer = transient.march(base, reduced, end, tolerance)
+            worse = transient.march(base, reduced, end, LOOSER * tolerance, dropped)
+            response = FineResponse.compared(study, answer, worse, steady_out, 1.0, count)
+            if response.converged(accuracy):
+                return response
+            worse = transient.march(base, reduced, end, LOOSER * tolerance)
+            by_steps = FineResponse.compared(study, answer, worse, steady_out, 1.0)
         except (BeyondLawError, RunawayInTimeError) as stop:
             # A true runaway happens at the same time in more fields.
             same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= (1 - BEFORE) * stop.time
@@ -174,11 +179,12 @@ def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | N
                 raise
             count, stopped = count + 4, stop.time
             continue
-        response = FineResponse.compared(study, answer, fewer, steady_out, 1.0, count)
-        # Generations that add no states are nearly linear combinations of earlier generations.
-        if response.converged(accuracy) or count >= MOST_FIELDS or not dropped or reduced.states <= states:
+        if not by_steps.converged(accuracy) and tolerance > TIME_SHARE * accuracy / LOOSER**ROUNDS:
+            tolerance /= LOOSER
+        elif count >= MOST_FIELDS or not dropped:
             return response
-        count, states = count + 4, reduced.states
+        else:
+            count += 4
 
 
 def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> FineResponse:
@@ -188,7 +194,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
     (Hairer and Wanner, Solving ODEs II, section IV.15): a third of the change is stated. An error estimated within a
     step may vanish by chance; the change is zero only if the error is.
     """
-    tolerance = LOOSER * TIME_SHARE * study.accuracy
+    part, tolerance = 1 / 3, 3 * LOOSER * TIME_SHARE * study.accuracy
     try:
         answer = March(base.heat, base.conductor, tolerance).run(study.end, study.earliest)
     except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
@@ -196,7 +202,7 @@ def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> Fin
     for _ in range(ROUNDS):
         whole, tolerance = answer, tolerance / LOOSER
         answer = March(base.heat, base.conductor, tolerance).run(study.end, study.earliest, whole.ends(2))
-        response = FineResponse.compared(study, answer, whole, steady_out, 1 / 3)
+        response = FineResponse.compared(study, answer, whole, steady_out, part)
         if response.converged(study.accuracy):
             break
     return response

@@ -50,13 +50,12 @@ def bound_response(
     shift: float,
     estimator: Estimator,
     steady: Level | None,
-    generations: int,
     as_it_is: bool,
 ) -> BoundedResponse:
     """Return the response of the first of two ``bases``, with errors by comparison with the lower space of the second.
 
-    Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s),
-    and so many ``generations`` at first. ``as_it_is`` accepts the response in any case."""
+    Scales come from the outputs of the ``steady`` level, else of the response. Krylov fields have the ``shift`` (s).
+    ``as_it_is`` accepts the response in any case."""
     steady_errors, steady_out = ({}, None) if steady is None else (steady.relative, steady.fine.out)
     if steady is not None:
         # A response about a steady state does not need the factors of the lower spaces.
@@ -69,7 +68,7 @@ def bound_response(
         fine = responses.march_nonlinear(study, bases[0], steady_out)
         problems = problems.linearized_about(responses.linearize(bases[0], fine.answer, fine.times))
     else:
-        fine = responses.march_linear(study, bases[0], shift, steady_out, generations)
+        fine = responses.march_linear(study, bases[0], shift, steady_out)
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     try:

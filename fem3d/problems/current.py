@@ -94,8 +94,7 @@ class Conductor:
         last, known = self.cache.get("resistivity", (None, None))
         if not np.array_equal(last, rise):
             at = self.on.value(self.heat.field(rise))
-            law = self.law
-            known = self.cold + self.warm * at if law is None else self._by_law(law.value, at, self.cold)
+            known = self._by_law(self.law.value, at, self.cold) if self.law else self.cold + self.warm * at
             self.cache["resistivity"] = rise.copy(), known
         return np.asarray(known)
 

@@ -237,8 +237,7 @@ class HeatProblem:
 
     def apply_transposed(self, z: np.ndarray) -> np.ndarray:
         """(all dofs,): the transposed stiffness matrix times a vector (all dofs,)."""
-        tested: np.ndarray = self.stiffness @ z
-        return tested
+        return np.asarray(self.stiffness @ z)
 
 
 def as_rise(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:

@@ -152,8 +152,7 @@ def _slope(source: Source, time: float, state: np.ndarray, size: float) -> np.nd
     r = len(state)
     step = np.finfo(float).eps ** (1 / 3) * size * np.eye(r)
     values = source(np.full(2 * r, time), np.vstack([state + step, state - step]))
-    slopes: np.ndarray = ((values[:r] - values[r:]) / (2 * step[0, 0])).T
-    return slopes
+    return np.asarray(((values[:r] - values[r:]) / (2 * step[0, 0])).T)
 
 
 def propagate(tau: np.ndarray, rates: np.ndarray, length: float, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -74,8 +74,7 @@ class CubicStep(NamedTuple):
         """Return the rise (K) and the rate (K/s) of all dofs at a time (s)."""
         from scipy.interpolate import CubicHermiteSpline  # takes as long to import as all else; laws alone need it
 
-        ends, rates = [self.rise, self.last_rise], [self.rate, self.last_rate]
-        cubic = CubicHermiteSpline([0.0, self.length], ends, rates)
+        cubic = CubicHermiteSpline([0.0, self.length], [self.rise, self.last_rise], [self.rate, self.last_rate])
         since = min(max(time - self.start, 0.0), self.length)
         return cubic(since), cubic(since, 1)
 
@@ -168,9 +167,9 @@ class March:
     growth = 8.0  # largest ratio of successive steps
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float) -> None:
-        self._heat, self._conductor, self._tolerance = heat, conductor, tolerance
+        self._heat, self._conductor, self._exact, self._tolerance = heat, conductor, conductor, tolerance
         if conductor is not None:
-            # Newton's steps get no smaller than the noise of potentials.
+            # Newton's steps get no smaller than the noise of potentials, but currents are read from exact ones.
             self._conductor = replace(conductor, solved=NEWTON * tolerance)
             self._conductor.cache.update(conductor.cache)
         vertices = heat.unit[: heat.free] == 1.0
@@ -212,7 +211,7 @@ class March:
                     # Newton's method, a potential or a factorization fails.
                     self._linearization, length, hard = None, taken / 4 if fresh else taken, max(hard, time + taken)
                     continue
-                error = 0.0 if ends else error
+                error = 0.0 if ends else max(error, self._interpolation_error([*steps[-1:], step]))
                 if error <= 1.0:
                     steps.append(step)
                     self._limit(step)
@@ -223,7 +222,7 @@ class March:
                     # A step that a stop cuts short is no reason against a longer step before it.
                     before, last_error = max(grown, length) if at_stop else grown, error
                 length, euler = end if ends and time >= hard else second if euler else grown, 0.0
-        return FullResponse(heat, self._conductor, steps)
+        return FullResponse(heat, self._exact, steps)
 
     def _pass_knot(
         self, state: _State, time: float, gap: float, before: float, earliest: float
@@ -290,6 +289,13 @@ class March:
             CubicStep(time, length, state.rise, state.rate, new.rise, new.rate), new,
             largest(error[self._vertices]) / self._allowed(new.rise),
         )  # fmt: skip
+
+    def _interpolation_error(self, pair: Sequence[CubicStep]) -> float:
+        """The error of the last step's cubic, h^4/384 |d4u/dt4|, over the error allowed, by both third derivatives."""
+        third = [6 * (s.rate + s.last_rate - 2 * (s.last_rise - s.rise) / s.length) / s.length**2 for s in pair]
+        fourth = np.diff(third, axis=0).sum(axis=0) / np.mean([s.length for s in pair])
+        error = pair[-1].length ** 4 / 384 * fourth[: self._heat.free]
+        return largest(error[self._vertices]) / self._allowed(pair[-1].last_rise)
 
     def _allowed(self, rise: np.ndarray) -> float:
         """The error (K) that a step may have."""

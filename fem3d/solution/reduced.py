@@ -95,8 +95,7 @@ class Reduced:
         whole = np.zeros((*matrix.shape[:-2], m + k, m + k))
         whole[..., :m, :m], whole[..., :m, m:], whole[..., m:, :m] = matrix, self.constraints.T, self.constraints
         right = np.concatenate([g @ self.supply, g @ self.prescribed], axis=-1)
-        coefficients: np.ndarray = np.linalg.solve(whole, right[..., None])[..., :m, 0]
-        return coefficients
+        return np.asarray(np.linalg.solve(whole, right[..., None])[..., :m, 0])
 
     def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., r): the Joule heat tested with each temperature field."""

@@ -156,8 +156,7 @@ class CellIntegrals:
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(..., cells, points): functions (..., functions)."""
-        values: np.ndarray = u[..., self.dofs] @ self._rule.values.T
-        return values
+        return np.asarray(u[..., self.dofs] @ self._rule.values.T)
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
