@@ -142,7 +142,7 @@ class FineResponse:
         study: Study, answer: Response, worse: Response, steady_out: Outputs | None, part: float, generations: int = 0
     ) -> FineResponse:
         """Return a response with this ``part`` of its distance from a worse one as its errors."""
-        times = comparison_times(study, answer.heat)
+        times = comparison_times(study, answer)
         out, other = (outputs.of_transient(each, study.part, times) for each in (answer, worse))
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         gaps = {name: part * gap for name, gap in largest_differences(traces, study.traces(other)).items()}
@@ -242,14 +242,15 @@ def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineRes
     return transient.march(base, reduced, study.end, tolerance)
 
 
-def comparison_times(study: Study, heat: HeatProblem) -> np.ndarray:
+def comparison_times(study: Study, answer: Response) -> np.ndarray:
     """Return the times (s) at which meshes and spaces are compared: early and late, after bends and jumps of the
-    inputs, as soon as errors hold again, and up to 200 requested times, where errors are to hold."""
-    end, first, knots = study.end, min(study.earliest, study.end), heat.inputs.knots(study.end)
+    inputs, as soon as errors hold again, up to 200 requested times, and at full order the quarters of all steps."""
+    heat, end, first = answer.heat, study.end, min(study.earliest, study.end)
+    knots, ends = heat.inputs.knots(end), answer.ends(4) if isinstance(answer, FullResponse) else []
     wanted, after = np.array([t for t in study.instants if first <= t <= end]), dict(waits(heat, first, end))
     again = np.array([min(at + wait, end) for at, wait in after.items()])  # perhaps after another knot
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
-    groups += [thin_out(wanted, 200), thin_out(again, KNOTS)]
+    groups += [thin_out(wanted, 200), thin_out(again, KNOTS), np.minimum(ends, end)]
     for knot in thin_out(knots, KNOTS).tolist():
         gap = min(knots[knots > knot], default=end) - knot
         groups.append(knot + np.geomspace(min(after.get(knot, first), gap / 2), gap * (1 - 1e-9), 6))

@@ -293,8 +293,7 @@ class March:
     def _interpolation_error(self, pair: Sequence[CubicStep]) -> float:
         """The error of the last step's cubic, h^4/384 |d4u/dt4|, over the error allowed, by both third derivatives."""
         third = [6 * (s.rate + s.last_rate - 2 * (s.last_rise - s.rise) / s.length) / s.length**2 for s in pair]
-        fourth = np.diff(third, axis=0).sum(axis=0) / np.mean([s.length for s in pair])
-        error = pair[-1].length ** 4 / 384 * fourth[: self._heat.free]
+        error = pair[-1].length ** 3 / 384 * np.diff(third, axis=0).sum(axis=0)[: self._heat.free]
         return largest(error[self._vertices]) / self._allowed(pair[-1].last_rise)
 
     def _allowed(self, rise: np.ndarray) -> float:
