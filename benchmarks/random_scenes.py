@@ -6,7 +6,7 @@ temperature, over time fast enough for some to run away.
 
 `laws` heats such boxes until their properties, powers and tables of the temperature, matter. Some boxes have contacts
 between them, some faces radiate, and some voltages become a given current or stand behind a resistance. One of four
-scenes is heated from rest.
+scenes is heated from rest, half of these in steps and ramps.
 
 `plates` draws a plate with 10 to 60 pads that align with nothing, as drawings have them; most are solved on tetrahedra.
 """
@@ -198,9 +198,9 @@ def _varied(rng: Rng, scene: Scene) -> Scene:
         return Schedule((0.0, a, a, b, c), tuple(value * f for f in (1.0, 1.0, *rng.uniform(-1, 1, 3).tolist())))
 
     step = Schedule((0.0, 0.37 * end, 0.37 * end), (ROOM, ROOM, ROOM + RISE / 2))
-    stepped = rng.random() < 0.3
-    heaters = [c for c in channels(scene) if c.item in ("plus", "flux") or c.kind == "heat_source"]
-    values = {"cold.temperature": step} if stepped else {}
+    driving = replace(scene, boundaries=tuple(b for b in scene.boundaries if b.kind != "radiation"))
+    heaters = [c for c in channels(driving) if c.item in ("plus", "flux") or c.kind == "heat_source"]
+    values = {"cold.temperature": step} if rng.random() < 0.3 else {}
     changing: Scene = driven(scene, values | {c.name: varied(c.largest) for c in heaters})
     return changing
 
@@ -219,12 +219,12 @@ def laws(seed: int) -> Scene:
     linear = solve(of_materials(rough, lambda m: replace(m, temperature_coefficient=0.0)))
     factor = float(np.exp(rng.uniform(*np.log((20.0, 500.0))))) / max(m.value - ROOM for m in linear.steady.values())
     made = {material: _with_laws(rng, material) for material in dict.fromkeys(b.material for b in scene.boxes)}
-    scene = scaled(scene, heat_source=factor, heat_flux=factor, voltage=factor**0.5)
-    scene = of_materials(scene, made.__getitem__)
+    scene = of_materials(scaled(scene, heat_source=factor, heat_flux=factor, voltage=factor**0.5), made.__getitem__)
     if seed % 4 == 2:
         scene = _timed(rng, scene, 20)
     scene = replace(scene, contacts=tuple(_contacts(rng, scene)))
-    return _supplied(rng, _radiating(rng, scene) if radiates else scene)
+    scene = _supplied(rng, _radiating(rng, scene) if radiates else scene)
+    return _varied(rng, scene) if seed % 8 == 6 else scene
 
 
 def _with_laws(rng: Rng, m: Material) -> Material:
