@@ -22,10 +22,11 @@ from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Quantities, Response, Study
 from fem3d.solution import transient
 from fem3d.solution.march import FullResponse, March, by_finer_quadratures
+from fem3d.solution.newton import CoarseMeshError
 from fem3d.solution.reduced import combined_density, independent_currents
 from fem3d.solution.steady import NEGLIGIBLE
 from fem3d.solution.transient import Base, Krylov
-from scenes.errors import BeyondLawError, RunawayInTimeError
+from scenes.errors import BeyondLawError, NumericsError, RunawayInTimeError
 from scenes.result import Traces
 from statespace.channels import Inputs
 
@@ -187,25 +188,36 @@ def march_linear(study: Study, base: Base, shift: float, steady_out: Outputs | N
             count += 4
 
 
-def march_nonlinear(study: Study, base: Base, steady_out: Outputs | None) -> FineResponse:
-    """Solve a problem with temperature-dependent properties in steps whose halves show their error.
+def march_nonlinear(study: Study, base: Base, lower: Base, steady_out: Outputs | None) -> tuple[FineResponse, Response]:
+    """Solve a problem with temperature-dependent properties in two spaces. Steps are chosen in the ``lower`` one, whose
+    response is the second; their halves show their error.
 
     The error is 1 / (2^order - 1) of the change. The order is 4, but may fall in stiff problems to the stages' order 2
     (Hairer and Wanner, Solving ODEs II, section IV.15): a third of the change is stated. An error estimated within a
     step may vanish by chance; the change is zero only if the error is.
+
+    Raises CoarseMeshError where the lower space alone has no response.
     """
-    part, tolerance = 1 / 3, 3 * LOOSER * TIME_SHARE * study.accuracy
+    part, strict = 1 / 3, 3 * TIME_SHARE * study.accuracy
+
+    def march(space: Base, tolerance: float, ends: Sequence[float] = ()) -> FullResponse:
+        return March(space.heat, space.conductor, tolerance).run(study.end, study.earliest, ends)
+
     try:
-        answer = March(base.heat, base.conductor, tolerance).run(study.end, study.earliest)
-    except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
-        answer = March(base.heat, base.conductor, tolerance / LOOSER).run(study.end, study.earliest)
-    for _ in range(ROUNDS):
-        whole, tolerance = answer, tolerance / LOOSER
-        answer = March(base.heat, base.conductor, tolerance).run(study.end, study.earliest, whole.ends(2))
-        response = FineResponse.compared(study, answer, whole, steady_out, part)
-        if response.converged(study.accuracy):
-            break
-    return response
+        try:
+            low = march(lower, LOOSER * strict)
+        except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
+            low = march(lower, strict)
+        for tolerance in (strict / LOOSER ** np.arange(ROUNDS)).tolist():
+            whole, low = low, march(lower, tolerance, low.ends(2))
+            by_steps = FineResponse.compared(study, low, whole, steady_out, part)
+            if by_steps.converged(study.accuracy):
+                break
+    except NumericsError as failure:
+        march(base, strict)  # whose own failure counts
+        raise CoarseMeshError("the mesh is too coarse for a response in each of its spaces") from failure
+    answer = march(base, tolerance, low.ends())
+    return replace(FineResponse.compared(study, answer, whole, steady_out, part), gaps=by_steps.gaps), low
 
 
 def by_quadratures(study: Study, answer: FullResponse) -> dict[str, float]:
@@ -229,17 +241,6 @@ def linearize(base: Base, response: Response, times: np.ndarray) -> HeatProblem:
         voltage = heat.inputs.at(times[hottest : hottest + 1])[0] @ conductor.voltages
         density = conductor.solve(rises[hottest], voltage).density
     return linearized(heat, conductor, rises[hottest], density)
-
-
-def respond_in_lower_space(study: Study, base: Base, shift: float, fine: FineResponse) -> Response:
-    """Return the response of a lower space in as many generations of fields as the fine response, or at full order
-    in the same steps."""
-    tolerance = TIME_SHARE * study.accuracy
-    if isinstance(fine.answer, FullResponse):
-        return March(base.heat, base.conductor, tolerance).run(study.end, study.earliest, fine.answer.ends())
-    reduced = base.project(Krylov(base, shift).fields(fine.generations))
-    base.heat.let_go()
-    return transient.march(base, reduced, study.end, tolerance)
 
 
 def comparison_times(study: Study, answer: Response) -> np.ndarray:

@@ -15,10 +15,9 @@ from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.responses import FineResponse, jump_times, largest_differences, thin_out
 from fem3d.results import outputs, probes
 from fem3d.results.outputs import Quantities, Response, Study
+from fem3d.solution import transient
 from fem3d.solution.march import FullResponse
-from fem3d.solution.newton import CoarseMeshError
-from fem3d.solution.transient import Base
-from scenes.errors import NumericsError
+from fem3d.solution.transient import Base, Krylov
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 MOST_ROWS = 20_000  # of traces
@@ -65,18 +64,15 @@ def bound_response(
                 conductor.cache.pop("solve_cold", None)
                 conductor.cache.pop("near", None)
     if bases[0].nonlinear:
-        fine = responses.march_nonlinear(study, bases[0], steady_out)
+        fine, low = responses.march_nonlinear(study, bases[0], bases[1], steady_out)
         problems = problems.linearized_about(responses.linearize(bases[0], fine.answer, fine.times))
     else:
         fine = responses.march_linear(study, bases[0], shift, steady_out)
-    # One space's factors at a time: these have made all their fields.
-    bases[0].heat.let_go()
-    try:
-        low = responses.respond_in_lower_space(study, bases[1], shift, fine)
-    except NumericsError as failure:
-        if not bases[0].nonlinear:
-            raise
-        raise CoarseMeshError("the mesh is too coarse for a response in each of its spaces") from failure
+        # One space's factors at a time: these have made all their fields.
+        bases[0].heat.let_go()
+        reduced = bases[1].project(Krylov(bases[1], shift).fields(fine.generations))
+        bases[1].heat.let_go()
+        low = transient.march(bases[1], reduced, study.end, responses.TIME_SHARE * study.accuracy)
     errors, goals = _errors(study, problems, estimator, fine, low, steady_errors)
     answer, scales, most = fine.answer, fine.scales, np.inf if as_it_is else (1 - ROW_SHARE) * study.accuracy
     fits = all(error <= most * scales[name] for name, error in errors.items())  # else a finer mesh follows

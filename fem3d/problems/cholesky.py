@@ -78,13 +78,14 @@ class Factors:
     """Cholesky factors of a symmetric positive definite matrix with unknowns in ``groups`` (n,), by multifrontal
     elimination (Duff and Reid, ACM Trans. Math. Softw. 9, 1983): each piece of a dissection has a dense matrix of its
     own and later unknowns, and passes its Schur complement on to the later pieces. Inverse triangles of the pieces take
-    the place of substitutions, which are slower (Du Croz and Higham, IMA J. Numer. Anal. 12, 1992).
+    the place of substitutions, which are slower (Du Croz and Higham, IMA J. Numer. Anal. 12, 1992). They are kept in a
+    ``precision``: single numbers are read in half the time, and precise enough to precondition.
 
     Raises NumericsError where rounding leaves the matrix indefinite, or where it couples more than the ``ordering``."""
 
-    def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering) -> None:
+    def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering, precision: type = float) -> None:
         ordering.hold(matrix, groups)
-        rank = ordering.rank[groups]
+        rank, self._precision = ordering.rank[groups], precision
         self._order = np.argsort(rank, kind="stable")
         self._blocks: list[tuple[slice, np.ndarray, np.ndarray]] = []
         sizes = np.bincount(rank, minlength=ordering.starts[-1])
@@ -126,7 +127,8 @@ class Factors:
             across = inverse @ front[:pivots, pivots:]
             if len(outer):
                 updates[piece] = outer, dsyrk(-1.0, across.T, beta=1.0, c=front[pivots:, pivots:].T, lower=1).T
-            self._blocks.append((slice(start, end), into, np.vstack([inverse, -across.T @ inverse])))
+            block = np.vstack([inverse, -across.T @ inverse])
+            self._blocks.append((slice(start, end), into, block.astype(precision, copy=False)))
 
     @property
     def entries(self) -> int:
@@ -135,7 +137,7 @@ class Factors:
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """The solutions for right-hand sides (n,) or (k, n); several at once read the factors once."""
-        x = np.ascontiguousarray(b[..., self._order].T)
+        x: np.ndarray = b[..., self._order].T.astype(self._precision, order="C")
         for rows, both, block in self._blocks:
             parts, pivots = block @ x[rows], block.shape[1]
             x[rows] = parts[:pivots]

@@ -130,11 +130,11 @@ class HeatProblem:
         """The mass matrix of the free dofs."""
         return self.mass[: self.free, : self.free]
 
-    def factors(self, matrix: csc_array) -> Factors:
+    def factors(self, matrix: csc_array, precision: type = float) -> Factors:
         """The factors of a matrix of the free dofs, which couples no others than the stiffness."""
         entities = self.domain.space.entity[self.order[: self.free]]
         self.elimination.hold(self.inner_stiffness, entities)
-        return Factors(matrix, entities, self.elimination)
+        return Factors(matrix, entities, self.elimination, precision)
 
     @property
     def solve_steady(self) -> Solver:

@@ -141,7 +141,7 @@ class _StepTangent:
             inner = heat.order[: heat.free]
             self._capacity = csc_array(self._capacity + submatrix(capacity, inner))
             self._rest = replace(self._rest, matrix=csc_array(self._rest.matrix + submatrix(steepness, inner)))
-        self._inverse = heat.factors(self._capacity + shift * self._stiffness).solve
+        self._inverse = heat.factors(self._capacity + shift * self._stiffness, np.float32).solve
 
     def solve(self, load: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
         """Return the solution (free dofs,) of (C + shift (K + R)) d = load, and the steps of GMRES."""
