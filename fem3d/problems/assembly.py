@@ -25,7 +25,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering
 from fem3d.problems.heat import Cache, FaceFlow, HeatProblem, as_rise
-from fem3d.problems.material_laws import Conduction, Storage, Term, cells_with_law, coupled_by_laws
+from fem3d.problems.material_laws import Conduction, Storage, Term, cells_with_law, coupled_by_laws, table_points
 from fem3d.problems.reactions import share_reactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import FaceIntegrals
@@ -44,7 +44,8 @@ def assemble(domain: Domain) -> HeatProblem:
     order = _numbering(domain, given)
     capacities = domain.per_cell("density") * domain.per_cell("specific_heat")
     conduction, capacity = space.matrices(domain.per_cell("thermal_conductivity"), capacities)
-    terms: list[Term] = [Conduction(domain)] if len(cells_with_law(domain, "thermal_conductivity")) else []
+    more = 1 + table_points(domain, "thermal_conductivity")
+    terms: list[Term] = [Conduction(domain, more)] if len(cells_with_law(domain, "thermal_conductivity")) else []
     terms += [Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.facets(b))]
     storage = Storage(domain) if len(cells_with_law(domain, "specific_heat")) else None
     # Stiffness and mass must have one pattern, and one order of elimination serves tangents too.

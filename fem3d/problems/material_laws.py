@@ -86,7 +86,7 @@ def cells_with_law(domain: Domain, key: str) -> np.ndarray:
 
 
 def table_points(domain: Domain, key: str) -> int:
-    """How many more points along each axis quadratures of a property take: some at rest where a table's slope jumps."""
+    """How many more points along each axis a property takes: some at rest where a table's slope jumps."""
     given = (getattr(law, "table", law) for material in domain.materials for law in laws.of(getattr(material, key)))
     return TABLE_POINTS * (domain.scene.steady and any(isinstance(law, laws.Table) for law in given))
 
@@ -102,9 +102,8 @@ class LawCells(NamedTuple):
 
 
 def cells_by_law(domain: Domain, key: str, more: int) -> list[LawCells]:
-    """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis, and
-    `table_points`."""
-    found, more = [], more + table_points(domain, key)
+    """Return the parts whose property of a key follows the temperature, with ``more`` points along each axis."""
+    found = []
     for alike in domain.space.alike(cells_with_law(domain, key)):
         law = CellProperty(domain, key, alike)
         found.append(LawCells(domain.space.on(alike, more), law, law.value(np.zeros((len(alike), 1))), alike))
@@ -127,7 +126,7 @@ class Conduction:
     ``more`` points along each axis than the linear problem has."""
 
     domain: Domain
-    more: int = 1
+    more: int
 
     @cached_property
     def groups(self) -> list[LawCells]:

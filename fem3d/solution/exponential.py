@@ -136,8 +136,9 @@ def _collocate(
         lacking = free + driven(sources) - states
         if not (np.isfinite(lacking).all() and np.isfinite(slope).all()):
             return None
-        change, _ = solve_by_gmres(product, lacking.ravel(), 1e-3, lacking.size)
-        if change is None:
+        try:
+            change, _ = solve_by_gmres(product, lacking.ravel(), 1e-3, lacking.size)
+        except NumericsError:
             return None
         # By the slope of the sources: this is exact to more digits where large sources differ little.
         sources = sources + change.reshape(states.shape) @ slope.T

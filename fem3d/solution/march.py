@@ -149,10 +149,7 @@ class _StepTangent:
         def product(v: np.ndarray) -> np.ndarray:
             return self._inverse(self._capacity @ v + shift * (self._stiffness @ v + self._rest(v)))
 
-        solution, count = solve_by_gmres(product, self._inverse(load), STEP_RESIDUAL, MOST_STEP_GMRES)
-        if solution is None:
-            raise NumericsError("the linearized equations of a step are not solved")
-        return solution, count
+        return solve_by_gmres(product, self._inverse(load), STEP_RESIDUAL, MOST_STEP_GMRES)
 
 
 class March:

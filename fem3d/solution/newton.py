@@ -7,7 +7,8 @@ preconditioned with Cholesky factors of approximations of both diagonal blocks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -72,6 +73,9 @@ class Equations:
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None) -> None:
         self.heat, self.conductor = heat, conductor
+        # Tangents of laws take longest, and Newton's method does with those of the linear problem's quadrature.
+        terms: list[Any] = [*heat.terms]
+        self.of_tangents = replace(heat, terms=tuple(replace(term, more=0) for term in terms))
         self.nonlinear = nonlinear(heat, conductor)
         self.electric = conductor is not None and bool(conductor.voltages[0].any())
         potentials = 0 if conductor is None else len(conductor.free) + len(conductor.terminals)
@@ -133,7 +137,7 @@ class Linearization:
 
     def __init__(self, equations: Equations, point: Point) -> None:
         self.equations, self.point = equations, point
-        heat, c = equations.heat, equations.conductor
+        heat, c = equations.of_tangents, equations.conductor
         self.tangent: HeatProblem = linearized(heat, None, point.rise, np.empty(0)) if heat.terms else heat
         self._given = heat.given[0] * (not equations.electric)
         if c is not None:
@@ -249,8 +253,11 @@ class Newton:
             leaving = at(x * scale)
             return preconditioned(solve(leaving[:n]), leaving, float(row @ (x * scale))) / scale
 
-        change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, RESIDUAL)
-        return None if change is None else change * scale, count
+        try:
+            change, count = solve_by_gmres(product, preconditioned(first, residual, 0.0) / scale, RESIDUAL)
+        except NumericsError:
+            return None, 0
+        return change * scale, count
 
 
 def largest(values: np.ndarray) -> float:

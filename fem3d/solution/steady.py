@@ -210,6 +210,9 @@ class Continuation:
                     share = (1.0 - below.mu) / (highest.mu - below.mu)
                     return newton.correct(self._equations.at(below.x + share * (highest.x - below.x)), None, tolerance)
             except NotConvergedError as failure:
+                if self._equations.of_tangents is not self._equations.heat:
+                    self._equations.of_tangents = self._equations.heat
+                    continue
                 step /= 2
                 if step < 1e-6 * max(length, first):
                     raise self._end(top, point, isinstance(failure, VanishedError)) from None
@@ -305,9 +308,8 @@ class Continuation:
 
     def _error(self, mu: float, off: float, message: str, limited: str = "") -> RunawayError:
         """The error of a path that ends at some mu, with its relative error ``off``."""
-        whole = self._drive or 1.0
-        limit = self._fraction(mu) * whole
-        error = RunawayError(message, limit, limited, self._unit_of_drive, whole)
+        limit = self._fraction(mu) * (self._drive or 1.0)
+        error = RunawayError(message, limit, limited, self._unit_of_drive, self._drive or 1.0)
         error.error = off * limit if limit else 0.0
         return error
 
@@ -325,7 +327,7 @@ class Tangent:
         self._solutions = math.ceil(math.log(TIGHT * accuracy) / math.log(RESIDUAL))
         equations = Equations(state.exact, state.conductor)
         self._state, self._newton = state, Newton(equations, state.heat.solve_steady)
-        self._point = equations.at_rise(state.rise, 1.0)
+        equations.of_tangents, self._point = equations.heat, equations.at_rise(state.rise, 1.0)
         self._derivative = Linearization(equations, self._point)
 
     def state(self, heat: HeatProblem, conductor: Conductor | None) -> SteadyState:
