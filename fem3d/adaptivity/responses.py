@@ -204,12 +204,12 @@ def march_nonlinear(study: Study, base: Base, lower: Base, steady_out: Outputs |
         return March(space.heat, space.conductor, tolerance).run(study.end, study.earliest, ends)
 
     try:
-        try:
-            low = march(lower, LOOSER * strict)
-        except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
-            low = march(lower, strict)
         for tolerance in (strict / LOOSER ** np.arange(ROUNDS)).tolist():
-            whole, low = low, march(lower, tolerance, low.ends(2))
+            try:
+                whole = march(lower, LOOSER * tolerance)
+            except (BeyondLawError, RunawayInTimeError):  # loose steps may run away alone
+                whole = march(lower, tolerance)
+            low = march(lower, tolerance, whole.ends(2))
             by_steps = FineResponse.compared(study, low, whole, steady_out, part)
             if by_steps.converged(study.accuracy):
                 break
