@@ -159,7 +159,8 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         factors = (parse_number(cell, mark) for cell in cells if label.lower() in ("scale", "factor", "multiplier"))
         if any(isfinite(factor) and factor != 1 for factor in factors):
             raise SceneError(f"{quoted(line)} may be factors of its columns: multiply by them, and delete this row")
-    matrix = np.array(rows)
+    numbered = not head and width > 2 and rows[0] == [*range(width)]  # as pandas numbers columns without names
+    matrix = np.array(rows[numbered:])
     matrix[:, np.isinf(matrix).any(axis=0)] = np.nan
     least = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
     above = [_split_names(line, least, width, separator) for line in (head or remarks)[-5:]]

@@ -6,6 +6,7 @@ function's output goes to standard error.
 """
 
 import copy
+import reprlib
 import runpy
 import sys
 import traceback
@@ -42,7 +43,7 @@ def _answer(call: Callable[..., object], file: str, question: Question) -> Trace
             array = np.ma.asarray(value)
         if array.dtype.kind not in "fiu" or not (array.size == 1 or array.shape == rows.shape):
             needed = "one real number" if times is None else f"{len(rows)} real numbers, one for each time"
-            raise SceneError(f"{quoted(str(name))} {when} is {quoted(repr(value))}: give {needed}")
+            raise SceneError(f"{quoted(str(name))} {when} is {quoted(reprlib.repr(value))}: give {needed}")
         filled = np.ma.filled(array.astype(float), np.nan)  # masked values are not numbers
         values[str(name)] = np.broadcast_to(filled.reshape(-1), rows.shape)
     return Traces(rows, values, {})
@@ -92,9 +93,7 @@ def _sentences(file: str, when: str) -> Iterator[None]:
     try:
         with redirect_stdout(sys.stderr), np.errstate(all="ignore"):
             yield
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
+    except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
         if isinstance(error, SyntaxError) and error.lineno is not None:
             file, lines = error.filename or file, [error.lineno]
